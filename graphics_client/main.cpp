@@ -55,6 +55,7 @@ struct Arguments {
   bool embeddedServer = false, isServerGiven = false;
   haptics::ServerOptions serverOptions;  // of the embedded one
   std::optional<double> seconds, frameLimit_Hz;
+  int hand = 1;  // that the mouse leads
 };
 
 std::atomic<bool> stopRequested{false};
@@ -76,6 +77,7 @@ Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
   options.screenshot = arguments.screenshot;
   options.sheet = arguments.sheet;
   options.displacement = arguments.displacement;
+  options.hand = static_cast<std::size_t>(arguments.hand - 1);
   options.frameLimit_Hz =
       arguments.frameLimit_Hz.value_or(arguments.offscreen ? kOffscreenFrames_Hz : kWindowFrames_Hz);
   return options;
@@ -146,6 +148,7 @@ int run(const Arguments& arguments) {
                                    .fetchAssets = true,
                                    .datagrams = arguments.udp,
                                    .followsHand = !arguments.offscreen,
+                                   .hand = options->hand,
                                    .connect = embedded ? embedded->connect() : haptics::ServerLink::Connect{},
                                    .sharedAssets = embedded ? embedded->sharedAssets() : haptics::SharedAssets{}});
   HeldScene held;
@@ -196,6 +199,10 @@ int main(int argc, char** argv) {
                  "Show what a server recorded, on a time line; without --connect no server")
       ->type_name("FILE")
       ->excludes(embedded);
+  app.add_option("--hand", arguments.hand, "Which hand of a server with two the mouse leads")
+      ->type_name("1|2")
+      ->check(CLI::Range(1, 2))
+      ->capture_default_str();
   app.add_flag("--udp", arguments.udp,
                "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
   app.add_flag("--displacement", arguments.displacement,

@@ -52,8 +52,8 @@ struct DeviceName {
 
 class Simulated final : public AttachedDevice {
  public:
-  Simulated(const DevicePreset& preset, const HandPreset& hand, double period_s, double delay_s)
-      : hand_(hand, preset.maxForce_N), device_({preset, hand, period_s, delay_s}, hand_) {}
+  Simulated(const DevicePreset& preset, const HandPreset& hand, double startsAt, double period_s, double delay_s)
+      : hand_(hand, preset.maxForce_N, startsAt), device_({preset, hand, period_s, delay_s}, hand_) {}
   [[nodiscard]] Device& device() noexcept override { return device_; }
   [[nodiscard]] bool commandHand(const HandCommand& command) override {
     hand_.command(command);
@@ -98,7 +98,7 @@ class Driven final : public AttachedDevice {
 class Recorded final : public AttachedDevice {
  public:
   explicit Recorded(std::unique_ptr<RecordingPlayer> player) : player_(std::move(player)) {}
-  [[nodiscard]] Device& device() noexcept override { return *player_; }
+  [[nodiscard]] Device& device() noexcept override { return player_->device(); }
   [[nodiscard]] RecordingPlayer* player() noexcept override { return player_.get(); }
   void start() override { player_->start(); }
   void fillStatus(v1::Status& status) const override {
@@ -123,7 +123,8 @@ class Recorded final : public AttachedDevice {
   const auto hand = findHandPreset(options.hand);
   if (!hand) return tl::unexpected(hand.error());
   if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
-  return std::make_unique<Simulated>(*preset, *hand, 1 / rateOf(options), options.deviceDelay_ms.value_or(0) * 1e-3);
+  return std::make_unique<Simulated>(*preset, *hand, options.startsAt, 1 / rateOf(options),
+                                     options.deviceDelay_ms.value_or(0) * 1e-3);
 }
 
 [[nodiscard]] Result<void> tryToOpen(const UsbKind& kind, const std::string& which) {
@@ -206,6 +207,8 @@ class Recorded final : public AttachedDevice {
   for (const auto& [option, value] : {std::pair{"--state", options.state}, std::pair{"--record", options.record}}) {
     if (!value.empty()) return refused(option, "goes with a device that is felt; " + file + " is a recording already");
   }
+  if (options.secondHand)
+    return refused("--device", "replay:FILE plays every hand of the recording; it is given alone");
   if (!options.scene.empty()) spdlog::warn("{} is not loaded: {} has its own scenes", options.scene, file);
   return std::make_unique<Recorded>(*std::move(player));
 }
@@ -214,6 +217,8 @@ class Recorded final : public AttachedDevice {
 
 Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptions& options) {
   if (split(options.device).kind == kReplay) return playBack(options);
+  if (options.secondHand && split(options.secondHand->device).kind == kReplay)
+    return refused("--device", "replay:FILE plays every hand of the recording; it is given alone");
   const double longest_ms = 1e3 * PredictiveObserver::longestDelay_s(1 / rateOf(options));
   if (options.stabiliser && options.deviceDelay_ms.value_or(0) > longest_ms) {
     return refused("--device-delay-ms", "at " + std::to_string(std::lround(rateOf(options))) +

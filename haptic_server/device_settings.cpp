@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdint>
 
 #include "common/clock/monotonic.h"
@@ -35,8 +36,23 @@ DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, co
         "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
         "higher rate or the stabiliser may help");
   }
-  return {step.positionStep_m,      step.stableLateral_N_per_m, step.period_s,
-          limits.stiffness_N_per_m, limits.damping_Ns_per_m,    limits.torsion_Nm_per_rad};
+  return {step.positionStep_m,
+          step.stableLateral_N_per_m,
+          step.period_s,
+          limits.stiffness_N_per_m,
+          limits.damping_Ns_per_m,
+          limits.torsion_Nm_per_rad,
+          1};
+}
+
+DeviceLimits ofBoth(const DeviceLimits& first, const DeviceLimits& second) {
+  return {.encoderStep_m = std::max(first.encoderStep_m, second.encoderStep_m),
+          .stableLateral_N_per_m = std::min(first.stableLateral_N_per_m, second.stableLateral_N_per_m),
+          .period_s = first.period_s,
+          .stiffest_N_per_m = std::min(first.stiffest_N_per_m, second.stiffest_N_per_m),
+          .maxDamping_Ns_per_m = std::min(first.maxDamping_Ns_per_m, second.maxDamping_Ns_per_m),
+          .stiffestTorsion_Nm_per_rad = first.stiffestTorsion_Nm_per_rad,  // the second hand holds no tool
+          .hands = first.hands + second.hands};
 }
 
 }  // namespace haptics

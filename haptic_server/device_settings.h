@@ -15,4 +15,7 @@ namespace haptics {
 [[nodiscard]] DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, const StepConfig& step,
                                     double rate_Hz);
 
+/// Of a scene that two hands feel: what both devices bear.
+[[nodiscard]] DeviceLimits ofBoth(const DeviceLimits& first, const DeviceLimits& second);
+
 }  // namespace haptics

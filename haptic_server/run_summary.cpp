@@ -40,22 +40,34 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
 
 }  // namespace
 
-void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status) {
+void fillHandStatus(const HandStatistics& hand, v1::HandStatus& status) {
+  status.set_contact_ticks(hand.contactTicks.load());
+  status.set_max_force_n(hand.maxForce_N.load());
+  status.set_fault(static_cast<v1::Fault>(hand.fault.load()));
+  status.set_device_fault(static_cast<v1::DeviceFault>(hand.deviceFault.load()));
+  status.set_faults(hand.faults.load());
+  status.set_depenetrated(hand.depenetrated.load());
+  status.set_allowance_spent(hand.allowanceSpent.load());
+  status.set_dropped_samples(hand.droppedSamples.load());
+}
+
+void fillServoStatus(const ServoStatistics& servo, const HandStatistics& hand, const RealtimeStatus& realtime,
+                     v1::Status& status) {
   status.set_ticks(servo.ticks.load());
   status.set_missed_ticks(servo.missedTicks.load());
-  status.set_depenetrated(servo.depenetrated.load());
-  status.set_depenetrated_from(servo.depenetratedFrom.load());
-  status.set_allowance_spent(servo.allowanceSpent.load());
-  status.set_wait_s(servo.wait_s.load());
-  status.set_contact_ticks(servo.contactTicks.load());
-  status.set_max_force_n(servo.maxForce_N.load());
+  status.set_depenetrated(hand.depenetrated.load());
+  status.set_depenetrated_from(hand.depenetratedFrom.load());
+  status.set_allowance_spent(hand.allowanceSpent.load());
+  status.set_wait_s(hand.wait_s.load());
+  status.set_contact_ticks(hand.contactTicks.load());
+  status.set_max_force_n(hand.maxForce_N.load());
   status.set_adopted_revision(servo.adoptedRevision.load());
-  status.set_dropped_samples(servo.droppedSamples.load());
+  status.set_dropped_samples(hand.droppedSamples.load());
   status.set_servo_rate_hz(servo.rate_Hz.load());
   status.set_allocations_in_servo(AllocationTripwire::count());
-  status.set_fault(static_cast<v1::Fault>(servo.fault.load()));
-  status.set_device_fault(static_cast<v1::DeviceFault>(servo.deviceFault.load()));
-  status.set_faults(servo.faults.load());
+  status.set_fault(static_cast<v1::Fault>(hand.fault.load()));
+  status.set_device_fault(static_cast<v1::DeviceFault>(hand.deviceFault.load()));
+  status.set_faults(hand.faults.load());
   fillLatency(servo.tick_ns, *status.mutable_tick_ns());
   fillLatency(servo.wakeLatency_ns, *status.mutable_wake_latency_ns());
   status.set_fifo(realtime.fifo);
@@ -90,6 +102,17 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"deformed_hash", deformed.hex()},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
+  if (status.has_second_hand()) {
+    const v1::HandStatus& second = status.second_hand();
+    summary["second_hand"] = {{"device", second.device()},
+                              {"contact_ticks", second.contact_ticks()},
+                              {"depenetrated", second.depenetrated()},
+                              {"allowance_spent", second.allowance_spent()},
+                              {"max_force_N", second.max_force_n()},
+                              {"faults", second.faults()},
+                              {"dropped_samples", second.dropped_samples()}};
+    if (second.has_device_exchange()) summary["second_hand"]["device_exchange"] = toJson(second.device_exchange());
+  }
   if (status.has_device_exchange()) summary["device_exchange"] = toJson(status.device_exchange());
   if (status.has_watchdog()) summary["watchdog"] = toJson(status.watchdog());
   if (status.has_played_recording()) summary["played_recording"] = toJson(status.played_recording());

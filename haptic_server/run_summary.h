@@ -11,8 +11,10 @@
 
 namespace haptics {
 
-/// The servo's part of a Status message.
-void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status);
+/// The servo's part of a Status message, with the first hand's.
+void fillServoStatus(const ServoStatistics& servo, const HandStatistics& hand, const RealtimeStatus& realtime,
+                     v1::Status& status);
+void fillHandStatus(const HandStatistics& hand, v1::HandStatus& status);
 
 /// Writes what a run came to, and the deformedHash() at its end, as JSON; the keys are a contract with scripts
 /// (deploy/README.md, "Summary of a run").

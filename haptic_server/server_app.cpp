@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <utility>
+#include <vector>
 
 #include "common/clock/monotonic.h"
 #include "common/telemetry/fault_words.h"
@@ -48,18 +49,77 @@ constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
   return assets;
 }
 
+/// Says in the log when a hand's force is taken away and comes back.
+class FaultLog {
+ public:
+  explicit FaultLog(std::string whose) : whose_(std::move(whose)) {}
+
+  void take(const TelemetrySample& sample) {
+    if (sample.fault == std::exchange(logged_, sample.fault)) return;
+    if (sample.fault == Fault::kNone) {
+      spdlog::info("tick {}: {}forces again", sample.tick, whose_);
+    } else {
+      spdlog::error("tick {}: {}the force is taken away: {}{}", sample.tick, whose_,
+                    faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s));
+    }
+  }
+
+ private:
+  const std::string whose_;
+  Fault logged_ = Fault::kNone;
+};
+
+/// The second hand, where there is one.
+class SecondHand final : public HandHost {
+ public:
+  /// @param attached  Null: its device is that of a recording.
+  SecondHand(ServoHand& servo, AttachedDevice* attached) : servo_(servo), attached_(attached) {}
+
+  [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override {
+    if (!servo_.pop(sample)) return false;
+    faults_.take(sample);
+    return true;
+  }
+  [[nodiscard]] const MotionState* takeMotion() override { return servo_.takeMotion(); }
+  [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
+  [[nodiscard]] bool commandHand(const HandCommand& command) override {
+    return attached_ != nullptr && attached_->commandHand(command);
+  }
+  void fillStatus(v1::HandStatus& status) const {
+    fillHandStatus(servo_.statistics(), status);
+    status.set_device(servo_.device().info().name);
+    v1::Status exchange;
+    if (attached_ != nullptr) attached_->fillStatus(exchange);
+    if (exchange.has_device_exchange()) *status.mutable_device_exchange() = exchange.device_exchange();
+  }
+
+ private:
+  ServoHand& servo_;
+  AttachedDevice* const attached_;
+  FaultLog faults_{"second hand: "};
+};
+
 /// Device, servo, scene, network: made in the order in which they stand below, so that each outlives what uses it.
 class WholeServer final : public ServerApp, private ServerHost {
  public:
-  WholeServer(const ServerOptions& options, std::unique_ptr<AttachedDevice> device, std::function<void()> onEnd)
+  WholeServer(const ServerOptions& options, std::unique_ptr<AttachedDevice> device,
+              std::unique_ptr<AttachedDevice> secondAttached, std::function<void()> onEnd)
       : options_(options),
         onEnd_(std::move(onEnd)),
         attached_(std::move(device)),
+        secondAttached_(std::move(secondAttached)),
         device_(attached_->device()),
         player_(attached_->player()),
         rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
-        step_(player_ != nullptr ? player_->facts().config : stepConfigOf(options, device_.info(), rate_Hz_)),
-        servo_(device_, mailbox_, step_) {}
+        step_(player_ != nullptr ? player_->facts().config : ofHands(stepConfigOf(options, device_.info(), rate_Hz_))),
+        servo_(device_, mailbox_, step_) {
+    if (Device* second = secondDevice()) {
+      secondStep_ = player_ != nullptr ? player_->facts().secondHand->config
+                                       : oneOfTwo(stepConfigOf(options.ofSecondHand(), second->info(), rate_Hz_));
+      servo_.addHand(*second, *secondStep_);
+      secondHand_.emplace(*servo_.secondHand(), secondAttached_.get());
+    }
+  }
   ~WholeServer() override { halt(); }  // the room waits for its builder
 
   [[nodiscard]] Result<void> start() {
@@ -100,6 +160,15 @@ class WholeServer final : public ServerApp, private ServerHost {
   }
 
  private:
+  /// Null: there is one hand.
+  [[nodiscard]] Device* secondDevice() {
+    if (player_ != nullptr) return player_->facts().secondHand ? &player_->device(1) : nullptr;
+    return secondAttached_ ? &secondAttached_->device() : nullptr;
+  }
+  [[nodiscard]] StepConfig ofHands(const StepConfig& config) const {
+    return secondAttached_ ? oneOfTwo(config) : config;
+  }
+
   [[nodiscard]] Result<void> finish() {
     if (recorder_) {
       if (auto recorded = recorder_->stop(); !recorded) return recorded;
@@ -119,21 +188,31 @@ class WholeServer final : public ServerApp, private ServerHost {
     return {
         .assetFolders = options_.assets,
         .makePlan = explorationPlans(),
-        .takeMotion = [this] { return servo_.takeMotionForBuilder(); },
-        .device = limitsOf(options_, device_.info(), step_, rate_Hz_),
+        .takeMotion = [this] { return servo_.hand().takeMotionForBuilder(); },
+        .device = deviceLimits(),
         .log = logInfo,
         .onServoScene = [this](const ServoScene& scene,
                                const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }};
   }
 
+  [[nodiscard]] DeviceLimits deviceLimits() {
+    const DeviceLimits first = limitsOf(options_, device_.info(), step_, rate_Hz_);
+    Device* second = secondDevice();
+    return second == nullptr ? first
+                             : ofBoth(first, limitsOf(options_.ofSecondHand(), second->info(), *secondStep_, rate_Hz_));
+  }
+
   [[nodiscard]] Result<void> startRecording() {
-    flight_.emplace(rate_Hz_, step_);
+    std::vector<StepConfig> steps{step_};
+    if (secondStep_) steps.push_back(*secondStep_);
+    flight_.emplace(rate_Hz_, steps);
     servo_.recordInto(*flight_);
     watchdog_.emplace(
         Watchdog::Options{
             .recordings = options_.recordings, .period_s = step_.period_s, .info = logInfo, .warning = logWarning},
         *flight_);
-    attached_->setWatchdog(*watchdog_);
+    attached_->setWatchdog(watchdog_->ofDevice(0));
+    if (secondAttached_) secondAttached_->setWatchdog(watchdog_->ofDevice(1));
     auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
     if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
     recorder_ = *std::move(recorder);
@@ -156,8 +235,11 @@ class WholeServer final : public ServerApp, private ServerHost {
     const auto show = [this](const RemadeScene& scene) { return sceneService_->show(scene.version, assetsOf(scene)); };
     if (auto prepared = player_->prepare(sceneService_->assetStore(), show); !prepared) return prepared;
     if (!player_->sameStep()) spdlog::warn("it was recorded by another version of the step: its forces may differ");
-    const RecordedBeginning& begun = player_->beginning();
-    if (begun.state) servo_.resumeFrom(*begun.state, begun.scene, begun.pending);
+    const auto resume = [](ServoHand& hand, const RecordedBeginning& begun) {
+      if (begun.state) hand.resumeFrom(*begun.state, begun.scene, begun.pending);
+    };
+    resume(servo_.hand(), player_->beginning());
+    if (ServoHand* second = servo_.secondHand()) resume(*second, player_->beginning(1));
     return {};
   }
 
@@ -169,7 +251,9 @@ class WholeServer final : public ServerApp, private ServerHost {
     status.set_revision(history->version.revision());
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections(server_->counters().refusedConnections);
-    const MotionState& motion = servo_.lastMotion();
+    const MotionState motion = servo_.secondHand() == nullptr
+                                   ? servo_.hand().lastMotion()
+                                   : ofBothHands(servo_.hand().lastMotion(), servo_.secondHand()->lastMotion());
     return haptics::writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
                                  sceneService_->deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
   }
@@ -179,6 +263,10 @@ class WholeServer final : public ServerApp, private ServerHost {
                             .credentials = {},
                             .allowInsecureLan = options_.allowInsecureLan,
                             .identity = {"haptic_server", device_.info().name, rate_Hz_, device_.info().maxForce_N}};
+    if (const Device* second = secondDevice()) {
+      serving.identity.secondDevice = second->info().name;
+      serving.identity.secondMaxForce_N = second->info().maxForce_N;
+    }
     if (!options_.credentials.empty()) {
       auto credentials = readServerCredentials(options_.credentials);
       if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
@@ -191,12 +279,15 @@ class WholeServer final : public ServerApp, private ServerHost {
   }
 
   [[nodiscard]] FlightRecorder::Options recorderOptions() {
+    std::optional<HandFacts> second;
+    if (secondStep_) second = HandFacts{secondDevice()->info().name, *secondStep_};
     return {.facts = {.server = "haptic_server " HAPTICS_VERSION,
                       .stepSources = std::string(ownStepSources()),
                       .device = device_.info().name,
                       .rate_Hz = rate_Hz_,
                       .why = {},
-                      .config = step_},
+                      .config = step_,
+                      .secondHand = std::move(second)},
             .record = options_.record,
             .folder = options_.recordings,
             .quota = {.most_bytes = options_.maxRecordings_MB * 1'000'000},
@@ -208,6 +299,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   void startServo() {
     servoThread_.prepare(player_ == nullptr);  // a long recording would be read whole
     attached_->start();
+    if (secondAttached_) secondAttached_->start();
     servoThread_.start(options_.cpu, [this](const std::atomic<bool>& stop) {
       if (player_ == nullptr) return servo_.run(stop);
       servo_.run(*player_, stop);
@@ -226,12 +318,13 @@ class WholeServer final : public ServerApp, private ServerHost {
 
   // For the server, on the network thread.
   [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override {
-    if (!servo_.pop(sample)) return false;
-    logFault(sample);
+    if (!servo_.hand().pop(sample)) return false;
+    faults_.take(sample);
     return true;
   }
-  [[nodiscard]] const MotionState* takeMotion() override { return servo_.takeMotion(); }
-  [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
+  [[nodiscard]] const MotionState* takeMotion() override { return servo_.hand().takeMotion(); }
+  [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.hand().takeEnergy(); }
+  [[nodiscard]] HandHost* secondHand() override { return secondHand_ ? &*secondHand_ : nullptr; }
   [[nodiscard]] bool commandHand(const HandCommand& command) override { return attached_->commandHand(command); }
   [[nodiscard]] bool requestDump(const DumpAnswer& answer) override {
     if (!recorder_) {
@@ -244,7 +337,8 @@ class WholeServer final : public ServerApp, private ServerHost {
     return true;
   }
   void fillStatus(v1::Status& status) override {
-    fillServoStatus(servo_.statistics(), servoThread_.realtime(), status);
+    fillServoStatus(servo_.statistics(), servo_.hand().statistics(), servoThread_.realtime(), status);
+    if (secondHand_) secondHand_->fillStatus(*status.mutable_second_hand());
     status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
     status.set_device(device_.info().name);
     attached_->fillStatus(status);
@@ -254,32 +348,23 @@ class WholeServer final : public ServerApp, private ServerHost {
   }
   void log(const std::string& line) override { logInfo(line); }
 
-  void logFault(const TelemetrySample& sample) {
-    if (sample.fault == loggedFault_) return;
-    loggedFault_ = sample.fault;
-    if (sample.fault == Fault::kNone) {
-      spdlog::info("tick {}: forces again", sample.tick);
-    } else {
-      spdlog::error("tick {}: the force is taken away: {}{}", sample.tick,
-                    faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s));
-    }
-  }
-
   const ServerOptions options_;
   const std::function<void()> onEnd_;
   const std::uint64_t began_ns_ = monotonicNow_ns();
-  Fault loggedFault_ = Fault::kNone;
+  FaultLog faults_{""};
   bool isStillBuilding_ = false;
 
   std::optional<FlightRing> flight_;  // none while a recording is played, like the watchdog and the recorder
   std::optional<Watchdog> watchdog_;  // takes the force of the device away
-  std::unique_ptr<AttachedDevice> attached_;
+  std::unique_ptr<AttachedDevice> attached_, secondAttached_;  // none for the second hand of a recording
   Device& device_;
   RecordingPlayer* const player_;  // null unless the device is one
   const double rate_Hz_;
   const StepConfig step_;
+  std::optional<StepConfig> secondStep_;  // where there is a second hand
   SceneMailbox mailbox_;
   ServoLoop servo_;
+  std::optional<SecondHand> secondHand_;
   std::unique_ptr<FlightRecorder> recorder_;  // is given the scenes that the room makes
   std::unique_ptr<StateFolder> state_;        // keeps what the room decides
   std::optional<SceneService> sceneService_;
@@ -293,7 +378,13 @@ class WholeServer final : public ServerApp, private ServerHost {
 Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options, std::function<void()> onEnd) {
   auto device = AttachedDevice::attach(options);
   if (!device) return tl::unexpected(device.error());
-  auto app = std::make_unique<WholeServer>(options, *std::move(device), std::move(onEnd));
+  std::unique_ptr<AttachedDevice> second;
+  if (options.secondHand) {
+    auto attached = AttachedDevice::attach(options.ofSecondHand());
+    if (!attached) return tl::unexpected(std::move(attached.error()).within("second hand: "));
+    second = *std::move(attached);
+  }
+  auto app = std::make_unique<WholeServer>(options, *std::move(device), std::move(second), std::move(onEnd));
   if (auto started = app->start(); !started) return tl::unexpected(started.error());
   return app;
 }

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <cstddef>
+
 #include "common/maths/vec.h"
 
 namespace haptics {
+
+/// Hands of a server that clients may lead.
+inline constexpr std::size_t kMaxLedHands = 2;
 
 /// Where a client wants the simulated hand now. World frame.
 struct HandCommand {

@@ -64,13 +64,23 @@ struct MotionState {
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
   ToolState tool;
   std::size_t dentCount = 0;
-  std::array<ObjectDent, kMaxDents> dent;  ///< An object's come one after another in this order.
+  /// An object's come one after another in this order.
+  std::array<ObjectDent, kMaxDentsOfAll> dent;
   /// Its number, for a dent that stays as it is until its object's surface holds it (ServoObject::baked); else 0.
   std::array<std::uint64_t, kMaxDents> staying{};
 
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return std::span(body).first(bodyCount); }
   [[nodiscard]] std::span<const ObjectDent> dents() const noexcept { return std::span(dent).first(dentCount); }
 };
+
+/// What both hands have made of the scene: the first hand's state with the dents of the second after its own.
+[[nodiscard]] inline MotionState ofBothHands(const MotionState& first, const MotionState& second) noexcept {
+  MotionState all = first;
+  for (const ObjectDent& dent : second.dents()) {
+    if (all.dentCount < all.dent.size()) all.dent[all.dentCount++] = dent;
+  }
+  return all;
+}
 
 static_assert(std::is_trivially_copyable_v<MotionState>, "crosses threads by copy");
 

@@ -52,6 +52,10 @@ void toWire(const Commit& commit, v1::Commit& message);
 [[nodiscard]] std::size_t wireSizeOf(const ObjectRecord& record);  ///< Bytes of its ObjectState.
 void toWire(const TelemetrySample& sample,
             v1::Telemetry& message);  ///< No bodies, no dents. Reuses the message's memory.
+/// The sample of a second hand, of the same tick, after the first's. What is not of a hand but of the servo is left out.
+void toWireOfSecondHand(const TelemetrySample& sample, v1::Telemetry& message);
+/// Nothing: the server has one hand.
+[[nodiscard]] std::optional<TelemetrySample> secondHandFromWire(const v1::Telemetry& message);
 
 void toWire(const EnergySource& source, v1::FeatureEnergy& message);
 /// Nothing for a feature that this build does not know.
@@ -62,7 +66,7 @@ void toWire(const BodyState& body, v1::BodyPose& message);
 /// None where the message has none, or one with a number that cannot be.
 [[nodiscard]] std::optional<ToolState> toolFromWire(const v1::Telemetry& message);
 void toWire(const ToolState& tool, v1::ToolContact& message);
-/// The dents that a sample tells of; what is no dent, and more than kMaxDents, are left out.
+/// The dents that a sample tells of; what is no dent, and more than kMaxDentsOfAll, are left out.
 [[nodiscard]] std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message);
 void toWire(const ObjectDent& dent, v1::Dent& message);
 

@@ -267,6 +267,26 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.clear_body();
   message.clear_tool();
   message.clear_dent();
+  message.clear_second_hand();
+}
+
+void toWireOfSecondHand(const TelemetrySample& sample, v1::Telemetry& message) {
+  v1::Telemetry& second = *message.mutable_second_hand();
+  toWire(sample, second);
+  for (const auto clear :
+       {&v1::Telemetry::clear_tick, &v1::Telemetry::clear_time_ns, &v1::Telemetry::clear_deformation_revision,
+        &v1::Telemetry::clear_missed_ticks, &v1::Telemetry::clear_servo_rate_hz})
+    (second.*clear)();
+}
+
+std::optional<TelemetrySample> secondHandFromWire(const v1::Telemetry& message) {
+  if (!message.has_second_hand()) return std::nullopt;
+  TelemetrySample sample = fromWire(message.second_hand());
+  sample.tick = message.tick();
+  sample.time_ns = message.time_ns();
+  sample.missedTicks = message.missed_ticks();
+  sample.servoRate_Hz = message.servo_rate_hz();
+  return sample;
 }
 
 std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message) {
@@ -332,7 +352,7 @@ std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message) {
   for (const v1::Dent& dent : message.dent()) {
     const auto centre = vectorOf(dent.centre());
     const auto displacement = vectorOf(dent.displacement());
-    if (dents.size() == kMaxDents) break;
+    if (dents.size() == kMaxDentsOfAll) break;
     if (centre && displacement) dents.push_back({dent.object(), {*centre, *displacement}});
   }
   return dents;

@@ -38,6 +38,12 @@ constexpr const char* kMeshFiles =
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
+/// Whether the picture of a hand would be another one.
+[[nodiscard]] bool looksOther(const TelemetrySample& now, const TelemetrySample& then) {
+  return now.hip != then.hip || now.ihip != then.ihip || now.force.written != then.force.written ||
+         now.object != then.object || now.frictionState != then.frictionState || now.fault != then.fault;
+}
+
 }  // namespace
 
 MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
@@ -177,15 +183,15 @@ bool MainWindow::changed(const MirrorView& view) const {
     return true;
   }
   if (!view.sample) return false;
-  const TelemetrySample &now = *view.sample, &then = *before.sample;
-  return now.hip != then.hip || now.ihip != then.ihip || now.force.written != then.force.written ||
-         now.object != then.object || now.frictionState != then.frictionState || now.fault != then.fault ||
-         view.bodies != before.bodies || view.dents != before.dents;
+  return looksOther(*view.sample, *before.sample) || view.secondHand.has_value() != before.secondHand.has_value() ||
+         (view.secondHand && looksOther(*view.secondHand, *before.secondHand)) || view.bodies != before.bodies ||
+         view.dents != before.dents;
 }
 
 /// Leads the hand where the pointer is, once the server gives it.
 void MainWindow::lead(const MirrorView& view, double dt_s) {
-  const bool isLed = view.hand.isSelf && view.sample.has_value();
+  const TelemetrySample* felt = view.felt(options_.hand);
+  const bool isLed = view.hand.isSelf && felt != nullptr;
   const bool isPressed = view_->isPressed() && !gizmo_.isDragging();
   const bool looks = isPressed || isLed || clicked_ || !dropped_.isEmpty();
   scene_.probe().aim(looks ? view_->pointer() : std::nullopt);
@@ -195,7 +201,7 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
     lead_ = Lead::kAsked;
   }
   if (lead_ == Lead::kAsked && isLed) {
-    steering_.begin(view.sample->hip);
+    steering_.begin(felt->hip);
     lead_ = Lead::kLed;
   }
   if (lead_ == Lead::kLed && !isLed) lead_ = Lead::kRefused;  // lost, with the connection or to another
@@ -210,7 +216,7 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
   if (const auto pixel = view_->pointer()) {
     pointer.onPicture = scene_.cameras().onPictureThrough(steering_.hand(), (*pixel)[0], (*pixel)[1]);
   }
-  link_.commandHand(steering_.next(pointer, view.sample->hip, dt_s));
+  link_.commandHand(steering_.next(pointer, felt->hip, dt_s));
 }
 
 void MainWindow::letGo() {

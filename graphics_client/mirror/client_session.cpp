@@ -71,14 +71,17 @@ void ClientSession::datagramReceived(std::span<const char> bytes, const Endpoint
   const auto telemetry = datagrams_.take(bytes, from, now_ns);
   followDatagramPath();
   if (telemetry && mirror_.take(fromWire(*telemetry), bodiesFromWire(*telemetry), dentsFromWire(*telemetry),
-                                toolFromWire(*telemetry)))
+                                toolFromWire(*telemetry), secondHandFromWire(*telemetry)))
     ++changes_;
 }
 
 std::optional<DatagramPath::Datagram> ClientSession::nextDatagram(std::uint64_t now_ns) {
   auto datagram = datagrams_.poll(now_ns);
   followDatagramPath();
-  return datagram;
+  if (datagram) return datagram;
+  const auto target = std::exchange(targetByDatagram_, std::nullopt);
+  if (target && datagrams_.open()) return datagrams_.withTarget(*target);
+  return std::nullopt;
 }
 
 /// Telemetry takes the path that is open. Before the first Subscribe there is nothing to say.
@@ -167,6 +170,14 @@ void ClientSession::setTelemetryRate(double rate_Hz) {
 
 void ClientSession::leadHand(bool lead, std::uint64_t now_ns) {
   if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  if (lead && options_.hand > 0 && welcome_.second_device().empty()) {
+    v1::HandLeader none;
+    none.set_hand(static_cast<std::uint32_t>(options_.hand));
+    none.set_refused("lead_hand: there is no second hand: this server has one");
+    hand_.answered(none);
+    ++changes_;
+    return;
+  }
   hand_.ask(lead);
   pumpHand(now_ns);
 }
@@ -193,6 +204,8 @@ MirrorView ClientSession::view(std::uint64_t now_ns) const {
   view.serverName = welcome_.server_name();
   view.device = welcome_.device();
   view.maxForce_N = welcome_.max_force_n();
+  view.secondDevice = welcome_.second_device();
+  view.secondMaxForce_N = welcome_.second_max_force_n();
   view.servoRate_Hz = welcome_.servo_rate_hz();
   view.mayEdit = welcome_.may_edit();
   view.hand = hand_.leader();
@@ -243,7 +256,13 @@ void ClientSession::pumpUploads() {
 }
 
 void ClientSession::pumpHand(std::uint64_t now_ns) {
-  while (auto envelope = hand_.next(now_ns)) send(*envelope);
+  while (auto envelope = hand_.next(now_ns)) {
+    if (byDatagram_ && envelope->has_hand_target()) {
+      targetByDatagram_ = envelope->hand_target();
+    } else {
+      send(*envelope);
+    }
+  }
 }
 
 void ClientSession::sendHello() {

@@ -54,6 +54,7 @@ class ClientSession {
     bool fetchAssets = true;
     bool datagrams = false;          ///< Telemetry by UDP where the server offers it and the network lets it through.
     bool followsHand = false;        ///< Hears who leads the simulated hand without asking for the lead.
+    std::size_t hand = 0;            ///< Which one it leads, below kMaxLedHands.
     SharedAssets sharedAssets = {};  ///< Asked before an asset is fetched. Empty: the server is in another process.
     FrameLimits frames = {};         ///< Others than the protocol's are for tests.
   };
@@ -68,6 +69,7 @@ class ClientSession {
   /// A datagram came in at this host.
   void datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns);
   /// What is to be sent now; ask with each poll().
+  /// Ask until there is none.
   [[nodiscard]] std::optional<DatagramPath::Datagram> nextDatagram(std::uint64_t now_ns);
   /// The session has no more use for the connection: drop it, then call connectionLost() with overReason().
   [[nodiscard]] bool connectionOver() const noexcept { return !over_.empty(); }
@@ -116,7 +118,8 @@ class ClientSession {
   AssetFetcher assets_;
   AssetUploader uploads_;
   DatagramPath datagrams_;
-  HandLead hand_;
+  std::optional<v1::HandTarget> targetByDatagram_;  // unsent
+  HandLead hand_{options_.hand};
   std::uint64_t datagramPathsLost_ = 0;
   std::vector<StatusCallback> statusWaiters_;
   bool statusDeformed_ = false;

@@ -25,7 +25,8 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
       return assets_.unavailable(envelope.asset_unavailable().hash());
     case v1::Envelope::kTelemetry:
       if (mirror_.take(fromWire(envelope.telemetry()), bodiesFromWire(envelope.telemetry()),
-                       dentsFromWire(envelope.telemetry()), toolFromWire(envelope.telemetry())))
+                       dentsFromWire(envelope.telemetry()), toolFromWire(envelope.telemetry()),
+                       secondHandFromWire(envelope.telemetry())))
         ++changes_;
       return;
     case v1::Envelope::kEditReply:
@@ -75,7 +76,8 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   if (!root) return over(root.error().text());
   if (welcome.epoch() == 0) return over("the server's epoch is 0");
   for (const auto& [field, text] :
-       {std::pair{"server_name", &welcome.server_name()}, std::pair{"device", &welcome.device()}}) {
+       {std::pair{"server_name", &welcome.server_name()}, std::pair{"device", &welcome.device()},
+        std::pair{"second_device", &welcome.second_device()}}) {
     if (text->size() > kMaxServerText_bytes) {
       return leave(
           {"welcome." + std::string(field), "is longer than " + std::to_string(kMaxServerText_bytes) + " bytes"});

@@ -50,9 +50,7 @@ const std::vector<Vec3f>& ContactError::atRest(const SceneVersion::Object& objec
   return shaped_;
 }
 
-std::optional<double> ContactError::of_m(const MirrorView& view) {
-  if (!view.sample) return std::nullopt;
-  const TelemetrySample& sample = *view.sample;
+std::optional<double> ContactError::of_m(const MirrorView& view, const TelemetrySample& sample) {
   const SceneVersion::Object object = view.scene->find(sample.object);
   if (!object || !(view.bodies.contains(object->id) || object->deformation.softness)) return std::nullopt;
   const auto mesh = view.meshes.find(object->mesh);

@@ -13,7 +13,8 @@ class ContactError {
  public:
   /// Metres, not negative; a texture's height is taken off. Nothing where no object that moves or gives is touched, or its
   /// mesh is not here.
-  [[nodiscard]] std::optional<double> of_m(const MirrorView& view);
+  /// @param sample  Of one of the view's hands.
+  [[nodiscard]] std::optional<double> of_m(const MirrorView& view, const TelemetrySample& sample);
 
  private:
   SceneVersion::Object object_;  // that shaped_ is of

@@ -30,6 +30,14 @@ std::optional<DatagramPath::Datagram> DatagramPath::poll(std::uint64_t now_ns) {
   return Datagram{server_, datagram.SerializeAsString()};
 }
 
+DatagramPath::Datagram DatagramPath::withTarget(const v1::HandTarget& target) {
+  v1::Datagram datagram;
+  datagram.set_cookie(cookie_);
+  *datagram.mutable_hand_target() = target;
+  datagram.mutable_hand_target()->set_number(++targets_);
+  return {server_, datagram.SerializeAsString()};
+}
+
 std::optional<v1::Telemetry> DatagramPath::take(std::span<const char> bytes, const Endpoint& from,
                                                 std::uint64_t now_ns) {
   v1::Datagram datagram;

@@ -31,6 +31,8 @@ class DatagramPath {
   void connectionLost();
   /// What is to be sent now.
   [[nodiscard]] std::optional<Datagram> poll(std::uint64_t now_ns);
+  /// This target of a hand, on the open path.
+  [[nodiscard]] Datagram withTarget(const v1::HandTarget& target);
   /// The sample in a datagram from the server; most carry one.
   [[nodiscard]] std::optional<v1::Telemetry> take(std::span<const char> bytes, const Endpoint& from,
                                                   std::uint64_t now_ns);
@@ -43,6 +45,7 @@ class DatagramPath {
   Endpoint server_;
   std::string cookie_;
   bool open_ = false;
+  std::uint64_t targets_ = 0;  // sent
   std::uint64_t heard_ns_ = 0;
   std::uint64_t nextKnock_ns_ = 0;
   std::uint64_t forged_ = 0;

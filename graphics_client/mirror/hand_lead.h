@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -13,6 +14,9 @@ namespace haptics {
 /// the server does not take it for silent. The lead ends with the connection; who wants it back asks again.
 class HandLead {
  public:
+  /// @param hand  Below kMaxLedHands: of the server.
+  explicit HandLead(std::size_t hand = 0) noexcept : hand_(static_cast<std::uint32_t>(hand)) {}
+
   /// Of the same target: below the server's limit of 0.1 s.
   static constexpr std::uint64_t kRepeat_ns = 30'000'000;
 
@@ -27,6 +31,7 @@ class HandLead {
   [[nodiscard]] const HandLeader& leader() const noexcept { return leader_; }
 
  private:
+  std::uint32_t hand_;
   HandLeader leader_;
   std::optional<bool> request_;  // unsent: for the lead, or to give it back
   std::optional<v1::HandTarget> target_;

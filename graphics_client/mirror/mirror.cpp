@@ -76,6 +76,7 @@ Result<void> Mirror::replaceScene(std::uint64_t epoch, SceneVersion scene, const
   if (view_.epoch != 0 && view_.epoch != epoch) {
     ++view_.stateResets;
     view_.sample.reset();
+    view_.secondHand.reset();
     view_.bodies.clear();
     view_.dents.clear();
   }
@@ -141,10 +142,11 @@ Result<void> Mirror::audit(std::size_t assetBytes) {
 }
 
 bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies, std::vector<ObjectDent> dents,
-                  const std::optional<ToolState>& tool) {
+                  const std::optional<ToolState>& tool, const std::optional<TelemetrySample>& secondHand) {
   if (newestTick_ && sample.tick <= *newestTick_) return false;
   newestTick_ = sample.tick;
   view_.sample = sample;
+  view_.secondHand = secondHand;
   for (const BodyState& body : bodies) {
     if (const auto object = scene().find(body.object); object && object->motion) view_.bodies[body.object] = body;
   }

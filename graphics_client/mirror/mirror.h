@@ -33,7 +33,8 @@ class Mirror {
   [[nodiscard]] Result<void> audit(std::size_t assetBytes);
   /// Latest wins: a sample that is not newer than the newest is dropped (false).
   bool take(const TelemetrySample& sample, std::span<const BodyState> bodies = {}, std::vector<ObjectDent> dents = {},
-            const std::optional<ToolState>& tool = std::nullopt);
+            const std::optional<ToolState>& tool = std::nullopt,
+            const std::optional<TelemetrySample>& secondHand = std::nullopt);
   /// A new connection: its ticks may start anew (a server that restarted and kept its state).
   void startTelemetry() noexcept { newestTick_.reset(); }
   void countResync() noexcept { ++view_.resyncs; }

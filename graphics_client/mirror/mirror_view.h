@@ -44,10 +44,11 @@ struct MirrorView {
   /// Own root equals the server's at the same revision, and every asset of the scene is here and hashed to its name.
   /// Stays as it was last known while the link is down.
   bool hashesEqual = false;
-  std::optional<TelemetrySample> sample;  ///< Newest; nothing before the first.
-  std::map<ObjectId, BodyState> bodies;   ///< Where the objects that move are, as of `sample` or last heard of.
-  std::vector<ObjectDent> dents;          ///< In soft objects, as of `sample`.
-  std::optional<ToolState> tool;          ///< As of `sample`, where the hand holds one.
+  std::optional<TelemetrySample> sample;      ///< Newest; nothing before the first.
+  std::optional<TelemetrySample> secondHand;  ///< What a second hand felt in the tick of `sample`, where there is one.
+  std::map<ObjectId, BodyState> bodies;       ///< Where the objects that move are, as of `sample` or last heard of.
+  std::vector<ObjectDent> dents;              ///< In soft objects, as of `sample`.
+  std::optional<ToolState> tool;              ///< As of `sample`, where the hand holds one.
   std::uint64_t samplesReceived = 0;
   std::uint64_t takenAt_ns = 0;   ///< This host's monotonic clock when the view was taken.
   double telemetryAge_s = 0;      ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.
@@ -57,6 +58,8 @@ struct MirrorView {
   std::uint64_t connections = 0;  ///< Times that a server welcomed this client.
   std::string serverName, device;
   double maxForce_N = 0;
+  std::string secondDevice;  ///< Of a second hand; empty: there is one hand.
+  double secondMaxForce_N = 0;
   double servoRate_Hz = 0;  ///< Nominal.
   bool mayEdit = false;
   HandLeader hand;  ///< Known to a client that asked for the lead, or follows it (Options::followsHand).
@@ -64,6 +67,11 @@ struct MirrorView {
   std::uint64_t forgedDatagrams = 0;    ///< Ignored: not this server's, or no datagram of this connection.
   std::uint64_t datagramPathsLost = 0;  ///< Times that no datagram came for a second, and telemetry took TCP.
 
+  /// What a hand felt, below kMaxLedHands; null: nothing came, or there is no such hand.
+  [[nodiscard]] const TelemetrySample* felt(std::size_t which) const noexcept {
+    const std::optional<TelemetrySample>& of = which == 0 ? sample : secondHand;
+    return of ? &*of : nullptr;
+  }
   /// Where the servo has it; until that is known, where the scene has it.
   [[nodiscard]] Pose poseOf(const ObjectRecord& object) const;
   /// The object's dents; none in a rigid one.

@@ -81,7 +81,6 @@ class Interpolation {
       : shown_(shown), a_(a), b_(b), s_(s) {}
 
   void run() {
-    shown_.sample = between(*a_.sample, *b_.sample, s_);
     for (auto& [object, body] : shown_.bodies) {
       const auto from = a_.bodies.find(object);
       const auto to = b_.bodies.find(object);
@@ -90,27 +89,43 @@ class Interpolation {
         body.pose = interpolate(from->second.pose, to->second.pose, s_);
       }
     }
-    const bool holds = a_.sample->object == b_.sample->object && a_.sample->sceneRevision == b_.sample->sceneRevision &&
-                       isSameStroke(a_, b_, a_.sample->object);
-    shown_.dents = holds ? between(a_.dents, b_.dents, s_) : nearer().dents;
-    TelemetrySample& sample = *shown_.sample;
-    if (sample.object == 0) return;
-    sample.ihip = contactPlace(&TelemetrySample::ihip, holds);
-    sample.stickingPoint = contactPlace(&TelemetrySample::stickingPoint, holds);
+    const bool firstHolds = holds(&MirrorView::sample), secondHolds = holds(&MirrorView::secondHand);
+    shown_.dents = firstHolds && secondHolds ? between(a_.dents, b_.dents, s_) : nearer().dents;
+    place(&MirrorView::sample, firstHolds);
+    place(&MirrorView::secondHand, secondHolds);
   }
 
  private:
+  using OfHand = std::optional<TelemetrySample> MirrorView::*;
+
   [[nodiscard]] const MirrorView& nearer() const { return s_ < 0.5 ? a_ : b_; }
+
+  /// The hand goes on with the same contact, or there is no such hand.
+  [[nodiscard]] bool holds(OfHand hand) const {
+    const auto &a = a_.*hand, &b = b_.*hand;
+    if (!a || !b) return !a && !b;
+    return a->object == b->object && a->sceneRevision == b->sceneRevision && isSameStroke(a_, b_, a->object);
+  }
+
+  void place(OfHand hand, bool holds) const {
+    if (!(a_.*hand) || !(b_.*hand)) {
+      shown_.*hand = nearer().*hand;
+      return;
+    }
+    TelemetrySample& sample = (shown_.*hand).emplace(between(*(a_.*hand), *(b_.*hand), s_));
+    if (sample.object == 0) return;
+    sample.ihip = contactPlace(hand, sample.object, &TelemetrySample::ihip, holds);
+    sample.stickingPoint = contactPlace(hand, sample.object, &TelemetrySample::stickingPoint, holds);
+  }
 
   /// Goes along with the object that is touched: on a flat side that turns away it stays on that side. Where a contact
   /// begins or ends, leaves a dent behind, or the scene becomes another, it stays, with the dents, as the nearer sample has it.
-  [[nodiscard]] Vec3 contactPlace(Vec3 TelemetrySample::*place, bool holds) const {
-    const ObjectId object = shown_.sample->object;
+  [[nodiscard]] Vec3 contactPlace(OfHand hand, ObjectId object, Vec3 TelemetrySample::*place, bool holds) const {
     const auto in = [&](const MirrorView& view) {
       const auto body = view.bodies.find(object);
       return body == view.bodies.end() ? Pose{} : body->second.pose;
     };
-    const auto local = [&](const MirrorView& view) { return toLocal(in(view), (*view.sample).*place); };
+    const auto local = [&](const MirrorView& view) { return toLocal(in(view), (*(view.*hand)).*place); };
     return toWorld(in(shown_), holds ? glm::mix(local(a_), local(b_), s_) : local(nearer()));
   }
 

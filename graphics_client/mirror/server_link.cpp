@@ -40,7 +40,8 @@ struct ServerLink::Worker {
         begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
-                 options.fetchAssets, options.datagrams, options.followsHand, std::move(options.sharedAssets)}) {
+                 options.fetchAssets, options.datagrams, options.followsHand, options.hand,
+                 std::move(options.sharedAssets)}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
     if (isClosed()) first.link = LinkState::kClosed;
@@ -89,8 +90,11 @@ struct ServerLink::Worker {
     if (isClosed()) return;
     const std::uint64_t now_ns = monotonicNow_ns();
     session.poll(now_ns);
-    if (const auto datagram = session.nextDatagram(now_ns)) send(*datagram);
     settle();
+  }
+
+  void sendDatagrams(std::uint64_t now_ns) {
+    while (const auto datagram = session.nextDatagram(now_ns)) send(*datagram);
   }
 
   void send(const DatagramPath::Datagram& datagram) {
@@ -108,6 +112,7 @@ struct ServerLink::Worker {
 
   /// After every event: leaves a connection that the session has done with, and shows what is new.
   void settle() {
+    sendDatagrams(monotonicNow_ns());
     if (session.connectionOver()) return lost(std::string(session.overReason()));
     publish();
   }

@@ -42,6 +42,23 @@ void printEnergy(const v1::Status& status, const SceneVersion& scene) {
   if (last != 0) std::printf("\n");
 }
 
+void printExchange(const v1::DeviceExchange& exchange) {
+  const auto count = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+  std::printf(
+      "exchange   %llu commands, %llu replies, %llu used, %llu garbled packets; brought up %llu times, %llu faults\n",
+      count(exchange.commands()), count(exchange.replies()), count(exchange.replies_used()),
+      count(exchange.garbled_packets()), count(exchange.connections()), count(exchange.faults()));
+}
+
+void printSecondHand(const v1::HandStatus& hand) {
+  std::printf("2nd hand   %s, at most %.2f N, fault: %s, %llu since start\n", printable(hand.device()).c_str(),
+              hand.max_force_n(),
+              faultInWords(static_cast<Fault>(hand.fault()), static_cast<DeviceFault>(hand.device_fault())),
+              static_cast<unsigned long long>(hand.faults()));
+  if (!hand.hand_leader().empty()) std::printf("           led by %s\n", printable(hand.hand_leader()).c_str());
+  if (hand.has_device_exchange()) printExchange(hand.device_exchange());
+}
+
 void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   const auto count = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   const double share = status.ticks() > 0
@@ -49,18 +66,13 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
                            : 0;
   std::printf("device     %s\n", printable(status.device()).c_str());
   if (!status.hand_leader().empty()) std::printf("hand       led by %s\n", printable(status.hand_leader()).c_str());
-  if (status.has_device_exchange()) {
-    const v1::DeviceExchange& exchange = status.device_exchange();
-    std::printf(
-        "exchange   %llu commands, %llu replies, %llu used, %llu garbled packets; brought up %llu times, %llu faults\n",
-        count(exchange.commands()), count(exchange.replies()), count(exchange.replies_used()),
-        count(exchange.garbled_packets()), count(exchange.connections()), count(exchange.faults()));
-  }
+  if (status.has_device_exchange()) printExchange(status.device_exchange());
   if (status.has_played_recording()) {
     const v1::PlayedRecording& played = status.played_recording();
     std::printf("played     %llu ticks%s; %llu forces are not the recorded ones\n", count(played.ticks()),
                 played.to_its_end() ? ", to its end" : "", count(played.differing_ticks()));
   }
+  if (status.has_second_hand()) printSecondHand(status.second_hand());
   std::printf("up         %.1f s, epoch %016llx, %u clients\n", status.uptime_s(), count(status.epoch()),
               status.clients());
   std::printf("servo      %.0f Hz, %llu ticks, %llu missed\n", status.servo_rate_hz(), count(status.ticks()),

@@ -35,17 +35,26 @@ const char* nameOf(BodyCondition condition) {
   return condition == BodyCondition::kNonFinite ? " STOPPED: its motion was not finite" : "";
 }
 
-void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
+void printTouch(const MirrorView& view, const TelemetrySample& sample) {
   const Vec3 hip_mm = sample.hip * kMillimetresPerMetre;
-  std::printf("tick %8llu  %6.0f Hz  missed %llu  revision %llu  hip %7.1f %7.1f %7.1f mm  force %5.2f N",
-              static_cast<unsigned long long>(sample.tick), sample.servoRate_Hz,
-              static_cast<unsigned long long>(sample.missedTicks),
-              static_cast<unsigned long long>(sample.sceneRevision), hip_mm.x, hip_mm.y, hip_mm.z,
+  std::printf("hip %7.1f %7.1f %7.1f mm  force %5.2f N", hip_mm.x, hip_mm.y, hip_mm.z,
               glm::length(sample.force.written));
   if (const auto object = view.scene->find(sample.object); object) {
     std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMillimetresPerMetre, object->name.c_str(),
                 nameOf(sample.primitive.kind), sample.primitive.polygon);
   }
+}
+
+void printFault(const TelemetrySample& sample) {
+  if (sample.fault == Fault::kNone) return;
+  std::printf("  FAULT: %s%s", faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s).c_str());
+}
+
+void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
+  std::printf("tick %8llu  %6.0f Hz  missed %llu  revision %llu  ", static_cast<unsigned long long>(sample.tick),
+              sample.servoRate_Hz, static_cast<unsigned long long>(sample.missedTicks),
+              static_cast<unsigned long long>(sample.sceneRevision));
+  printTouch(view, sample);
   for (const auto& [id, body] : view.bodies) {
     const auto object = view.scene->find(id);
     if (body.condition == BodyCondition::kAsleep || !object) continue;
@@ -56,8 +65,12 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     std::printf("  %s's %s gave %.3g mJ", object->name.c_str(), nameOf(sample.largestEnergySource.feature),
                 sample.largestEnergySource.given_J * kMillijoulesPerJoule);
   }
-  if (sample.fault != Fault::kNone) {
-    std::printf("  FAULT: %s%s", faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s).c_str());
+  printFault(sample);
+  if (view.secondHand) {
+    const TelemetrySample& second = *view.secondHand;
+    std::printf("\n  second hand  ");
+    printTouch(view, second);
+    printFault(second);
   }
   std::printf("\n");
   std::fflush(stdout);
@@ -66,6 +79,7 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
 void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   v1::Telemetry message;
   toWire(sample, message);
+  if (view.secondHand) toWireOfSecondHand(*view.secondHand, message);
   for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
   for (const ObjectDent& dent : view.dents) toWire(dent, *message.add_dent());
   if (view.tool) toWire(*view.tool, *message.mutable_tool());

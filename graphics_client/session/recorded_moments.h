@@ -21,6 +21,7 @@ struct RecordedMotion {
 struct RecordedMoment {
   double time_s = 0;  ///< Since the recording's first tick.
   TelemetrySample sample;
+  std::optional<TelemetrySample> secondHand;
   std::shared_ptr<const RecordedMotion> motion;  ///< Null: nothing moves.
   std::size_t scene = 0;                         ///< Index of its scene.
 };

@@ -55,7 +55,7 @@ class RecordedSession::Reader {
       mark({time_s, true, faultInWords(sample.fault, sample.device.fault)});
     }
     fault_ = sample.fault;
-    if (session_.moments_.wants(time_s)) keep(sample, time_s);
+    if (session_.moments_.wants(time_s)) keep(tick, time_s);
     return true;
   }
 
@@ -122,14 +122,15 @@ class RecordedSession::Reader {
     return nullptr;
   }
 
-  void keep(const TelemetrySample& sample, double time_s) {
+  void keep(const ReplayedTick& tick, double time_s) {
     if (hasMotion_ && std::exchange(motionIsNew_, false)) {
       const auto bodies = newest_.bodies();
       const auto dents = newest_.dents();
       motion_ = std::make_shared<const RecordedMotion>(
           RecordedMotion{{bodies.begin(), bodies.end()}, {dents.begin(), dents.end()}, newest_.tool});
     }
-    RecordedMoment moment{time_s, sample, motion_, session_.scenes_.size() - 1};
+    RecordedMoment moment{time_s, tick.sample, std::nullopt, motion_, session_.scenes_.size() - 1};
+    if (tick.secondSample != nullptr) moment.secondHand = *tick.secondSample;
     moment.sample.missedTicks = missed_;
     moment.sample.servoRate_Hz = 1 / period_s_;
     moment.sample.time_ns = static_cast<std::uint64_t>(std::llround(1e9 * time_s)) + 1;  // 0 says that there is none
@@ -193,10 +194,15 @@ std::shared_ptr<const MirrorView> RecordedSession::view(std::size_t moment, std:
   view->isReplay = true;
   view->linkText = status(shown.time_s);
   view->sample = shown.sample;
+  view->secondHand = shown.secondHand;
   view->takenAt_ns = now_ns;
   view->serverName = "recording of " + outcome_.facts.server;
   view->device = outcome_.facts.device;
   view->maxForce_N = outcome_.facts.config.maxForce_N;
+  if (const auto& second = outcome_.facts.secondHand) {
+    view->secondDevice = second->device;
+    view->secondMaxForce_N = second->config.maxForce_N;
+  }
   view->servoRate_Hz = outcome_.facts.rate_Hz;
   view->connections = 1;
   view->samplesReceived = moment + 1;

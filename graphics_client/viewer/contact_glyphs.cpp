@@ -151,31 +151,35 @@ void ContactGlyphs::drawLast() {
   for (Glyph* glyph : all()) glyph->drawLast();
 }
 
-void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current) {
+void ContactGlyphs::update(const MirrorView& view, const ShownHand& hand, const Trail& trail, double metresPerPixel,
+                           bool current) {
   for (Glyph* glyph : all()) glyph->setVisible(false);
-  if (!view.sample) return;
-  const TelemetrySample& sample = *view.sample;
+  if (hand.sample == nullptr) return;
+  const TelemetrySample& sample = *hand.sample;
   const double radius = sizes_.marker_px * metresPerPixel;
   hip_.show(shadeIf(current, palette::kHip), ball(sample.hip, radius));
   if (sample.object != 0) ihip_.show(shadeIf(current, palette::kIhip), ball(sample.ihip, radius));
   show(spring_, sample.hip, sample.ihip, kSpringLine_px / 2 * metresPerPixel, shadeIf(current, palette::kSpring));
   updatePin(sample, metresPerPixel, current);
-  updateForce(view, metresPerPixel, current);
-  updatePrimitive(view, metresPerPixel, current);
-  updateTool(view, metresPerPixel, current);
+  updateForce(hand, metresPerPixel, current);
+  updatePrimitive(view, sample, metresPerPixel, current);
+  if (hand.tool != nullptr) {
+    updateToolAtDevice(view, hand, current);
+    updateTool(hand, metresPerPixel, current);
+  }
   updateTrail(trail, current);
 }
 
-void ContactGlyphs::updateForce(const MirrorView& view, double metresPerPixel, bool current) {
-  const Vec3 force = view.sample->force.written;
+void ContactGlyphs::updateForce(const ShownHand& hand, double metresPerPixel, bool current) {
+  const Vec3 force = hand.sample->force.written;
   const double force_N = glm::length(force);
   if (!(force_N > kSmallestArrow_N)) return;
-  const double share = force_N / (view.maxForce_N > 0 ? view.maxForce_N : kFullScale_N);
+  const double share = force_N / (hand.maxForce_N > 0 ? hand.maxForce_N : kFullScale_N);
   const palette::Shade shade = shadeIf(current, palette::forceShade(std::min(share, 1.0)));
   const double length = sizes_.arrow_mPerN * force_N;
   const double radius = sizes_.arrowRadius_px * metresPerPixel;
   const double tipLength = std::min(kTipLength * radius, length);
-  const Vec3 axis = force / force_N, start = view.sample->ihip;
+  const Vec3 axis = force / force_N, start = hand.sample->ihip;
   tip_.show(shade, alongAxis(start + axis * (length - tipLength), axis, tipLength, kTipRadius * radius));
   if (length > tipLength) shaft_.show(shade, alongAxis(start, axis, length - tipLength, radius));
 }
@@ -190,14 +194,15 @@ void ContactGlyphs::updatePin(const TelemetrySample& sample, double metresPerPix
   pinHead_.show(shade, ball(head, kPinHead_px * metresPerPixel));
 }
 
-void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixel, bool current) {
-  const PrimitiveId& primitive = view.sample->primitive;
-  const SceneVersion::Object object = view.scene->find(view.sample->object);
+void ContactGlyphs::updatePrimitive(const MirrorView& view, const TelemetrySample& sample, double metresPerPixel,
+                                    bool current) {
+  const PrimitiveId& primitive = sample.primitive;
+  const SceneVersion::Object object = view.scene->find(sample.object);
   if (!object || primitive.kind == PrimitiveKind::kNone) return;
   const auto triangle = view.cornersOf(*object, primitive.polygon);
   if (!triangle) return;
   const bool textured = object->material.surface.texture.has_value();
-  const double lift = kPrimitiveLift_px * metresPerPixel + std::max(view.sample->height_m, 0.0);
+  const double lift = kPrimitiveLift_px * metresPerPixel + std::max(sample.height_m, 0.0);
   std::vector<Vec3> corners = primitiveCorners(*triangle, primitive, lift);
   if (corners.empty()) return;
   const vtkSmartPointer<vtkMatrix4x4> place = matrixOf(view.poseOf(*object));
@@ -214,11 +219,10 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
   primitiveOutline_.show(shade, place);
 }
 
-void ContactGlyphs::updateTool(const MirrorView& view, double metresPerPixel, bool current) {
-  if (!view.tool) return;
-  updateToolAtDevice(view, current);
+void ContactGlyphs::updateTool(const ShownHand& hand, double metresPerPixel, bool current) {
+  const ToolState& tool = *hand.tool;
   std::vector<Vec3> places, lines;
-  for (const ToolState::Point& point : view.tool->points()) {
+  for (const ToolState::Point& point : tool.points()) {
     places.push_back(point.place);
     lines.insert(lines.end(), {point.place, point.place + sizes_.arrow_mPerN * point.force_N});
   }
@@ -229,16 +233,16 @@ void ContactGlyphs::updateTool(const MirrorView& view, double metresPerPixel, bo
     toolForces_.setShape(segments(lines));
     toolForces_.show(shadeIf(current, palette::kSpring), asItIs);
   }
-  const double torque_Nm = glm::length(view.tool->torque_Nm);
+  const double torque_Nm = glm::length(tool.torque_Nm);
   if (!(torque_Nm > kSmallestArc_Nm)) return;
-  torque_.setShape(segments(arcAround(view.sample->ihip, view.tool->torque_Nm / torque_Nm, kArc_px * metresPerPixel,
+  torque_.setShape(segments(arcAround(hand.sample->ihip, tool.torque_Nm / torque_Nm, kArc_px * metresPerPixel,
                                       std::min(kArc_radPerNm * torque_Nm, kLongestArc_rad))));
   torque_.show(shadeIf(current, palette::kTorque), asItIs);
 }
 
-void ContactGlyphs::updateToolAtDevice(const MirrorView& view, bool current) {
-  const SceneVersion::Object object = view.scene->find(view.tool->object);
-  if (!object || view.sample->object == 0) return;
+void ContactGlyphs::updateToolAtDevice(const MirrorView& view, const ShownHand& hand, bool current) {
+  const SceneVersion::Object object = view.scene->find(hand.tool->object);
+  if (!object || hand.sample->object == 0) return;
   const auto mesh = view.meshes.find(object->mesh);
   if (mesh == view.meshes.end()) return;
   if (toolShape_ != object->mesh) {
@@ -246,7 +250,7 @@ void ContactGlyphs::updateToolAtDevice(const MirrorView& view, bool current) {
     toolShape_ = object->mesh;
   }
   toolAtDevice_.show(shadeIf(current, palette::kHip),
-                     matrixOf({view.tool->deviceRotation * object->pose.rotation, view.sample->hip}));
+                     matrixOf({hand.tool->deviceRotation * object->pose.rotation, hand.sample->hip}));
 }
 
 void ContactGlyphs::updateTrail(const Trail& trail, bool current) {

@@ -48,7 +48,14 @@ struct GlyphSizes {
   double arrowRadius_px = 3;  ///< Of the shaft.
 };
 
-/// HIP, IHIP, the line between them, the force at the IHIP, friction's sticking point as a pin with a thread to the IHIP,
+/// What is drawn of a hand.
+struct ShownHand {
+  const TelemetrySample* sample = nullptr;  ///< Null: nothing.
+  double maxForce_N = 0;                    ///< Of its device; 0: not known.
+  const ToolState* tool = nullptr;          ///< Null: it holds none.
+};
+
+/// Of a hand: HIP, IHIP, the line between them, the force at the IHIP, friction's sticking point as a pin with a thread to the IHIP,
 /// the contacted primitive and the trail; where a tool is held, the points that hold it with their forces, its torque as an
 /// arc, and pale where the device has it. In one pane. Markers keep their size on the screen whatever the zoom.
 class ContactGlyphs {
@@ -60,7 +67,7 @@ class ContactGlyphs {
 
   /// @param metresPerPixel  at the IHIP, by the pane's camera.
   /// @param current         false: everything grey.
-  void update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current);
+  void update(const MirrorView& view, const ShownHand& hand, const Trail& trail, double metresPerPixel, bool current);
 
  private:
   GlyphSizes sizes_;
@@ -73,11 +80,11 @@ class ContactGlyphs {
             &shaft_, &tip_,       &toolForces_,       &toolPoints_, &torque_, &toolAtDevice_};
   }
 
-  void updateForce(const MirrorView& view, double metresPerPixel, bool current);
+  void updateForce(const ShownHand& hand, double metresPerPixel, bool current);
   void updatePin(const TelemetrySample& sample, double metresPerPixel, bool current);
-  void updatePrimitive(const MirrorView& view, double metresPerPixel, bool current);
-  void updateTool(const MirrorView& view, double metresPerPixel, bool current);
-  void updateToolAtDevice(const MirrorView& view, bool current);
+  void updatePrimitive(const MirrorView& view, const TelemetrySample& sample, double metresPerPixel, bool current);
+  void updateTool(const ShownHand& hand, double metresPerPixel, bool current);
+  void updateToolAtDevice(const MirrorView& view, const ShownHand& hand, bool current);
   void updateTrail(const Trail& trail, bool current);
 };
 

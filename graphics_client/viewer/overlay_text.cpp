@@ -131,6 +131,13 @@ std::string textureText(const MirrorView& view, const TelemetrySample& sample) {
   return formatted("%+.2f mm, %.2f N", sample.height_m * kMillimetresPerMetre, glm::length(sample.force.texture));
 }
 
+OverlayLine secondHandLine(const MirrorView& view, const TelemetrySample& sample) {
+  if (sample.fault != Fault::kNone) return {"Hand 2", "FAULT, no force", Tone::kBad};
+  const std::string force = formatted("%.2f N", glm::length(sample.force.written));
+  if (sample.object == 0) return {"Hand 2", force};
+  return {"Hand 2", force + " on " + objectName(view, sample.object), Tone::kGood};
+}
+
 /// How many there are, and how many of them the servo moves now.
 std::string objectCount(const MirrorView& view) {
   std::string total = std::to_string(view.scene->objects().size());
@@ -234,6 +241,7 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
                              sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
   };
   if (view.tool) lines.push_back({"Torque", torqueText(*view.tool)});
+  if (view.secondHand) lines.push_back(secondHandLine(view, *view.secondHand));
   return lines;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/telemetry/body_json.h"
+#include "common/telemetry/hand_command.h"
 
 namespace haptics {
 
@@ -29,9 +30,15 @@ void RunSummary::addFrame(std::shared_ptr<const MirrorView> view, double age_s, 
 }
 
 std::optional<double> RunSummary::addContact(const MirrorView& shown) {
-  const auto error_m = shown.link == LinkState::kLive ? contactError_.of_m(shown) : std::nullopt;
-  if (error_m) contactErrors_mm_.add(*error_m * 1e3);
-  return error_m;
+  std::optional<double> largest_m;
+  for (std::size_t hand = 0; hand < kMaxLedHands; ++hand) {
+    const TelemetrySample* sample = shown.link == LinkState::kLive ? shown.felt(hand) : nullptr;
+    const auto error_m = sample != nullptr ? contactError_.of_m(shown, *sample) : std::nullopt;
+    if (!error_m) continue;
+    contactErrors_mm_.add(*error_m * 1e3);
+    largest_m = std::max(largest_m.value_or(0), *error_m);
+  }
+  return largest_m;
 }
 
 void RunSummary::Newest::add(double value) {

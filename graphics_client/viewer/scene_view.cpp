@@ -30,13 +30,14 @@ SceneView::SceneView(const ViewerOptions& options)
     : renderWindow_(options),
       objects_(renderWindow_.world().solid, renderWindow_.closeUp().solid),
       probe_(renderWindow_.world()),
-      glyphs_(renderWindow_.world(), GlyphSizes{}),
-      closeUpGlyphs_(renderWindow_.closeUp(), kCloseUpSizes),
+      glyphs_{{renderWindow_.world(), GlyphSizes{}}, {renderWindow_.closeUp(), kCloseUpSizes}},
+      secondGlyphs_{{renderWindow_.world(), GlyphSizes{}}, {renderWindow_.closeUp(), kCloseUpSizes}},
       pointerGlyph_(renderWindow_.world(), unitSphere(), Glyph::Kind::kAbove),
       pullGlyph_(renderWindow_.world(), unitCylinder(), Glyph::Kind::kAbove),
       gizmoGlyphs_(renderWindow_.world()),
       cameras_(renderWindow_),
       overlay_(renderWindow_, !options.offscreen),
+      ledHand_(options.hand),
       resetAt_s_(-kResetNotice_s) {
   pointerGlyph_.setVisible(false);
   pullGlyph_.setVisible(false);
@@ -51,6 +52,7 @@ void SceneView::drawFrame(const std::shared_ptr<const MirrorView>& newest, doubl
   snapshot_.age_s = newest->telemetryAgeAt_s(now_ns);
   noteChanges(*snapshot_.view);
   if (newest->sample) snapshot_.trail.add(*newest->sample, now_s_);
+  if (newest->secondHand) snapshot_.secondTrail.add(*newest->secondHand, now_s_);
   show(snapshot_, dt_s);
   if (summary_.frames() == 0) adaptToCard();
   summary_.addFrame(newest, snapshot_.age_s, now_s_);
@@ -83,8 +85,10 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   const bool current = isCurrent(view, snapshot.age_s);
   if (objects_.update(view, current || !wasLive_)) {
     probe_.lookLast();
-    glyphs_.drawLast();
-    closeUpGlyphs_.drawLast();
+    for (HandGlyphs* glyphs : {&glyphs_, &secondGlyphs_}) {
+      glyphs->scene.drawLast();
+      glyphs->closeUp.drawLast();
+    }
   }
   overlay_.update(view,
                   {.age_s = snapshot.age_s,
@@ -105,8 +109,12 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   overlay_.label(objects_.boxes());
   objects_.showFor(cameras_.worldPosition(), cameras_.closeUpPosition());
   const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
-  glyphs_.update(view, snapshot.trail, scale, current);
-  closeUpGlyphs_.update(view, snapshot.trail, cameras_.closeUpMetresPerPixel(), current);
+  const auto showHand = [&](HandGlyphs& glyphs, const ShownHand& hand, const Trail& trail) {
+    glyphs.scene.update(view, hand, trail, scale, current);
+    glyphs.closeUp.update(view, hand, trail, cameras_.closeUpMetresPerPixel(), current);
+  };
+  showHand(glyphs_, {view.felt(0), view.maxForce_N, view.tool ? &*view.tool : nullptr}, snapshot.trail);
+  showHand(secondGlyphs_, {view.felt(1), view.secondMaxForce_N, nullptr}, snapshot.secondTrail);
   showPointer(view, scale);
   gizmoGlyphs_.update(gizmo_, cameras_.picture());
   renderWindow_.render();
@@ -116,8 +124,9 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
 void SceneView::showPointer(const MirrorView& view, double metresPerPixel) {
   pointerGlyph_.setVisible(false);
   pullGlyph_.setVisible(false);
-  if (!pointer_ || !view.sample) return;
-  const Vec3 from = pointer_->position, way = view.sample->hip - from;
+  const TelemetrySample* led = view.felt(ledHand_);
+  if (!pointer_ || led == nullptr) return;
+  const Vec3 from = pointer_->position, way = led->hip - from;
   pointerGlyph_.show(palette::kTrail,
                      alongAxis(from, {1, 0, 0}, kPointer_px * metresPerPixel, kPointer_px * metresPerPixel));
   const double length = glm::length(way);
@@ -130,6 +139,7 @@ void SceneView::noteChanges(const MirrorView& view) {
   if (std::exchange(stateResets_, view.stateResets).value_or(view.stateResets) != view.stateResets) {
     resetAt_s_ = now_s_;
     snapshot_.trail.clear();
+    snapshot_.secondTrail.clear();
     framed_ = false;
   }
   if (view.link == LinkState::kLive) wasLive_ = true;
@@ -139,6 +149,7 @@ void SceneView::startAnew() {
   stateResets_.reset();
   resetAt_s_ = -kResetNotice_s;
   snapshot_.trail.clear();
+  snapshot_.secondTrail.clear();
   framed_ = wasLive_ = false;
 }
 

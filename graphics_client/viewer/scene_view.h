@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <set>
@@ -25,8 +26,8 @@ class SceneView {
   /// What one frame shows.
   struct FrameSnapshot {
     std::shared_ptr<const MirrorView> view;
-    double age_s = 0;  ///< Of its sample.
-    Trail trail;
+    double age_s = 0;          ///< Of its sample.
+    Trail trail, secondTrail;  ///< Of the hand, and of a second one.
   };
   /// What of it is drawn, and how.
   struct Style {
@@ -74,7 +75,11 @@ class SceneView {
   RenderWindow renderWindow_;
   SceneActors objects_;
   SurfaceProbe probe_;
-  ContactGlyphs glyphs_, closeUpGlyphs_;
+  /// Of a hand in both panes.
+  struct HandGlyphs {
+    ContactGlyphs scene, closeUp;
+  };
+  HandGlyphs glyphs_, secondGlyphs_;
   Glyph pointerGlyph_, pullGlyph_;
   GizmoGlyphs gizmoGlyphs_;
   CameraRig cameras_;
@@ -87,6 +92,7 @@ class SceneView {
   std::optional<GizmoPicture> gizmo_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
   std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet
+  const std::size_t ledHand_;                 // by the pointer
   double resetAt_s_;
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;

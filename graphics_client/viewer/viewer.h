@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -18,6 +19,7 @@ struct ViewerOptions {
   bool offscreen = false;            ///< No window; the picture goes to `screenshot`.
   std::optional<double> duration_s;  ///< Ends by itself after it.
   double frameLimit_Hz = 60;         ///< > 0.
+  std::size_t hand = 0;              ///< That the pointer leads, below kMaxLedHands.
   bool displacement = false;         ///< Soft objects are coloured by how far they are displaced; the d key.
   std::filesystem::path
       sheet;  ///< Pictures of the run on one sheet, written at the end when not empty; needs a duration.

@@ -47,8 +47,9 @@ double Reach::fraction() const noexcept {
   return s * s * s * (10 + s * (6 * s - 15));
 }
 
-ExploringHand::ExploringHand(const HandPreset& hand, double maxForce_N) noexcept
-    : targetForce_(pressForce(hand, maxForce_N)),
+ExploringHand::ExploringHand(const HandPreset& hand, double maxForce_N, double startsAt) noexcept
+    : startsAt_(startsAt),
+      targetForce_(pressForce(hand, maxForce_N)),
       forceGain_(hand.stiffness_N_per_m > 0 ? kForceCorrection_per_s / hand.stiffness_N_per_m : 0),
       clearHeight_(kRestingPlace.z),
       position_(kRestingPlace) {}
@@ -64,7 +65,7 @@ void ExploringHand::follow(const ExplorationPlan* plan) noexcept {
   clearHeight_ = plan_->clearHeight_m;
 
   if (phase_ == Phase::kNotStarted) {
-    choose(0);
+    choose(static_cast<std::size_t>(startsAt_ * static_cast<double>(plan_->strokes.size())));
     position_ = atHeight(points_[0], clearHeight_);
     return;
   }

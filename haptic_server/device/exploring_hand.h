@@ -29,8 +29,9 @@ struct Reach {
 /// the plan has it, it lifts and goes on. A device that turns it sways slowly about both horizontal axes.
 class ExploringHand final : public HandIntent {
  public:
-  /// `maxForce_N` of the device that it holds.
-  ExploringHand(const HandPreset& hand, double maxForce_N) noexcept;
+  /// @param maxForce_N  Of the device that it holds.
+  /// @param startsAt  The share of a plan's strokes that it passes over at first, below 1: two hands do not begin together.
+  ExploringHand(const HandPreset& hand, double maxForce_N, double startsAt = 0) noexcept;
 
   [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
   [[nodiscard]] Quat nextRotation(double dt_s) noexcept override;
@@ -67,6 +68,7 @@ class ExploringHand final : public HandIntent {
   [[nodiscard]] Vec3 pointAt(double fraction) const noexcept;
   [[nodiscard]] std::span<const Vec3> points() const noexcept { return {points_.data(), pointCount_}; }
 
+  double startsAt_;
   double targetForce_;  // N
   double forceGain_;    // m/s of depth per newton of error
 

@@ -39,8 +39,8 @@ void filter(Vec3 to, double dt_s, Vec3& x, Vec3& velocity) noexcept {
 
 }  // namespace
 
-LeadableHand::LeadableHand(const HandPreset& hand, double maxForce_N) noexcept
-    : exploring_(hand, maxForce_N),
+LeadableHand::LeadableHand(const HandPreset& hand, double maxForce_N, double startsAt) noexcept
+    : exploring_(hand, maxForce_N, startsAt),
       maxPress_N_(maxForce_N / kForceReserve),
       depthPerForce_(hand.stiffness_N_per_m > 0 ? kForceCorrection_per_s / hand.stiffness_N_per_m : 0),
       interval_s_(kUsualInterval_s) {}

@@ -23,7 +23,8 @@ class LeadableHand final : public HandIntent {
   static constexpr double kMaxTurn_rad_per_s = 2;
 
   /// @param maxForce_N  Of the device that it holds: it presses with less.
-  LeadableHand(const HandPreset& hand, double maxForce_N) noexcept;
+  /// @param startsAt  As for ExploringHand.
+  LeadableHand(const HandPreset& hand, double maxForce_N, double startsAt = 0) noexcept;
 
   /// For one other thread: the newest command wins. Wait-free.
   void command(const HandCommand& command) noexcept { commands_.put(command); }

@@ -54,13 +54,13 @@ std::optional<Connection::DatagramOffer> Connection::offerDatagrams() {
   return DatagramOffer{shared_.datagrams->local().port, shared_.paths.add(number_, from->host)};
 }
 
-Result<void> Connection::leadHand(bool lead) { return all_.leadHand(number_, lead); }
+Result<void> Connection::leadHand(std::size_t hand, bool lead) { return all_.leadHand(number_, hand, lead); }
 
-void Connection::commandHand(const HandCommand& command) {
-  if (shared_.handLeader == number_) static_cast<void>(shared_.host.commandHand(command));
+void Connection::commandHand(std::size_t hand, const HandCommand& command) {
+  if (shared_.handLeader[hand] == number_) static_cast<void>(shared_.hand(hand)->commandHand(command));
 }
 
-std::optional<SessionHost::Leader> Connection::handLeader() const { return all_.handLeader(); }
+std::optional<SessionHost::Leader> Connection::handLeader(std::size_t hand) const { return all_.handLeader(hand); }
 
 Result<Role> Connection::admit(SessionId id, const std::string& token) {
   token_ = hashOfToken(token);
@@ -86,7 +86,8 @@ void Connection::fillStatus(v1::Status& status) {
   status.set_clients(shared_.clients);
   status.set_refused_connections(shared_.refusedConnections);
   status.set_forged_datagrams(shared_.paths.forged());
-  if (const auto leader = all_.handLeader()) status.set_hand_leader(leader->name);
+  if (const auto leader = all_.handLeader(0)) status.set_hand_leader(leader->name);
+  if (const auto leader = all_.handLeader(1)) status.mutable_second_hand()->set_hand_leader(leader->name);
 }
 
 void Connection::refused(const std::string& why) {

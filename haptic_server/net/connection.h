@@ -50,9 +50,9 @@ class Connection final : public SessionHost {
     return shared_.paths.send(number_, telemetry, now_ns());
   }
 
-  [[nodiscard]] Result<void> leadHand(bool lead) override;
-  void commandHand(const HandCommand& command) override;
-  [[nodiscard]] std::optional<Leader> handLeader() const override;
+  [[nodiscard]] Result<void> leadHand(std::size_t hand, bool lead) override;
+  void commandHand(std::size_t hand, const HandCommand& command) override;
+  [[nodiscard]] std::optional<Leader> handLeader(std::size_t hand) const override;
 
   [[nodiscard]] std::uint64_t now_ns() const override { return monotonicNow_ns(); }
   [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) override;

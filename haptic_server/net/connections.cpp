@@ -106,7 +106,7 @@ double Connections::serve_Hz() {
   double highest_Hz = 0;
   each([&](Connection& connection) {
     ServerSession& session = connection.session();
-    if (any) session.offerTelemetry(*shared_.servo.last());
+    if (any) session.offerTelemetry(*shared_.servo.last(), shared_.servo.lastOfSecondHand());
     session.poll();
     highest_Hz = std::max(highest_Hz, session.telemetryRate_Hz());
   });
@@ -151,36 +151,42 @@ void Connections::assetDecided(const Upload& upload, const Result<std::shared_pt
   }
 }
 
-Result<void> Connections::leadHand(std::uint64_t number, bool lead) {
-  const bool isLeader = shared_.handLeader == number;
+Result<void> Connections::leadHand(std::uint64_t number, std::size_t hand, bool lead) {
+  const bool isLeader = shared_.handLeader[hand] == number;
   if (lead == isLeader) return {};
-  if (lead) {
-    if (const auto other = handLeader()) return refused("lead_hand", "the hand is led by " + other->name);
-    if (!shared_.host.commandHand({})) {
-      return refused("lead_hand", "the device is " + identity_.device + "; only a simulated one has a hand to lead");
-    }
-    setHandLeader(number);
-  } else if (isLeader) {
-    setHandLeader(std::nullopt);
+  if (!lead) {
+    setHandLeader(hand, std::nullopt);
+    return {};
   }
+  if (const auto other = handLeader(hand)) return refused("lead_hand", "the hand is led by " + other->name);
+  HandHost* host = shared_.hand(hand);
+  if (host == nullptr)
+    return refused("lead_hand.hand", "is the second, and this server has one (haptic_server --device A --device B)");
+  if (!host->commandHand({})) {
+    return refused("lead_hand", "the device is " + (hand == 0 ? identity_.device : identity_.secondDevice) +
+                                    "; only a simulated one has a hand to lead");
+  }
+  setHandLeader(hand, number);
   return {};
 }
 
-std::optional<SessionHost::Leader> Connections::handLeader() const {
-  if (!shared_.handLeader) return std::nullopt;
-  const ServerSession& session = connections_.at(*shared_.handLeader)->session();
+std::optional<SessionHost::Leader> Connections::handLeader(std::size_t hand) const {
+  if (!shared_.handLeader[hand]) return std::nullopt;
+  const ServerSession& session = connections_.at(*shared_.handLeader[hand])->session();
   return SessionHost::Leader{session.name(), session.id()};
 }
 
 /// The hand is let go of at once where nobody leads it any more.
-void Connections::setHandLeader(std::optional<std::uint64_t> number) {
-  shared_.handLeader = number;
-  if (!number) static_cast<void>(shared_.host.commandHand({}));
-  each([](Connection& connection) { connection.session().handLeaderChanged(); });
+void Connections::setHandLeader(std::size_t hand, std::optional<std::uint64_t> number) {
+  shared_.handLeader[hand] = number;
+  if (!number) static_cast<void>(shared_.hand(hand)->commandHand({}));
+  each([hand](Connection& connection) { connection.session().handLeaderChanged(hand); });
 }
 
 void Connections::remove(std::uint64_t number) {
-  if (shared_.handLeader == number) setHandLeader(std::nullopt);
+  for (std::size_t hand = 0; hand < kMaxLedHands; ++hand) {
+    if (shared_.handLeader[hand] == number) setHandLeader(hand, std::nullopt);
+  }
   connections_.erase(number);
   shared_.paths.remove(number);
   countClients();

@@ -28,7 +28,12 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   /// Room and host outlive every call.
   Connections(const ServerIdentity& identity, const std::optional<ServerCredentials>& credentials,
               SceneService& sceneService, ServerHost& host)
-      : identity_(identity), shared_(credentials, sceneService, host) {}
+      : identity_(identity), shared_(credentials, sceneService, host) {
+    shared_.onTarget = [this](std::uint64_t number, const v1::HandTarget& target) {
+      if (const auto at = connections_.find(number); at != connections_.end())
+        at->second->session().handTargetByDatagram(target);
+    };
+  }
 
   [[nodiscard]] EventLoop& loop() noexcept { return loop_; }
   [[nodiscard]] const SharedByConnections& shared() const noexcept { return shared_; }
@@ -73,14 +78,14 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   void assetDecided(const Upload& upload, const Result<std::shared_ptr<const Asset>>& asset);
   void remove(std::uint64_t number);
   /// As SessionHost::leadHand(), of the client of connection `number`.
-  [[nodiscard]] Result<void> leadHand(std::uint64_t number, bool lead);
-  [[nodiscard]] std::optional<SessionHost::Leader> handLeader() const;
+  [[nodiscard]] Result<void> leadHand(std::uint64_t number, std::size_t hand, bool lead);
+  [[nodiscard]] std::optional<SessionHost::Leader> handLeader(std::size_t hand) const;
 
  private:
   [[nodiscard]] bool admitsHandshake(const std::string& peer);
   void dropOldestHalfOpen();
   void countClients();
-  void setHandLeader(std::optional<std::uint64_t> number);
+  void setHandLeader(std::size_t hand, std::optional<std::uint64_t> number);
   template <class Task>
   void each(Task task);
 

@@ -41,7 +41,11 @@ void DatagramPaths::received(std::span<const char> bytes, const Endpoint& from, 
   Path& path = paths_[at->second];
   path.port = from.port;
   path.heard_ns = now_ns;
-  send_(bytes, from);
+  if (!datagram.has_hand_target()) return send_(bytes, from);
+  const v1::HandTarget& target = datagram.hand_target();
+  if (target.hand() >= kMaxLedHands || target.number() <= path.newestTarget[target.hand()]) return;
+  path.newestTarget[target.hand()] = target.number();
+  onTarget_(at->second, target);
 }
 
 bool DatagramPaths::send(std::uint64_t connection, const v1::Telemetry& telemetry, std::uint64_t now_ns) {

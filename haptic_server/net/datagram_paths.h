@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "common/telemetry/hand_command.h"
 #include "common/wire/endpoint.h"
 #include "haptics/v1/envelope.pb.h"
 
@@ -23,7 +25,9 @@ class DatagramPaths {
   static constexpr std::size_t kCookieBytes = 16;
 
   using Send = std::function<void(std::span<const char> bytes, const Endpoint& to)>;
-  explicit DatagramPaths(Send send) : send_(std::move(send)) {}
+  using OnTarget = std::function<void(std::uint64_t connection, const v1::HandTarget& target)>;
+  /// @param onTarget  For a target of a hand that is newer than those before.
+  DatagramPaths(Send send, OnTarget onTarget) : send_(std::move(send)), onTarget_(std::move(onTarget)) {}
 
   /// The cookie of a connection that comes from `host`, a numeric address.
   [[nodiscard]] std::string add(std::uint64_t connection, std::string host);
@@ -38,8 +42,10 @@ class DatagramPaths {
     std::string cookie, host;
     std::uint16_t port = 0;  // 0: the client has not been heard
     std::uint64_t heard_ns = 0;
+    std::array<std::uint64_t, kMaxLedHands> newestTarget{};  // of each hand
   };
   Send send_;
+  OnTarget onTarget_;
   std::map<std::uint64_t, Path> paths_;            // by connection
   std::map<std::string, std::uint64_t> byCookie_;  // connection
   std::uint64_t forged_ = 0;

@@ -12,11 +12,11 @@
 
 namespace haptics {
 
-/// What a server needs of the program around it: the servo's mailboxes, a recorder, a log. Called on the network thread
-/// only, or by Server::stop() once that has ended.
-class ServerHost {
+/// One hand of the servo, as a server needs it. Called on the network thread only, or by Server::stop() once that has
+/// ended.
+class HandHost {
  public:
-  virtual ~ServerHost() = default;
+  virtual ~HandHost() = default;
   /// Takes the oldest sample of the servo's queue. False: it is empty.
   [[nodiscard]] virtual bool popTelemetry(TelemetrySample& sample) = 0;
   /// Where the objects that move are; null when nothing has changed since the last call. By default nothing moves.
@@ -26,6 +26,14 @@ class ServerHost {
 
   /// Of the client that leads the simulated hand, or that none leads it. False, as by default: no hand can be led.
   [[nodiscard]] virtual bool commandHand([[maybe_unused]] const HandCommand& command) { return false; }
+};
+
+/// What a server needs of the program around it: the servo's mailboxes, a recorder, a log. It is the first hand itself.
+/// Called as a HandHost is.
+class ServerHost : public HandHost {
+ public:
+  /// Null, as by default: there is one hand. A sample of the first hand finds that of the same tick in its queue.
+  [[nodiscard]] virtual HandHost* secondHand() { return nullptr; }
 
   /// With the file, or why there is none. Called once, on any thread.
   using DumpAnswer = std::function<void(const Result<std::string>& file)>;

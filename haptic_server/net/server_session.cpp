@@ -70,8 +70,8 @@ void ServerSession::poll() {
   pump();
 }
 
-void ServerSession::offerTelemetry(const TelemetrySample& sample) {
-  telemetry_.offer(sample);
+void ServerSession::offerTelemetry(const TelemetrySample& sample, const TelemetrySample* second) {
+  telemetry_.offer(sample, second);
   pump();
 }
 
@@ -233,6 +233,8 @@ void ServerSession::handle(const v1::Hello& hello) {
   welcome.set_servo_rate_hz(identity_.servoRate_Hz);
   welcome.set_device(identity_.device);
   welcome.set_max_force_n(identity_.maxForce_N);
+  welcome.set_second_device(identity_.secondDevice);
+  welcome.set_second_max_force_n(identity_.secondMaxForce_N);
   welcome.set_may_edit(role_ == Role::kEdit);
   if (auto offer = host_.offerDatagrams()) {
     welcome.set_datagram_port(offer->port);
@@ -315,26 +317,36 @@ void ServerSession::handle(const v1::ClockProbe& probe) {
 }
 
 void ServerSession::handle(const v1::LeadHand& request) {
-  followsHandLeader_ = true;
+  if (request.hand() >= kMaxLedHands)
+    return refuse("lead_hand.hand", "is neither 0, the first hand, nor 1, the second");
+  followsHandLeader_[request.hand()] = true;
   auto led = request.lead() && role_ != Role::kEdit ? Result<void>(tl::unexpected(notAnEditor()))
-                                                    : host_.leadHand(request.lead());
-  sendHandLeader(led ? "" : led.error().text());
+                                                    : host_.leadHand(request.hand(), request.lead());
+  sendHandLeader(request.hand(), led ? "" : led.error().text());
 }
 
 void ServerSession::handle(const v1::HandTarget& target) {
   const auto command = fromWire(target);
   if (!command) return refuse(command.error().field, command.error().reason);
-  host_.commandHand(*command);
+  if (target.hand() >= kMaxLedHands)
+    return refuse("hand_target.hand", "is neither 0, the first hand, nor 1, the second");
+  host_.commandHand(target.hand(), *command);
 }
 
-void ServerSession::handLeaderChanged() {
-  if (phase_ == Phase::kLive && followsHandLeader_) sendHandLeader("");
+void ServerSession::handTargetByDatagram(const v1::HandTarget& target) {
+  const auto command = fromWire(target);
+  if (phase_ == Phase::kLive && command && target.hand() < kMaxLedHands) host_.commandHand(target.hand(), *command);
 }
 
-void ServerSession::sendHandLeader(const std::string& refused) {
+void ServerSession::handLeaderChanged(std::size_t hand) {
+  if (phase_ == Phase::kLive && followsHandLeader_[hand]) sendHandLeader(hand, "");
+}
+
+void ServerSession::sendHandLeader(std::size_t hand, const std::string& refused) {
   v1::Envelope envelope;
   v1::HandLeader& message = *envelope.mutable_hand_leader();
-  if (const auto leader = host_.handLeader()) {
+  message.set_hand(static_cast<std::uint32_t>(hand));
+  if (const auto leader = host_.handLeader(hand)) {
     message.set_led(true);
     message.set_client_name(leader->name);
     message.set_you(leader->session == id_);
@@ -392,6 +404,7 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   if (!telemetry_.due(now_ns)) return;
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
+  if (const TelemetrySample* second = telemetry_.second()) toWireOfSecondHand(*second, message);
   if (const EnergySource source = host_.largestEnergySource(); source.object != 0)
     toWire(source, *message.add_energy());
   bodies_.add(host_.motion(), message);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -25,7 +26,9 @@ struct ServerIdentity {
   std::string name;
   std::string device;
   double servoRate_Hz = 0;
-  double maxForce_N = 0;  ///< Newtons, the device's limit.
+  double maxForce_N = 0;          ///< Newtons, the device's limit.
+  std::string secondDevice = {};  ///< Of a second hand; empty: there is one.
+  double secondMaxForce_N = 0;
 };
 
 /// Limits of one connection. Other values than these are for tests.
@@ -64,7 +67,7 @@ class ServerSession {
   void poll();                     ///< Timeouts, heartbeats, telemetry that has come due. Call every few milliseconds.
   void sceneChanged() { pump(); }  ///< The host's history has changed.
   /// The newest sample; sent when the client's rate and its connection allow it, else replaced by the next.
-  void offerTelemetry(const TelemetrySample& sample);
+  void offerTelemetry(const TelemetrySample& sample, const TelemetrySample* second = nullptr);
   /// The servo feels `revision` since `tick`. Revisions in ascending order.
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
@@ -73,7 +76,9 @@ class ServerSession {
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   void dumped(const Result<std::string>& file);  ///< The file with the last seconds, or why there is none.
   /// Somebody else leads the simulated hand, or nobody any more: a client that has asked is notified.
-  void handLeaderChanged();
+  void handLeaderChanged(std::size_t hand);
+  /// One that is no target is ignored: datagrams may be anything.
+  void handTargetByDatagram(const v1::HandTarget& target);
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.
@@ -109,7 +114,7 @@ class ServerSession {
   TelemetrySlot telemetry_;
   BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
-  bool followsHandLeader_ = false;
+  std::array<bool, kMaxLedHands> followsHandLeader_{};
 
   EditGate editGate_;
   AdoptionTracker adoptions_;
@@ -129,7 +134,7 @@ class ServerSession {
   void handle(const v1::ClockProbe& probe);
   void handle(const v1::LeadHand& request);
   void handle(const v1::HandTarget& target);
-  void sendHandLeader(const std::string& refused);
+  void sendHandLeader(std::size_t hand, const std::string& refused);
   void reportStatus(bool deformed);
   void dump();
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "common/telemetry/motion_state.h"
@@ -26,6 +27,11 @@ class ServoFeed {
   }
 
   [[nodiscard]] const std::optional<TelemetrySample>& last() const noexcept { return last_; }
+  /// What the second hand felt in the same tick; null: there is none, or it was dropped.
+  [[nodiscard]] const TelemetrySample* lastOfSecondHand() const noexcept {
+    return second_ && last_ && second_->tick == last_->tick ? &*second_ : nullptr;
+  }
+  /// Of both hands.
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
   /// What the objects gave the hand, of the last 20 ms; and who of them gave most, object 0 for nobody.
   [[nodiscard]] const EnergyState& energy() const noexcept { return energy_; }
@@ -34,8 +40,17 @@ class ServoFeed {
  private:
   bool takeMotion() {
     const MotionState* newest = host_.takeMotion();
-    if (newest != nullptr) motion_ = *newest;
-    return newest != nullptr;
+    HandHost* second = host_.secondHand();
+    if (second == nullptr) {
+      if (newest != nullptr) motion_ = *newest;
+      return newest != nullptr;
+    }
+    const MotionState* newestOfSecond = second->takeMotion();
+    if (newest != nullptr) motionOfFirst_ = *newest;
+    if (newestOfSecond != nullptr) motionOfSecond_ = *newestOfSecond;
+    if (newest == nullptr && newestOfSecond == nullptr) return false;
+    motion_ = ofBothHands(motionOfFirst_, motionOfSecond_);
+    return true;
   }
 
   void takeEnergy() {
@@ -53,13 +68,20 @@ class ServoFeed {
       any = true;
       if (!last_ || sample.sceneRevision != last_->sceneRevision) onAdopted(sample);
       last_ = sample;
+      if (HandHost* second = host_.secondHand()) followTo(*second, sample.tick);
     }
     return any;
   }
 
+  void followTo(HandHost& second, std::uint64_t tick) {
+    TelemetrySample sample;
+    while ((!second_ || second_->tick < tick) && second.popTelemetry(sample)) second_ = sample;
+  }
+
   ServerHost& host_;
-  std::optional<TelemetrySample> last_;
+  std::optional<TelemetrySample> last_, second_;
   MotionState motion_;
+  MotionState motionOfFirst_, motionOfSecond_;  // where there are two hands
   EnergyState energy_;
   EnergySource largestEnergySource_;
 };

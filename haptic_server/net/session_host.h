@@ -63,19 +63,22 @@ class SessionHost : public SceneHost, public UploadHost {
   /// False: there is no open path for datagrams now.
   [[nodiscard]] virtual bool sendDatagram([[maybe_unused]] const v1::Telemetry& telemetry) { return false; }
 
-  /// Asks for the lead of the simulated hand, which one client at a time has, or gives it back where this session has it. Refused: another client leads, or,
-  /// as by default, there is no hand to lead.
-  [[nodiscard]] virtual Result<void> leadHand(bool lead) {
+  /// Asks for the lead of a simulated hand, which one client at a time has, or gives it back where this session has it.
+  /// Refused: another client leads it, or, as by default, there is no such hand to lead.
+  /// @param hand  Below kMaxLedHands, as below.
+  [[nodiscard]] virtual Result<void> leadHand([[maybe_unused]] std::size_t hand, bool lead) {
     if (lead) return haptics::refused("lead_hand", "this server has no hand that a client could lead");
     return {};
   }
   /// Of a session that does not lead it is ignored.
-  virtual void commandHand([[maybe_unused]] const HandCommand& command) {}
+  virtual void commandHand([[maybe_unused]] std::size_t hand, [[maybe_unused]] const HandCommand& command) {}
   struct Leader {
     std::string name;
     SessionId session;
   };
-  [[nodiscard]] virtual std::optional<Leader> handLeader() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<Leader> handLeader([[maybe_unused]] std::size_t hand) const {
+    return std::nullopt;
+  }
 
   [[nodiscard]] virtual std::uint64_t now_ns() const = 0;  ///< Nanoseconds on the server's monotonic clock.
   /// What a client may do that says Hello as `session` with this token; or why it is turned away. By default, as on a

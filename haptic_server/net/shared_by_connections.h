@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -90,13 +92,20 @@ struct SharedByConnections {
   std::shared_ptr<const SceneHistory> history;  ///< The newest.
   ServoFeed servo;
   DeformedHashCache shapes;
-  std::optional<std::uint64_t> handLeader;  ///< Number of the connection whose client leads the simulated hand.
+  /// Null: there is no such hand.
+  [[nodiscard]] HandHost* hand(std::size_t index) { return index == 0 ? &host : host.secondHand(); }
+  /// Number of the connection whose client leads the simulated hand, of each hand.
+  std::array<std::optional<std::uint64_t>, kMaxLedHands> handLeader;
   Admission admission;
   UploadBudget uploads{Admission::kUploads_bytes, admission.uploadsOfToken_bytes()};
   std::unique_ptr<DatagramSocket> datagrams;  ///< Null: no telemetry by datagram.
+  std::function<void(std::uint64_t connection, const v1::HandTarget& target)> onTarget;  ///< By datagram.
   DatagramPaths paths{[this](std::span<const char> bytes, const Endpoint& to) {
-    if (datagrams) datagrams->send(bytes, to);
-  }};
+                        if (datagrams) datagrams->send(bytes, to);
+                      },
+                      [this](std::uint64_t connection, const v1::HandTarget& target) {
+                        if (onTarget) onTarget(connection, target);
+                      }};
   ConnectionLog log{[this](const std::string& line) { host.log(line); }};
   std::atomic<std::uint32_t> clients{0};             ///< Welcomed and connected.
   std::atomic<std::uint64_t> refusedConnections{0};  ///< Turned away, or gone before they were welcomed.

@@ -19,8 +19,11 @@ class TelemetrySlot {
     next_ns_ = 0;
   }
   [[nodiscard]] double rate_Hz() const noexcept { return period_ns_ == 0 ? 0 : 1e9 / static_cast<double>(period_ns_); }
-  void offer(const TelemetrySample& sample) noexcept {
+  /// @param second  Of a second hand, of the same tick; null: there is none.
+  void offer(const TelemetrySample& sample, const TelemetrySample* second) noexcept {
     newest_ = sample;
+    hasSecond_ = second != nullptr;
+    if (hasSecond_) second_ = *second;
     fresh_ = true;
   }
   [[nodiscard]] bool due(std::uint64_t now_ns) const noexcept {
@@ -33,9 +36,12 @@ class TelemetrySlot {
     if (next_ns_ <= now_ns) next_ns_ = now_ns + period_ns_;
     return newest_;
   }
+  /// The second hand's of the sample that take() gave last; null: there is none.
+  [[nodiscard]] const TelemetrySample* second() const noexcept { return hasSecond_ ? &second_ : nullptr; }
 
  private:
-  TelemetrySample newest_;
+  TelemetrySample newest_, second_;
+  bool hasSecond_ = false;
   bool fresh_ = false;
   std::uint64_t period_ns_ = 0;
   std::uint64_t next_ns_ = 0;

@@ -164,7 +164,8 @@ void FlightRecorder::look(bool last) {
       written_ = scene->number;
     }
   }
-  RecordedTick tick;
+  std::array<RecordedTick, kMaxHands> ticks;
+  const auto tick = std::span(ticks).first(ring_.hands());
   for (; seen_ < end; ++seen_) {
     if (ring_.read(seen_, tick)) {
       take(tick);
@@ -181,15 +182,16 @@ void FlightRecorder::look(bool last) {
   releaseScenes();
 }
 
-void FlightRecorder::take(const RecordedTick& tick) {
+void FlightRecorder::take(std::span<const RecordedTick> tick) {
   if (writer_) writer_->add(tick);
-  const bool good = tick.fault == Fault::kNone;
-  if (wasGood_ && !good && mayBeRecorded(tick.fault)) {
+  for (std::size_t hand = 0; hand < tick.size(); ++hand) {
+    const Fault fault = tick[hand].fault;
+    const bool wasGood = std::exchange(wasGood_[hand], fault == Fault::kNone);
+    if (!wasGood || fault == Fault::kNone || !mayBeRecorded(fault)) continue;
     ++faults_;
     const auto after = static_cast<std::uint64_t>(std::ceil(kAfterFault_s * options_.facts.rate_Hz));
-    due_.push_back({nameOf(tick.fault), {}, seen_ + after});
+    due_.push_back({nameOf(fault), {}, seen_ + after});
   }
-  wasGood_ = good;
 }
 
 bool FlightRecorder::mayBeRecorded(Fault fault) {

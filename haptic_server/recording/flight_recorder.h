@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -8,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -77,7 +79,7 @@ class FlightRecorder {
 
   void run();
   void look(bool last);
-  void take(const RecordedTick& tick);
+  void take(std::span<const RecordedTick> tick);
   void writeDue(std::uint64_t end, bool last);
   [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] bool mayBeRecorded(Fault fault);
@@ -112,7 +114,7 @@ class FlightRecorder {
   std::optional<Error> failure_;  // of --record
   std::uint64_t seen_ = 0;        // ticks
   std::uint64_t written_ = 0;     // scenes, by number
-  bool wasGood_ = false;
+  std::array<bool, kMaxHands> wasGood_{};
   int faults_ = 0;
   std::uint64_t nextFault_ns_ = 0;  // not recorded before
   std::uint64_t requested_ns_ = 0;  // when the last request was granted

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,8 +28,8 @@ namespace {
 }
 
 struct LastTicks {
-  std::unique_ptr<Keyframe> beginning;
-  std::vector<RecordedTick> ticks;
+  std::vector<Keyframe> beginning;  // of each hand
+  std::vector<RecordedTick> ticks;  // likewise, those of one tick together
 };
 
 /// Before anything else is done: a large scene takes longer to write than the ring keeps what is older than kSeconds.
@@ -40,13 +40,15 @@ struct LastTicks {
   LastTicks last;
   {
     const FlightRing::HeldKeyframes held(ring);
-    const Keyframe* keyframe = held.atOrBefore(end > wanted ? end - wanted : 0);
-    if (keyframe == nullptr) return refused("", "the servo has not run yet");
-    last.beginning = std::make_unique<Keyframe>(*keyframe);
+    const auto keyframes = held.atOrBefore(end > wanted ? end - wanted : 0);
+    if (keyframes.empty()) return refused("", "the servo has not run yet");
+    last.beginning.assign(keyframes.begin(), keyframes.end());
   }
-  last.ticks.resize(end - last.beginning->position);
-  for (std::size_t i = 0; i < last.ticks.size(); ++i) {
-    if (!ring.read(last.beginning->position + i, last.ticks[i])) return refused("", "the servo overtook the recorder");
+  const std::uint64_t first = last.beginning[0].position;
+  last.ticks.resize((end - first) * ring.hands());
+  for (std::uint64_t position = first; position < end; ++position) {
+    const auto tick = std::span(last.ticks).subspan((position - first) * ring.hands(), ring.hands());
+    if (!ring.read(position, tick)) return refused("", "the servo overtook the recorder");
   }
   return last;
 }
@@ -57,9 +59,11 @@ struct LastTicks {
   if (!last) return tl::unexpected(last.error());
   auto writer = RecordingWriter::create(file, facts);
   if (!writer) return tl::unexpected(std::move(writer.error()));
-  addScenes(*writer, std::max<std::uint64_t>(last->beginning->scene, 1));
-  writer->add(*last->beginning);
-  for (const RecordedTick& tick : last->ticks) writer->add(tick);
+  const auto oldest = std::ranges::min_element(last->beginning, {}, &Keyframe::scene);
+  addScenes(*writer, std::max<std::uint64_t>(oldest->scene, 1));
+  writer->add(last->beginning);
+  for (std::size_t i = 0; i < last->ticks.size(); i += ring.hands())
+    writer->add(std::span(last->ticks).subspan(i, ring.hands()));
   return writer->flush();
 }
 

@@ -22,26 +22,40 @@ Result<std::unique_ptr<RecordedRun>> RecordedRun::open(std::string_view bytes, A
 }
 
 Result<std::optional<RecordedRunTick>> RecordedRun::next() {
-  while (ticks_.empty()) {
+  while (left_[0].ticks.empty()) {
     const auto part = reader_.next();
     if (!part) return tl::unexpected(part.error());
     if (*part == nullptr) return std::nullopt;
     if (auto taken = take(**part); !taken) return tl::unexpected(std::move(taken.error()));
   }
-  auto tick = tickFrom(ticks_.substr(0, kTickBytes));
-  if (!tick) return tl::unexpected(tick.error());
-  ticks_.remove_prefix(kTickBytes);
-  if (!turns_.empty()) {
-    takeTurn(turns_.substr(0, kTurnBytes), *tick);
-    turns_.remove_prefix(kTurnBytes);
+  RecordedRunTick next;
+  for (std::size_t hand = 0; hand < facts().hands(); ++hand) {
+    auto tick = nextOf(hand);
+    if (!tick) return tl::unexpected(std::move(tick.error()));
+    next.recorded[hand] = *tick;
   }
-  const std::uint64_t number = tick->input.tick;
+  const RecordedTick& first = next.recorded[0];
+  const std::uint64_t number = first.input.tick;
+  if (facts().secondHand && next.recorded[1].input.tick != number)
+    return refused("ticks.second_hand", "has tick " + std::to_string(next.recorded[1].input.tick) +
+                                            " where the first hand has tick " + std::to_string(number));
   if (lastTick_ && number <= *lastTick_)
     return refused("ticks", "tick " + std::to_string(number) + " comes after tick " + std::to_string(*lastTick_));
   lastTick_ = number;
-  const RemadeScene* given = tick->scene == 0 ? nullptr : find(tick->scene);
-  if (tick->scene != 0 && given == nullptr) return unknownScene("ticks.scene", tick->scene);
-  return RecordedRunTick{*tick, given};
+  next.given = first.scene == 0 ? nullptr : find(first.scene);
+  if (first.scene != 0 && next.given == nullptr) return unknownScene("ticks.scene", first.scene);
+  return next;
+}
+
+Result<RecordedTick> RecordedRun::nextOf(std::size_t hand) {
+  Left& left = left_[hand];
+  auto tick = tickFrom(left.ticks.substr(0, kTickBytes));
+  if (!tick) return tick;
+  left.ticks.remove_prefix(kTickBytes);
+  if (left.turns.empty()) return tick;
+  takeTurn(left.turns.substr(0, kTurnBytes), *tick);
+  left.turns.remove_prefix(kTurnBytes);
+  return tick;
 }
 
 const RemadeScene* RecordedRun::find(std::uint64_t number) const {
@@ -79,6 +93,19 @@ Result<void> RecordedRun::take(const v1::RecordedState& message) {
                    "was recorded by a build whose state looks different, and the recording begins with it; "
                    "replay it with that build");
   }
+  if (message.has_second_hand() != facts().secondHand.has_value())
+    return refused("state.second_hand", "does not go with the hands that the head names");
+  const v1::RecordedState* ofHand = &message;
+  for (std::size_t hand = 0; hand < facts().hands(); ++hand) {
+    auto begun = beginningFrom(*ofHand, hand);
+    if (!begun) return tl::unexpected(std::move(begun.error()));
+    beginning_[hand] = *std::move(begun);
+    ofHand = &message.second_hand();
+  }
+  return {};
+}
+
+Result<RecordedBeginning> RecordedRun::beginningFrom(const v1::RecordedState& message, std::size_t hand) const {
   RecordedBeginning begun;
   for (const auto& [field, number, scene] : {std::tuple{"state.scene", message.scene(), &begun.scene},
                                              std::tuple{"state.pending", message.pending(), &begun.pending}}) {
@@ -88,20 +115,27 @@ Result<void> RecordedRun::take(const v1::RecordedState& message) {
     *scene = remade->scene.get();
   }
   const ServoScene empty;
-  auto state = stateFrom(message.image(), begun.scene != nullptr ? *begun.scene : empty, facts().config);
+  const StepConfig& config = hand == 0 ? facts().config : facts().secondHand->config;
+  auto state = stateFrom(message.image(), begun.scene != nullptr ? *begun.scene : empty, config);
   if (!state) return tl::unexpected(std::move(state.error()));
+  if ((*state)->motion.follows != (hand == 1)) return refused("state.image", "is that of the other hand");
   begun.state = *std::move(state);
-  beginning_ = std::move(begun);
-  return {};
+  return begun;
 }
 
 Result<void> RecordedRun::take(const v1::RecordedTicks& message) {
-  if (message.ticks().size() % kTickBytes != 0) return refused("ticks", "has a part of a tick");
+  if (message.has_second_hand() != facts().secondHand.has_value())
+    return refused("ticks.second_hand", "does not go with the hands that the head names");
   const std::size_t ticks = message.ticks().size() / kTickBytes;
-  if (!message.turns().empty() && message.turns().size() != ticks * kTurnBytes)
-    return refused("ticks.turns", "is not of as many ticks");
-  ticks_ = message.ticks();
-  turns_ = message.turns();
+  const v1::RecordedTicks* ofHand = &message;
+  for (std::size_t hand = 0; hand < facts().hands(); ++hand) {
+    if (ofHand->ticks().size() % kTickBytes != 0) return refused("ticks", "has a part of a tick");
+    if (ofHand->ticks().size() != ticks * kTickBytes) return refused("ticks.second_hand", "is not as many ticks");
+    if (!ofHand->turns().empty() && ofHand->turns().size() != ticks * kTurnBytes)
+      return refused("ticks.turns", "is not of as many ticks");
+    left_[hand] = {ofHand->ticks(), ofHand->turns()};
+    ofHand = &message.second_hand();
+  }
   return {};
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -12,7 +14,7 @@
 
 namespace haptics {
 
-/// Where a recording begins.
+/// Where a recording begins, for one hand.
 struct RecordedBeginning {
   const ServoScene* scene = nullptr;    ///< That the state had adopted; null: the empty one.
   const ServoScene* pending = nullptr;  ///< That it was still to adopt; null: none.
@@ -20,8 +22,8 @@ struct RecordedBeginning {
 };
 
 struct RecordedRunTick {
-  RecordedTick recorded;
-  const RemadeScene* given = nullptr;  ///< What came at its start; null: no scene did.
+  std::array<RecordedTick, kMaxHands> recorded;  ///< Of each hand.
+  const RemadeScene* given = nullptr;            ///< What came at its start; null: no scene did.
 };
 
 /// Reads a recording in order and makes what the servo computed with again: scenes, the state that it begins with, ticks.
@@ -38,7 +40,7 @@ class RecordedRun {
   /// Nothing at the end. Refused: what the recording cannot be followed beyond.
   [[nodiscard]] Result<std::optional<RecordedRunTick>> next();
   /// Once next() was called.
-  [[nodiscard]] RecordedBeginning& beginning() noexcept { return beginning_; }
+  [[nodiscard]] RecordedBeginning& beginning(std::size_t hand = 0) noexcept { return beginning_[hand]; }
   /// Null when it is not there, or was let go.
   [[nodiscard]] const RemadeScene* find(std::uint64_t number) const;
   /// Releases the scenes before this one (ServoScene::number): none is in use any more.
@@ -55,14 +57,19 @@ class RecordedRun {
   [[nodiscard]] Result<void> take(const v1::RecordingPart& part);
   [[nodiscard]] Result<void> take(const v1::RecordedScene& message);
   [[nodiscard]] Result<void> take(const v1::RecordedState& message);
+  [[nodiscard]] Result<RecordedBeginning> beginningFrom(const v1::RecordedState& message, std::size_t hand) const;
   [[nodiscard]] Result<void> take(const v1::RecordedTicks& message);
+  [[nodiscard]] Result<RecordedTick> nextOf(std::size_t hand);
 
   RecordingReader reader_;
   RecordedScenes scenes_;
   std::map<std::uint64_t, RemadeScene> given_;  // that may still be used, by number
-  RecordedBeginning beginning_;
+  std::array<RecordedBeginning, kMaxHands> beginning_;
   std::uint64_t scenesMade_ = 0;
-  std::string_view ticks_, turns_;  // of the part last read, what is left
+  struct Left {
+    std::string_view ticks, turns;
+  };
+  std::array<Left, kMaxHands> left_;  // of the part last read
   std::optional<std::uint64_t> lastTick_;
 };
 

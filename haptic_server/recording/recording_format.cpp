@@ -67,6 +67,59 @@ void setLead(const ObserverSettings& lead, v1::RecordedLead& message) {
                           .contactLead_s = lead.contact_lead_s()};
 }
 
+void setConfig(const StepConfig& config, v1::RecordingHead& head) {
+  head.set_period_s(config.period_s);
+  head.set_max_force_n(config.maxForce_N);
+  head.set_position_step_m(config.positionStep_m);
+  head.set_stable_lateral_n_per_m(config.stableLateral_N_per_m);
+  head.set_rise_s(config.rise_s);
+  head.set_work_per_s(config.work_per_s);
+  if (config.observer) setLead(*config.observer, *head.mutable_lead());
+  if (const RotationConfig& rotation = config.rotation; rotation.maxTorque_Nm > 0 || rotation.observer) {
+    v1::RecordedRotation& message = *head.mutable_rotation();
+    message.set_radius_m(rotation.radius_m);
+    message.set_max_torque_nm(rotation.maxTorque_Nm);
+    if (rotation.observer) setLead(*rotation.observer, *message.mutable_lead());
+  }
+}
+
+/// What a hand's step is configured with. Refused, without "head.": values that no server has.
+[[nodiscard]] Result<StepConfig> configFrom(const v1::RecordingHead& head, double rate_Hz) {
+  constexpr double kRounding = 1e-6;
+  if (!(std::abs(head.period_s() * rate_Hz - 1) <= kRounding)) return refused("period_s", "is not that of the rate");
+  if (!(head.max_force_n() >= 0)) return refused("max_force_N", "is not at least 0");
+  if (!(head.position_step_m() >= 0)) return refused("position_step_m", "is not at least 0");
+  if (!(head.stable_lateral_n_per_m() >= 0)) return refused("stable_lateral_N_per_m", "is not at least 0");
+  const double work_per_s = head.has_work_per_s() ? head.work_per_s() : std::numeric_limits<double>::infinity();
+  if (!(work_per_s > 0)) return refused("work_per_s", "is not above 0");
+  if (!isAtLeastZero(head.rise_s())) return refused("rise_s", "is not finite and at least 0");
+  StepConfig config;
+  config.period_s = head.period_s();
+  config.maxForce_N = head.max_force_n();
+  config.positionStep_m = head.position_step_m();
+  config.stableLateral_N_per_m = head.stable_lateral_n_per_m();
+  config.rise_s = head.rise_s();
+  config.work_per_s = work_per_s;
+  if (head.has_lead()) {
+    auto lead = leadFrom(head.lead());
+    if (!lead) return tl::unexpected(std::move(lead.error()));
+    config.observer = *lead;
+  }
+  if (head.has_rotation()) {
+    const v1::RecordedRotation& rotation = head.rotation();
+    if (!isPositive(rotation.radius_m())) return refused("rotation.radius_m", "is not finite and above 0");
+    if (!isAtLeastZero(rotation.max_torque_nm()))
+      return refused("rotation.max_torque_Nm", "is not finite and at least 0");
+    config.rotation = {.radius_m = rotation.radius_m(), .maxTorque_Nm = rotation.max_torque_nm()};
+    if (rotation.has_lead()) {
+      auto lead = leadFrom(rotation.lead());
+      if (!lead) return tl::unexpected(std::move(lead.error()).within("rotation."));
+      config.rotation.observer = *lead;
+    }
+  }
+  return config;
+}
+
 }  // namespace
 
 std::string_view ownStepSources() noexcept {
@@ -82,18 +135,11 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
   head.set_device(facts.device);
   head.set_rate_hz(facts.rate_Hz);
   head.set_why(facts.why);
-  head.set_period_s(facts.config.period_s);
-  head.set_max_force_n(facts.config.maxForce_N);
-  head.set_position_step_m(facts.config.positionStep_m);
-  head.set_stable_lateral_n_per_m(facts.config.stableLateral_N_per_m);
-  head.set_rise_s(facts.config.rise_s);
-  head.set_work_per_s(facts.config.work_per_s);
-  if (facts.config.observer) setLead(*facts.config.observer, *head.mutable_lead());
-  if (const RotationConfig& rotation = facts.config.rotation; rotation.maxTorque_Nm > 0 || rotation.observer) {
-    v1::RecordedRotation& message = *head.mutable_rotation();
-    message.set_radius_m(rotation.radius_m);
-    message.set_max_torque_nm(rotation.maxTorque_Nm);
-    if (rotation.observer) setLead(*rotation.observer, *message.mutable_lead());
+  setConfig(facts.config, head);
+  if (facts.secondHand) {
+    v1::RecordingHead& second = *head.mutable_second_hand();
+    second.set_device(facts.secondHand->device);
+    setConfig(facts.secondHand->config, second);
   }
   return head;
 }
@@ -101,44 +147,19 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
 Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
   if (!isPositive(head.rate_hz()) || head.rate_hz() > kMaxRate_Hz)
     return refused("head.rate_hz", "is no rate of a servo; it should be above 0 and at most 1e6");
-  constexpr double kRounding = 1e-6;
-  if (!(std::abs(head.period_s() * head.rate_hz() - 1) <= kRounding))
-    return refused("head.period_s", "is not that of the rate");
-  if (!(head.max_force_n() >= 0)) return refused("head.max_force_N", "is not at least 0");
-  if (!(head.position_step_m() >= 0)) return refused("head.position_step_m", "is not at least 0");
-  if (!(head.stable_lateral_n_per_m() >= 0)) return refused("head.stable_lateral_N_per_m", "is not at least 0");
-  const double work_per_s = head.has_work_per_s() ? head.work_per_s() : std::numeric_limits<double>::infinity();
-  if (!(work_per_s > 0)) return refused("head.work_per_s", "is not above 0");
-  if (!isAtLeastZero(head.rise_s())) return refused("head.rise_s", "is not finite and at least 0");
+  auto config = configFrom(head, head.rate_hz());
+  if (!config) return tl::unexpected(std::move(config.error()).within("head."));
   RecordingFacts facts{.server = head.server(),
                        .stepSources = head.step_sources(),
                        .began_unix_ns = head.began_unix_ns(),
                        .device = head.device(),
                        .rate_Hz = head.rate_hz(),
                        .why = head.why(),
-                       .config = {}};
-  facts.config.period_s = head.period_s();
-  facts.config.maxForce_N = head.max_force_n();
-  facts.config.positionStep_m = head.position_step_m();
-  facts.config.stableLateral_N_per_m = head.stable_lateral_n_per_m();
-  facts.config.rise_s = head.rise_s();
-  facts.config.work_per_s = work_per_s;
-  if (head.has_lead()) {
-    auto lead = leadFrom(head.lead());
-    if (!lead) return tl::unexpected(std::move(lead.error()).within("head."));
-    facts.config.observer = *lead;
-  }
-  if (head.has_rotation()) {
-    const v1::RecordedRotation& rotation = head.rotation();
-    if (!isPositive(rotation.radius_m())) return refused("head.rotation.radius_m", "is not finite and above 0");
-    if (!isAtLeastZero(rotation.max_torque_nm()))
-      return refused("head.rotation.max_torque_Nm", "is not finite and at least 0");
-    facts.config.rotation = {.radius_m = rotation.radius_m(), .maxTorque_Nm = rotation.max_torque_nm()};
-    if (rotation.has_lead()) {
-      auto lead = leadFrom(rotation.lead());
-      if (!lead) return tl::unexpected(std::move(lead.error()).within("head.rotation."));
-      facts.config.rotation.observer = *lead;
-    }
+                       .config = *config};
+  if (head.has_second_hand()) {
+    auto second = configFrom(head.second_hand(), head.rate_hz());
+    if (!second) return tl::unexpected(std::move(second.error()).within("head.second_hand."));
+    facts.secondHand = HandFacts{head.second_hand().device(), *second};
   }
   return facts;
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,6 +17,12 @@ inline constexpr std::string_view kRecordingHead = "haptics recording 1\n";
 inline constexpr std::size_t kTickBytes = 88;  ///< Of one tick in RecordedTicks.ticks,
 inline constexpr std::size_t kTurnBytes = 56;  ///< and in RecordedTicks.turns.
 
+/// A hand of a recording.
+struct HandFacts {
+  std::string device;
+  StepConfig config;
+};
+
 /// What a recording says of itself.
 struct RecordingFacts {
   std::string server;
@@ -25,6 +32,9 @@ struct RecordingFacts {
   double rate_Hz = 0;
   std::string why;
   StepConfig config;
+  std::optional<HandFacts> secondHand = std::nullopt;
+
+  [[nodiscard]] std::size_t hands() const noexcept { return secondHand ? 2 : 1; }
 };
 
 /// The version of this program's step.

@@ -18,9 +18,16 @@ constexpr std::chrono::milliseconds kLookEvery{5};
 
 RecordingPlayer::RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts)
     : path_(std::move(path)), file_(std::move(file)), facts_(std::move(facts)) {
-  info_.name = "recording of " + facts_.device;
-  info_.maxForce_N = facts_.config.maxForce_N;
-  info_.resolution_m = facts_.config.positionStep_m;
+  devices_.emplace_back(facts_.device, facts_.config, *this, 0);
+  if (facts_.secondHand) devices_.emplace_back(facts_.secondHand->device, facts_.secondHand->config, *this, 1);
+}
+
+RecordingPlayer::RecordedDevice::RecordedDevice(const std::string& name, const StepConfig& config,
+                                                RecordingPlayer& player, std::size_t hand)
+    : player_(player), hand_(hand) {
+  info_.name = "recording of " + name;
+  info_.maxForce_N = config.maxForce_N;
+  info_.resolution_m = config.positionStep_m;
 }
 
 Result<std::unique_ptr<RecordingPlayer>> RecordingPlayer::open(const std::filesystem::path& path) {
@@ -39,8 +46,7 @@ Result<void> RecordingPlayer::prepare(AssetStore& store, Show show) {
   readOne();
   if (refusal_) return tl::unexpected(*refusal_);
   if (read_ == 0) return refused(path_.string(), "ends before its first tick");
-  const RecordedBeginning& begun = beginning();
-  for (const ServoScene* scene : {begun.scene, begun.pending}) {
+  for (const ServoScene* scene : {beginning().scene, beginning().pending}) {
     if (scene != nullptr) (void)show_(*run_->find(scene->number));
   }
   showTaken(1);
@@ -92,13 +98,17 @@ ReplaySource::Next RecordingPlayer::next(Tick& tick) noexcept {
     played_.toItsEnd.store(true, std::memory_order_relaxed);
     return Next::kEnd;
   }
-  tick = {now_.recorded.input.tick, now_.given != nullptr ? now_.given->scene.get() : nullptr};
+  tick = {now_.recorded[0].input.tick, now_.given != nullptr ? now_.given->scene.get() : nullptr};
   return Next::kTick;
 }
 
-void RecordingPlayer::write(Vec3 force_N) noexcept {
-  if (!sameBits(force_N, now_.recorded.force_N) || !sameBits(torque_Nm_, now_.recorded.torque_Nm)) {
-    if (played_.differing.load(std::memory_order_relaxed) == 0) played_.firstTick = now_.recorded.input.tick;
+void RecordingPlayer::compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm) noexcept {
+  const RecordedTick& recorded = now_.recorded[hand];
+  const bool differs = !sameBits(force_N, recorded.force_N) || !sameBits(torque_Nm, recorded.torque_Nm);
+  differs_ = differs || (hand > 0 && differs_);
+  if (hand + 1 < facts_.hands()) return;
+  if (differs_) {
+    if (played_.differing.load(std::memory_order_relaxed) == 0) played_.firstTick = recorded.input.tick;
     played_.differing.fetch_add(1, std::memory_order_relaxed);
   }
   played_.ticks.fetch_add(1, std::memory_order_release);

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <boost/lockfree/spsc_queue.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -26,10 +27,10 @@ struct PlayedSoFar {
   std::atomic<bool> toItsEnd{false};
 };
 
-/// A recording in place of a device and of those who edit: the servo gets the positions and buttons that the device gave
+/// A recording in place of devices and of those who edit: the servo gets the positions and buttons that each device gave
 /// and the scenes that came, tick by tick, and each force is compared with the recorded one. A thread of its own reads
 /// ahead of the servo and makes the scenes.
-class RecordingPlayer final : public Device, public ReplaySource {
+class RecordingPlayer final : public ReplaySource {
  public:
   /// Shows those who watch a scene that the servo has taken. False: it is to be shown again later.
   using Show = std::function<bool(const RemadeScene&)>;
@@ -46,7 +47,9 @@ class RecordingPlayer final : public Device, public ReplaySource {
   [[nodiscard]] Result<void> prepare(AssetStore& store, Show show);
   /// After prepare(): whether this program has the step that made the recording.
   [[nodiscard]] bool sameStep() const noexcept { return run_->sameStep(); }
-  [[nodiscard]] const RecordedBeginning& beginning() const noexcept { return run_->beginning(); }
+  [[nodiscard]] const RecordedBeginning& beginning(std::size_t hand = 0) const noexcept {
+    return run_->beginning(hand);
+  }
   void start();
   /// After the servo's last tick. Ends the thread.
   void finish();
@@ -55,18 +58,32 @@ class RecordingPlayer final : public Device, public ReplaySource {
   /// After finish(): how it went, for people. Refused: forces that are not the recorded ones, a damaged recording.
   [[nodiscard]] Result<std::string> verdict() const;
 
-  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
-  /// As it was in the tick that next() gave last.
-  [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override { return now_.recorded.input.device; }
-  /// Compares force and torque with what was written then.
-  void write(Vec3 force_N) noexcept override;
-  void writeTorque(Vec3 torque_Nm) noexcept override { torque_Nm_ = torque_Nm; }
-  void stop() noexcept override {}
+  /// The device of a hand that was recorded.
+  [[nodiscard]] Device& device(std::size_t hand = 0) noexcept { return devices_[hand]; }
 
   [[nodiscard]] Next next(Tick& tick) noexcept override;
   void releaseBefore(std::uint64_t scene) noexcept override { used_.store(scene, std::memory_order_release); }
 
  private:
+  class RecordedDevice final : public Device {
+   public:
+    RecordedDevice(const std::string& name, const StepConfig& config, RecordingPlayer& player, std::size_t hand);
+    [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+    /// As it was in the tick that next() gave last.
+    [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override {
+      return player_.now_.recorded[hand_].input.device;
+    }
+    /// Compares force and torque with what was written then.
+    void write(Vec3 force_N) noexcept override { player_.compare(hand_, force_N, torque_Nm_); }
+    void writeTorque(Vec3 torque_Nm) noexcept override { torque_Nm_ = torque_Nm; }
+    void stop() noexcept override {}
+
+   private:
+    RecordingPlayer& player_;
+    const std::size_t hand_;
+    DeviceInfo info_;
+    Vec3 torque_Nm_{0};
+  };
   struct ToShow {
     std::uint64_t position;  // of the tick that takes it, from 0
     std::uint64_t scene;     // ServoScene::number
@@ -75,6 +92,7 @@ class RecordingPlayer final : public Device, public ReplaySource {
   static constexpr std::size_t kAhead = 4096;
 
   RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts);
+  void compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm) noexcept;
   void run();
   void readOne();
   /// \param ticks  Taken so far.
@@ -83,7 +101,7 @@ class RecordingPlayer final : public Device, public ReplaySource {
   std::filesystem::path path_;
   MappedFile file_;
   RecordingFacts facts_;
-  DeviceInfo info_;
+  std::deque<RecordedDevice> devices_;  // of each hand
   PlayedSoFar played_;
 
   // The player's thread, or whoever prepares.
@@ -99,8 +117,8 @@ class RecordingPlayer final : public Device, public ReplaySource {
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> used_{0};
 
-  RecordedRunTick now_;  // the servo's
-  Vec3 torque_Nm_{0};    // likewise
+  RecordedRunTick now_;   // the servo's
+  bool differs_ = false;  // likewise: a hand in this tick
 };
 
 }  // namespace haptics

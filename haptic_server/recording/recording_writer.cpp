@@ -33,21 +33,35 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fil
   return writer;
 }
 
-void RecordingWriter::add(const Keyframe& keyframe) {
+void RecordingWriter::add(std::span<const Keyframe> keyframes) {
   v1::RecordingPart part;
-  v1::RecordedState& message = *part.mutable_state();
-  message.set_scene(keyframe.scene);
-  message.set_pending(keyframe.pending);
-  message.set_image(stateImage(keyframe.state));
+  v1::RecordedState* message = part.mutable_state();
+  for (const Keyframe& keyframe : keyframes) {
+    if (&keyframe != keyframes.data()) message = message->mutable_second_hand();
+    message->set_scene(keyframe.scene);
+    message->set_pending(keyframe.pending);
+    message->set_image(stateImage(keyframe.state));
+  }
   append(part);
 }
 
+void RecordingWriter::Ticks::add(const RecordedTick& tick) {
+  appendTick(tick, ticks);
+  appendTurn(tick, turns);
+  anyTurns = anyTurns || haptics::turns(tick);
+}
+
+void RecordingWriter::Ticks::moveTo(v1::RecordedTicks& message) {
+  message.set_ticks(std::exchange(ticks, {}));
+  if (std::exchange(anyTurns, false)) message.set_turns(turns);
+  turns.clear();
+}
+
 Result<void> RecordingWriter::flush() {
-  if (!ticks_.empty()) {
+  if (!ticks_[0].ticks.empty()) {
     v1::RecordingPart part;
-    part.mutable_ticks()->set_ticks(std::exchange(ticks_, {}));
-    if (std::exchange(anyTurns_, false)) part.mutable_ticks()->set_turns(turns_);
-    turns_.clear();
+    ticks_[0].moveTo(*part.mutable_ticks());
+    if (!ticks_[1].ticks.empty()) ticks_[1].moveTo(*part.mutable_ticks()->mutable_second_hand());
     append(part);
   }
   writePending();

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -25,11 +28,11 @@ class RecordingWriter {
   void add(const GivenScene& scene) {
     scenes_.add(scene, [this](const v1::RecordingPart& part) { append(part); });
   }
-  void add(const Keyframe& keyframe);
-  void add(const RecordedTick& tick) {
-    appendTick(tick, ticks_);
-    appendTurn(tick, turns_);
-    anyTurns_ = anyTurns_ || turns(tick);
+  /// Of each hand.
+  void add(std::span<const Keyframe> keyframes);
+  /// Likewise.
+  void add(std::span<const RecordedTick> tick) {
+    for (std::size_t hand = 0; hand < tick.size(); ++hand) ticks_[hand].add(tick[hand]);
   }
   /// A part of it as another process has encoded it.
   void addPart(std::string_view part);
@@ -37,6 +40,16 @@ class RecordingWriter {
   [[nodiscard]] Result<void> flush();
 
  private:
+  /// Of a hand, not in a record yet.
+  struct Ticks {
+    std::string ticks;
+    std::string turns;
+    bool anyTurns = false;  // they are told
+
+    void add(const RecordedTick& tick);
+    void moveTo(v1::RecordedTicks& message);
+  };
+
   RecordingWriter(std::filesystem::path file, FileHandle handle) : file_(std::move(file)), handle_(std::move(handle)) {}
   void append(const v1::RecordingPart& part) { addPart(part.SerializeAsString()); }
   void writePending();
@@ -44,10 +57,8 @@ class RecordingWriter {
   std::filesystem::path file_;
   FileHandle handle_;
   RecordWriter chain_{kRecordingHead};
-  std::string pending_;    // not written yet, in records
-  std::string ticks_;      // not in a record yet
-  std::string turns_;      // of those ticks,
-  bool anyTurns_ = false;  // of which some are told
+  std::string pending_;  // not written yet, in records
+  std::array<Ticks, kMaxHands> ticks_;
   SceneParts scenes_;
   std::uint64_t size_ = 0;
   std::optional<Error> failure_;  // of a write

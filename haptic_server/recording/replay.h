@@ -11,7 +11,7 @@
 
 namespace haptics {
 
-/// A tick that came to another force or torque than the one recorded.
+/// A tick of a hand that came to another force or torque than the one recorded.
 struct ForceDifference {
   std::uint64_t position = 0;  ///< In the recording, from 0.
   std::uint64_t tick = 0;
@@ -21,12 +21,12 @@ struct ForceDifference {
 
 struct ReplayOutcome {
   RecordingFacts facts;
-  bool sameStep = false;     ///< The step's sources are those that made the recording.
-  std::uint64_t ticks = 0;   ///< Ticks replayed.
-  std::uint64_t missed = 0;  ///< Ticks between them that the servo slept through.
-  std::uint64_t contactTicks = 0;
-  std::uint64_t scenes = 0;     ///< That the servo was given.
-  std::uint64_t differing = 0;  ///< Ticks whose force or torque differs in any bit.
+  bool sameStep = false;           ///< The step's sources are those that made the recording.
+  std::uint64_t ticks = 0;         ///< Ticks replayed.
+  std::uint64_t missed = 0;        ///< Ticks between them that the servo slept through.
+  std::uint64_t contactTicks = 0;  ///< Of the first hand.
+  std::uint64_t scenes = 0;        ///< That the servo was given.
+  std::uint64_t differing = 0;     ///< Ticks whose force or torque, of any hand, differs in any bit.
   std::optional<ForceDifference> first;
   double largestDifference_N = 0, largestDifference_Nm = 0;
   bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.
@@ -36,9 +36,10 @@ struct ReplayOutcome {
 /// A tick that was computed again. Valid during the call.
 struct ReplayedTick {
   const TelemetrySample& sample;
-  const MotionState* motion;  ///< Where the objects that move are; null: as in the last call.
-  const RemadeScene* scene;   ///< That the servo had adopted; null: the empty one.
-  double share;               ///< Of the recording's bytes that were read, 0 to 1.
+  const MotionState* motion;            ///< Where the objects that move are, and all dents; null: as in the last call.
+  const TelemetrySample* secondSample;  ///< Of the second hand; null: there is none.
+  const RemadeScene* scene;             ///< That the servo had adopted; null: the empty one.
+  double share;                         ///< Of the recording's bytes that were read, 0 to 1.
 };
 
 /// False ends the replay with this tick.

@@ -25,7 +25,7 @@ namespace {
   bool whole = areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut,
                          &features.detail, &features.soft, &features.bumps, &features.varyingStiffness,
                          &features.beingMoved, &features.pendingRemoval, &features.tool, &features.torqueFades,
-                         &state.supervision.attached, &state.groove.shaded});
+                         &state.supervision.attached, &state.groove.shaded, &state.motion.follows});
   for (std::size_t i = 0; i < adoption.bodyCount; ++i) {
     whole = whole && areFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved});
   }

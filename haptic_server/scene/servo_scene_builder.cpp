@@ -12,10 +12,10 @@ namespace haptics {
 namespace {
 
 /// Stiffness and damping of a tool, where a body that it may push bears less.
-void soften(ServoObject& tool, const BodyParts& body, double period_s) {
+void soften(ServoObject& tool, const BodyParts& body, const DeviceLimits& device) {
   if (!body.body) return;
-  const double share =
-      stableStiffnessShare(body.apparentMass_kg, tool.stiffness_N_per_m, tool.damping_Ns_per_m, period_s);
+  const double share = stableStiffnessShare(body.apparentMass_kg / device.hands, tool.stiffness_N_per_m,
+                                            tool.damping_Ns_per_m, device.period_s);
   tool.stiffness_N_per_m *= share;
   tool.damping_Ns_per_m *= share;
 }
@@ -75,7 +75,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
     const auto [stiffness, highestFactor] = stableStiffness(record->material, known.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
     const auto& [body, apparentMass_kg, collision, tool] = known.body;
-    const double share = body ? stableStiffnessShare(apparentMass_kg, highestFactor * stiffness_N_per_m,
+    const double share = body ? stableStiffnessShare(apparentMass_kg / device_.hands, highestFactor * stiffness_N_per_m,
                                                      highestFactor * damping_Ns_per_m, device_.period_s)
                               : 1;
     scene->objects.push_back({.id = record->id,
@@ -98,7 +98,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
       scene->objects, [](const ServoObject& object) { return object.tool != nullptr && !object.pendingRemoval; });
   if (tool != scene->objects.end()) {
     addSharpPoints(*scene, cached, cached[tool->id].motion->tool->spacing_m);
-    for (const auto& [id, known] : cached) soften(*tool, known.body, device_.period_s);
+    for (const auto& [id, known] : cached) soften(*tool, known.body, device_);
   }
   cachedObjects_ = std::move(cached);
   std::erase_if(dentStates_, [this](const auto& entry) { return !cachedObjects_.contains(entry.first); });

@@ -221,7 +221,7 @@ std::vector<std::string> motionWarnings(const ObjectRecord& record, const Object
   const double mass_kg = (*body)->apparentMass_kg;
   const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const double damping = std::min(record.material.damping_Ns_per_m, device.maxDamping_Ns_per_m);
-  const double share = stableStiffnessShare(mass_kg, stiffness, damping, device.period_s);
+  const double share = stableStiffnessShare(mass_kg / device.hands, stiffness, damping, device.period_s);
   if (share >= 1) return {};
   return {written(4, "warning: stiffness and damping are felt as ", share * stiffness, " N/m and ", share * damping,
                   " N s/m instead of ", stiffness, " and ", damping,

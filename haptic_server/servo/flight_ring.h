@@ -9,7 +9,7 @@
 
 #include "common/error/error.h"
 #include "common/process/shared_memory.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/step/two_hands.h"
 
 namespace haptics {
 
@@ -33,16 +33,23 @@ struct Keyframe {
   HapticState state;
 };
 
+/// What a keyframe is taken of.
+struct StateMoment {
+  const HapticState* state;
+  std::uint64_t scene;    ///< As in Keyframe,
+  std::uint64_t pending;  ///< likewise.
+};
+
 /// What the servo did last, in memory that is there from the start, and that outlives the process where another one has
-/// it too: at least kSeconds of ticks, and a keyframe for each second of them. One servo thread writes, one other thread
-/// reads.
+/// it too: at least kSeconds of ticks, and a keyframe for each second of them, of each hand. One servo thread writes, one
+/// other thread reads.
 class FlightRing {
  public:
   /// How far back one can always look: a reader that is later than this has lost ticks.
   static constexpr double kSeconds = 10;
 
-  /// Throws std::bad_alloc where the system has no such memory.
-  FlightRing(double rate_Hz, const StepConfig& config);
+  /// Of as many hands as there are configs, at most kMaxHands. Throws std::bad_alloc where the system has no such memory.
+  FlightRing(double rate_Hz, std::span<const StepConfig> configs);
   /// For a reader in another process. Refused: memory of a build whose ring looks different.
   [[nodiscard]] static Result<FlightRing> attach(FileHandle memory);
 
@@ -50,14 +57,17 @@ class FlightRing {
   [[nodiscard]] int descriptor() const noexcept { return memory_.descriptor(); }
 
   /// Servo, wait-free. At a tick's start, before a scene is adopted: takes a keyframe where one is due.
-  void beginTick(const HapticState& state, std::uint64_t scene, std::uint64_t pending) noexcept;
+  /// @param moments  Of each hand, as all spans of one tick here.
+  void beginTick(std::span<const StateMoment> moments) noexcept;
   /// Servo, wait-free. At its end.
-  void add(const RecordedTick& tick) noexcept;
+  void add(std::span<const RecordedTick> tick) noexcept;
+
+  [[nodiscard]] std::size_t hands() const noexcept { return shared_->hands; }
 
   /// Reader, wait-free. Ticks added so far; the newest is at the position before this one.
   [[nodiscard]] std::uint64_t end() const noexcept { return shared_->end.load(std::memory_order_acquire); }
   /// Reader, wait-free. @return False when it has been overwritten.
-  [[nodiscard]] bool read(std::uint64_t position, RecordedTick& tick) const noexcept;
+  [[nodiscard]] bool read(std::uint64_t position, std::span<RecordedTick> tick) const noexcept;
 
   /// Reader, once the servo's process has ended: lets go of the keyframe that it was taking.
   void releaseDeadWriter() noexcept;
@@ -69,8 +79,9 @@ class FlightRing {
     ~HeldKeyframes();
     HeldKeyframes(const HeldKeyframes&) = delete;
     HeldKeyframes& operator=(const HeldKeyframes&) = delete;
-    /// The newest from which all ticks since `position` follow, else the oldest from which all are still there.
-    [[nodiscard]] const Keyframe* atOrBefore(std::uint64_t position) const noexcept;
+    /// The newest from which all ticks since `position` follow, else the oldest from which all are still there; of each
+    /// hand. Empty: there is none.
+    [[nodiscard]] std::span<const Keyframe> atOrBefore(std::uint64_t position) const noexcept;
 
    private:
     FlightRing& ring_;
@@ -79,14 +90,16 @@ class FlightRing {
  private:
   static constexpr std::size_t kWords = (sizeof(RecordedTick) + 7) / 8;
   static constexpr std::size_t kKeyframes = static_cast<std::size_t>(kSeconds) + 3;
-  using Slot = std::array<std::atomic<std::uint64_t>, kWords>;
+  using Slot = std::array<std::atomic<std::uint64_t>, kWords>;  // of a hand
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
   struct Shared {
-    Shared(std::uint64_t slots, std::uint64_t perKeyframe) noexcept : slotCount(slots), ticksPerKeyframe(perKeyframe) {}
+    Shared(std::uint64_t hand, std::uint64_t slots, std::uint64_t perKeyframe) noexcept
+        : hands(hand), slotCount(slots), ticksPerKeyframe(perKeyframe) {}
 
     std::uint64_t shape = kShape;
-    std::uint64_t slotCount;
+    std::uint64_t hands;
+    std::uint64_t slotCount;  // of each hand
     std::uint64_t ticksPerKeyframe;
     std::atomic<std::uint64_t> begun{0};  // ticks whose slot is being written, or was
     std::atomic<std::uint64_t> end{0};
@@ -101,17 +114,20 @@ class FlightRing {
 
   static constexpr std::size_t kKeyframesAt =
       (sizeof(Shared) + alignof(Keyframe) - 1) / alignof(Keyframe) * alignof(Keyframe);
-  static constexpr std::size_t kSlotsAt = kKeyframesAt + kKeyframes * sizeof(Keyframe);
   static_assert(alignof(Slot) <= alignof(Keyframe));
 
   explicit FlightRing(SharedMemory memory) noexcept;
-  [[nodiscard]] static std::size_t bytesFor(std::uint64_t slots) noexcept;
+  [[nodiscard]] static std::size_t slotsAt(std::uint64_t hands) noexcept {
+    return kKeyframesAt + hands * kKeyframes * sizeof(Keyframe);
+  }
+  [[nodiscard]] static std::size_t bytesFor(std::uint64_t hands, std::uint64_t slots) noexcept;
 
-  SharedMemory memory_;  // Shared, keyframes, slots
+  SharedMemory memory_;  // Shared; keyframes, those of one moment together; slots, those of one tick together
   Shared* shared_;
   Keyframe* keyframes_;
   Slot* slots_;
   std::uint64_t slotCount_ = 0;
+  std::size_t hands_ = 1;
 };
 
 }  // namespace haptics

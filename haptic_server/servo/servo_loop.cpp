@@ -4,19 +4,14 @@
 #include <cerrno>
 #include <cmath>
 #include <ctime>
-#include <utility>
 
 #include "common/clock/monotonic.h"
 #include "haptic_server/servo/allocation_tripwire.h"
-#include "haptic_server/step/moving_bodies.h"
-#include "haptic_server/step/soft_bodies.h"
-#include "haptic_server/step/tool_step.h"
 
 namespace haptics {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
-constexpr std::uint64_t kEnergyEvery_ns = kSecond_ns / 50;
 /// Longest pause that a replay repeats.
 constexpr std::uint64_t kLongestPause_ns = kSecond_ns;
 
@@ -33,12 +28,13 @@ void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // th
 }  // namespace
 
 ServoLoop::ServoLoop(Device& device, SceneMailbox& mailbox, const StepConfig& config, bool withCacheWarmer)
-    : device_(device),
-      mailbox_(mailbox),
-      config_(config),
+    : mailbox_(mailbox),
       period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) * config.period_s))),
-      state_(config_) {
-  if (withCacheWarmer) cacheWarmer_.emplace(config_);
+      first_(device, config, withCacheWarmer) {}
+
+void ServoLoop::addHand(Device& device, const StepConfig& config) {
+  second_ = std::make_unique<ServoHand>(device, config, true);
+  second_->followFirst();
 }
 
 void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexcept {
@@ -56,13 +52,7 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
     now_ns = waitForSample(due_ns, now_ns);
     tick(index, now_ns, mailbox_.newest());
   }
-  device_.stop();
-}
-
-void ServoLoop::resumeFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept {
-  state_ = state;
-  scene_ = scene != nullptr ? scene : &empty_;
-  next_ = pending;
+  stopDevices();
 }
 
 void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcept {
@@ -87,9 +77,9 @@ void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcep
     const std::uint64_t now_ns = monotonicNow_ns();
     statistics_.wakeLatency_ns.record(now_ns - std::min(due_ns, now_ns));
     tick(scripted.index, now_ns, scripted.newest);
-    script.releaseBefore(scene_->number);
+    script.releaseBefore(second_ ? std::min(first_.scene().number, second_->scene().number) : first_.scene().number);
   }
-  device_.stop();
+  stopDevices();
 }
 
 void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
@@ -97,12 +87,17 @@ void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
   for (std::uint64_t index = 0; !stop.load(std::memory_order_relaxed); ++index) {
     tick(index, monotonicNow_ns(), mailbox_.newest());
   }
-  device_.stop();
+  stopDevices();
+}
+
+/// Of every device: a position that read() has not given yet.
+bool ServoLoop::hasNewSample() noexcept {
+  return first_.device().hasNewSample() && (!second_ || second_->device().hasNewSample());
 }
 
 /// @return The time after it.
 std::uint64_t ServoLoop::waitForSample(std::uint64_t due_ns, std::uint64_t now_ns) noexcept {
-  while (sampleWait_.waits(device_.hasNewSample(), now_ns - due_ns)) {
+  while (sampleWait_.waits(hasNewSample(), now_ns - due_ns)) {
     sleepUntil(now_ns + sampleWait_.step_ns());
     now_ns = monotonicNow_ns();
   }
@@ -111,79 +106,68 @@ std::uint64_t ServoLoop::waitForSample(std::uint64_t due_ns, std::uint64_t now_n
 
 void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene* newest) noexcept {
   const AllocationTripwire armed;
-  if (flight_ != nullptr) flight_->beginTick(state_, scene_->number, next_ != nullptr ? next_->number : 0);
-  if (newest != nullptr) next_ = newest;
-  if (next_ != nullptr && adoptScene(*next_, state_, index)) {
-    scene_ = std::exchange(next_, nullptr);
-    device_.follow(scene_->plan.get());
-    mailbox_.adopted();
-    statistics_.adoptedRevision.store(scene_->revision, std::memory_order_relaxed);
-  }
-  if (cacheWarmer_) (*cacheWarmer_)(*scene_, state_);
-  ForceResult result;
-  const StepInput input{index, now_ns, device_.read(index)};
-  computeForce(*scene_, state_, config_, input, result, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
-  if (state_.features.pendingRemoval) [[unlikely]]
-    device_.writeTorque(writtenTorque_Nm(state_));
-  device_.write(result.force.written);
-  if (cacheWarmer_) cacheWarmer_->note(result.contact.work.allowance);
-  finish(input, result, newest != nullptr ? newest->number : 0);
+  if (flight_ != nullptr) beginRecording();
+  adopt(index, newest);
+  first_.rehearse();
+  if (second_) second_->rehearse();
+  first_.feel(index, now_ns);
+  if (second_) second_->feel(index, now_ns);
+  account(now_ns);
+  finish(newest != nullptr ? newest->number : 0);
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }
 
-/// Work done after the force is written.
-void ServoLoop::finish(const StepInput& input, const ForceResult& result, std::uint64_t newScene) noexcept {
-  TelemetrySample sample = finishStep(*scene_, state_, config_, input, result);
-  if (flight_ != nullptr) flight_->add({input, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_)});
-  account(sample);
-  if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
-  if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0)
-      [[unlikely]] {
-    const bool moved = describeMotion(state_, input.tick, motion_);
-    const auto staying = motion_.staying;
-    const std::uint64_t revision = motion_.sceneRevision;
-    if (describeDents(state_, input.tick, motion_) || moved) motionOut_.put(motion_);
-    if (moved || staying != motion_.staying || revision != motion_.sceneRevision) motionToBuilder_.put(motion_);
-  }
-  if (input.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
-    energyPublished_ns_ = input.time_ns;
-    state_.energy.describe(energy_);
-    energyOut_.put(energy_);
-  }
+void ServoLoop::adopt(std::uint64_t index, const ServoScene* newest) noexcept {
+  bool any = first_.adopt(newest, index);
+  if (second_) any = second_->adopt(newest, index) || any;
+  if (!any || first_.isToAdopt() || (second_ && second_->isToAdopt())) return;
+  mailbox_.adopted();
+  statistics_.adoptedRevision.store(first_.scene().revision, std::memory_order_relaxed);
 }
 
-void ServoLoop::account(TelemetrySample& sample) noexcept {
-  const std::uint64_t now_ns = sample.time_ns;
-  add(statistics_.ticks, 1);
-  if (sample.object != 0) add(statistics_.contactTicks, 1);
-  if (const double force = glm::length(sample.force.written);
-      force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
-    statistics_.maxForce_N.store(force, std::memory_order_relaxed);
+void ServoLoop::beginRecording() noexcept {
+  if (!second_) return flight_->beginTick(std::array{first_.moment()});
+  flight_->beginTick(std::array{first_.moment(), second_->moment()});
+}
+
+/// Work done after the forces are written.
+void ServoLoop::finish(std::uint64_t newScene) noexcept {
+  const HandTick ticked = first_.ticked();
+  TelemetrySample sample;
+  if (!second_) {
+    sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
+    if (flight_ != nullptr) flight_->add(std::array{first_.recorded(newScene, sample)});
+    return tell(first_, sample);
   }
-  if (now_ns - secondBegan_ns_ >= kSecond_ns) {
-    const std::uint64_t ticks = statistics_.ticks.load(std::memory_order_relaxed);
-    statistics_.rate_Hz.store(
-        static_cast<double>(ticks - ticksBefore_) * 1e9 / static_cast<double>(now_ns - secondBegan_ns_),
-        std::memory_order_relaxed);
-    ticksBefore_ = ticks;
-    secondBegan_ns_ = now_ns;
-  }
-  if (sample.fault != statistics_.fault.load(std::memory_order_relaxed)) {
-    if (sample.fault != Fault::kNone) add(statistics_.faults, 1);
-    statistics_.fault.store(sample.fault, std::memory_order_relaxed);
-    statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
-  }
-  statistics_.wait_s.store(sample.wait_s, std::memory_order_relaxed);
-  if (sample.depenetrated != statistics_.depenetrated.load(std::memory_order_relaxed)) {
-    statistics_.depenetrated.store(sample.depenetrated, std::memory_order_relaxed);
-    statistics_.depenetratedFrom.store(sample.depenetratedFrom, std::memory_order_relaxed);
-  }
-  if (sample.allowanceSpent != statistics_.allowanceSpent.load(std::memory_order_relaxed)) {
-    statistics_.allowanceSpent.store(sample.allowanceSpent, std::memory_order_relaxed);
-  }
+  TelemetrySample secondSample;
+  finishSteps(ticked, second_->ticked(), sample, secondSample);
+  if (flight_ != nullptr)
+    flight_->add(std::array{first_.recorded(newScene, sample), second_->recorded(newScene, secondSample)});
+  tell(*second_, secondSample);  // first: who takes the first hand's sample finds this one
+  tell(first_, sample);
+}
+
+void ServoLoop::tell(ServoHand& hand, TelemetrySample& sample) noexcept {
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
-  sample.droppedSamples = statistics_.droppedSamples.load(std::memory_order_relaxed);
+  sample.droppedSamples = hand.statistics().droppedSamples.load(std::memory_order_relaxed);
   sample.servoRate_Hz = statistics_.rate_Hz.load(std::memory_order_relaxed);
+  hand.tell(sample);
+}
+
+void ServoLoop::account(std::uint64_t now_ns) noexcept {
+  add(statistics_.ticks, 1);
+  if (now_ns - secondBegan_ns_ < kSecond_ns) return;
+  const std::uint64_t ticks = statistics_.ticks.load(std::memory_order_relaxed);
+  statistics_.rate_Hz.store(
+      static_cast<double>(ticks - ticksBefore_) * 1e9 / static_cast<double>(now_ns - secondBegan_ns_),
+      std::memory_order_relaxed);
+  ticksBefore_ = ticks;
+  secondBegan_ns_ = now_ns;
+}
+
+void ServoLoop::stopDevices() noexcept {
+  first_.stop();
+  if (second_) second_->stop();
 }
 
 }  // namespace haptics

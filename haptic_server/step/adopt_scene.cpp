@@ -23,7 +23,7 @@ class StateTransfer {
     std::size_t before = 0;  // both lists are in order of id
     for (std::size_t i = 0; i < count_; ++i) {
       const ServoObject& object = next.objects[i];
-      if (object.tool != nullptr && !object.pendingRemoval) toolBody_ = static_cast<int>(i);
+      if (object.tool != nullptr && !object.pendingRemoval && !state.motion.follows) toolBody_ = static_cast<int>(i);
       while (before < state.adoption.bodyCount && state.objects[before].id < object.id) ++before;
       const bool known = before < state.adoption.bodyCount && state.objects[before].id == object.id;
       if (known) {
@@ -121,7 +121,7 @@ class StateTransfer {
     bodies_[i] = state_.bodies[before];
     objects_[i] = state_.objects[before];
     objects_[i].poseRevision = object.poseRevision;
-    bodies_[i].pendingRemoval = object.pendingRemoval;
+    bodies_[i].pendingRemoval = leaves(object);
     bool changed = !sameSurface;
     if (samePose) {
       bodies_[i].surface = object.surface.get();
@@ -137,6 +137,11 @@ class StateTransfer {
       changed = true;
     }
     origins_[i] = {static_cast<int>(before), changed, changed && samePose && tookDents};
+  }
+
+  /// It is not to be touched anew: also what another hand holds.
+  [[nodiscard]] bool leaves(const ServoObject& object) const noexcept {
+    return object.pendingRemoval || (object.tool != nullptr && state_.motion.follows);
   }
 
   /// Did a known object hold the IHIP, or reach it with a bump?
@@ -343,7 +348,7 @@ class StateTransfer {
     objects_[i].poseRevision = object.poseRevision;
     objects_[i].beingMoved = false;
     bodies_[i].surface = object.surface.get();
-    bodies_[i].pendingRemoval = object.pendingRemoval;
+    bodies_[i].pendingRemoval = leaves(object);
     bodies_[i].previous = bodies_[i].current = object.pose;
     bodies_[i].update();
   }

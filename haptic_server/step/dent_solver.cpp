@@ -140,7 +140,7 @@ bool DentSolver::yield() noexcept {
   }
   Vec3 parts(0);  // of the smooth foot
   if (shading_ != nullptr) shadeFoot(at, others, parts);
-  if (tissue_.plastic > 0) moveOn(at.point);
+  if (isPlastic()) moveOn(at.point);
   const double depth = glm::distance(pressed_.h, at.point);
   const Vec3 direction = depth > 0 ? (pressed_.h - at.point) * (1 / depth) : Vec3(0);
   dent().dent.centre = Vec3f(at.point);
@@ -157,7 +157,7 @@ bool DentSolver::yield() noexcept {
   const double kept_m = std::min(dent().kept_m, stays);
   smooth_.depth_m -= seen * now_m * pressed_.side;
   elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
-  if (tissue_.plastic > 0) remember(dent());
+  if (isPlastic()) remember(dent());
   return true;
 }
 

@@ -67,6 +67,9 @@ class DentSolver {
   [[nodiscard]] double seenOn(const TriangleRecord& triangle, const Vec3& parts, const Dent& dent) const noexcept;
   [[nodiscard]] BodyDent& dent() const noexcept { return state_.dents[*at_]; }
 
+  /// The dents of a second hand go back: none is baked.
+  [[nodiscard]] bool isPlastic() const noexcept { return tissue_.plastic > 0 && !state_.motion.follows; }
+
   const SoftTissue& tissue_;
   const ShadingNormals* shading_;  // null: as the polygons are
   HapticState& state_;

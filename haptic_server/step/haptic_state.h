@@ -125,6 +125,15 @@ struct Motion {
   std::size_t count = 0;
   std::size_t next = 0;  ///< Where they move in turn.
   std::size_t collidingCount = 0;
+  bool follows = false;  ///< The state of the first hand moves them (two_hands.h).
+};
+
+/// What the second hand does to the bodies that move, in this tick, by index into HapticState::moving. Written by
+/// takePushes(), where there is a second hand.
+struct OtherHand {
+  bool any = false;
+  std::array<Push, kMaxMovingBodies> push;
+  std::array<bool, kMaxMovingBodies> awaits;  ///< An edit of its pose has not come to an end for the second hand.
 };
 
 /// A body that meets others. Written by adoptScene().
@@ -286,6 +295,7 @@ struct HapticState {
   std::array<ObjectState, kMaxServoObjects> objects;
   std::array<BumpState, kMaxServoObjects> bumps;
   std::array<MovingBody, kMaxMovingBodies> moving;
+  OtherHand otherHand;
   std::array<CollidingBody, kMaxColliders> colliding;
   BodyPairs pairs;
   std::array<BodyDent, kMaxDents> dents;

@@ -43,6 +43,33 @@ class Reaction {
   }
 };
 
+/// One push of both, at the place of the first.
+[[nodiscard]] Push sum(const Push& a, const Push& b) noexcept {
+  if (!a.any()) return b;
+  return {a.force_N + b.force_N, a.place_m, a.torque_Nm + b.torque_Nm + glm::cross(b.place_m - a.place_m, b.force_N)};
+}
+
+/// A body stands still while an edit under either hand brings it to its place.
+[[nodiscard]] bool standsStill(const HapticState& state, std::size_t moving) noexcept {
+  return state.objects[state.moving[moving].body].beingMoved || (state.otherHand.any && state.otherHand.awaits[moving]);
+}
+
+[[nodiscard]] Push pushOnto(const HapticState& state, const Reaction& reaction, std::size_t moving) noexcept {
+  const Push own = reaction.on(state.moving[moving].body);
+  return state.otherHand.any ? sum(own, state.otherHand.push[moving]) : own;
+}
+
+/// Calls pair(i, k) for each object that moves in both states: its index into a.moving, and into b.moving.
+template <class Pair>
+void forEachShared(const HapticState& a, const HapticState& b, Pair pair) noexcept {
+  std::size_t k = 0;  // both are in order of the objects' ids
+  for (std::size_t i = 0; i < a.motion.count; ++i) {
+    const std::uint64_t id = a.objects[a.moving[i].body].id;
+    while (k < b.motion.count && b.objects[b.moving[k].body].id < id) ++k;
+    if (k < b.motion.count && b.objects[b.moving[k].body].id == id) pair(i, k);
+  }
+}
+
 /// Attributes the work that a moving surface does on the hand with the force that is held meanwhile.
 void nameWork(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
   const Pose& now = state.bodies[moving.body].current;
@@ -61,11 +88,11 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
     colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
     is.isPut = false;
-    if (moving == nullptr || state.objects[is.body].beingMoved) continue;
+    if (moving == nullptr || standsStill(state, static_cast<std::size_t>(is.moving))) continue;
     colliders[i].what = moving->what;
     colliders[i].state = &moving->state;
     colliders[i].pose = poseOf(*moving->what, moving->state);
-    colliders[i].push = reaction.on(is.body);
+    colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
   }
   CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
   if (!moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance)) ++state.report.allowanceSpent;
@@ -73,7 +100,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
     moving.moved = !(poseOf(*moving.what, moving.state) == colliders[i].pose);
-    if (colliders[i].push.any()) nameWork(state, moving, colliders[i].push, part);
+    if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
     if (isStopped(moving.state.condition)) state.bodies[moving.body].pendingRemoval = true;
   }
 }
@@ -93,6 +120,7 @@ void takeMovedPoses(HapticState& state) noexcept {
 }
 
 std::int64_t unitsOfMotion(const HapticState& state) noexcept {
+  if (state.motion.follows) return 0;
   std::int64_t units = 0;
   for (std::size_t i = 0; i < state.motion.count; ++i) {
     const MovingBody& moving = state.moving[i];
@@ -103,6 +131,7 @@ std::int64_t unitsOfMotion(const HapticState& state) noexcept {
 }
 
 void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
+  if (state.motion.follows) return;
   const ContactResult& contact = result.contact;
   const ForceComponents& force = result.force;
   const Reaction reaction(state, contact, force.contact);
@@ -117,8 +146,8 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
     MovingBody& moving = state.moving[i];
     if (moving.collides) continue;
     moving.moved = false;
-    if (state.objects[moving.body].beingMoved) continue;
-    const Push push = reaction.on(moving.body);
+    if (standsStill(state, i)) continue;
+    const Push push = pushOnto(state, reaction, i);
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
     if (k > 0 && !push.any() && allowance.least.left() < leastMotionUnits(*moving.what, moving.state)) {
       if (!inTurn) next = i;
@@ -129,10 +158,45 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
     moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), allowance);
     moving.waited = 0;
     moving.moved = true;
-    if (push.any()) nameWork(state, moving, push, part);
+    if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
     if (isStopped(moving.state.condition)) state.bodies[moving.body].pendingRemoval = true;
   }
   state.motion.next = next;
+  state.otherHand.any = false;
+}
+
+void takePushes(HapticState& first, const HapticState& second, const ForceResult& secondResult) noexcept {
+  if (first.motion.count == 0) return;
+  OtherHand& other = first.otherHand;
+  other.any = true;
+  std::fill_n(other.push.begin(), first.motion.count, Push{});
+  std::fill_n(other.awaits.begin(), first.motion.count, false);
+  const Reaction reaction(second, secondResult.contact, secondResult.force.contact);
+  forEachShared(first, second, [&](std::size_t i, std::size_t k) {
+    const HapticState::ObjectState& own = first.objects[first.moving[i].body];
+    const HapticState::ObjectState& its = second.objects[second.moving[k].body];
+    other.push[i] = reaction.on(second.moving[k].body);
+    other.awaits[i] = its.beingMoved || its.poseRevision != own.poseRevision;
+  });
+}
+
+void followMovedBodies(const HapticState& first, HapticState& second, const ForceResult& secondResult) noexcept {
+  const ForceComponents& force = secondResult.force;
+  const Reaction reaction(second, secondResult.contact, force.contact);
+  const double part = writtenFraction(force.written, force.contact);
+  for (std::size_t k = 0; k < second.motion.count; ++k) second.moving[k].moved = false;
+  forEachShared(first, second, [&](std::size_t i, std::size_t k) {
+    const MovingBody& leads = first.moving[i];
+    MovingBody& follows = second.moving[k];
+    const bool isEdited = first.objects[leads.body].poseRevision != second.objects[follows.body].poseRevision ||
+                          first.objects[leads.body].beingMoved || second.objects[follows.body].beingMoved;
+    if (isEdited || leads.what != follows.what) return;
+    follows.state = leads.state;
+    Body& body = second.bodies[follows.body];
+    follows.moved = !(poseOf(*follows.what, follows.state) == body.current);
+    if (const Push own = reaction.on(follows.body); follows.moved && own.any()) nameWork(second, follows, own, part);
+    if (isStopped(follows.state.condition)) body.pendingRemoval = true;
+  });
 }
 
 bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {

@@ -17,8 +17,15 @@ void takeMovedPoses(HapticState& state) noexcept;
 /// ticks for which it waited.
 /// @param result  Its force on the hand is written already; each surface that holds the IHIP is given its share of the
 /// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under
-/// the hand as one that leaves the scene does.
+/// the hand as one that leaves the scene does. Of a second hand's state nothing moves (followMovedBodies()).
 void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept;
+
+/// What a second hand gives the bodies of the first in this tick, and which of them an edit still holds in its state. Between
+/// both hands' computeForce() and the first's moveBodies(), whose bodies are pushed by both.
+void takePushes(HapticState& first, const HapticState& second, const ForceResult& secondResult) noexcept;
+
+/// In place of moveBodies() for the second hand, after that of the first: its bodies are to go where the first's have gone.
+void followMovedBodies(const HapticState& first, HapticState& second, const ForceResult& secondResult) noexcept;
 
 /// Where the bodies were for the tick just made, stopped ones included.
 /// @param[in,out] motion  As of an earlier tick.

@@ -64,15 +64,15 @@ void Watch::take(ReceivedOrder received) {
       scenes_ = std::move(received.descriptor);
       break;
     case WatchOrder::Kind::kArm:
-      armed_ = Armed{std::move(received.descriptor), order.endpoint,
-                     std::min<std::uint8_t>(order.length, sizeof order.bytes), order.bytes};
+      armed_[order.device % kMaxHands] = Armed{std::move(received.descriptor), order.endpoint,
+                                               std::min<std::uint8_t>(order.length, sizeof order.bytes), order.bytes};
       end_ = ring_ ? ring_->end() : 0;
       pollsWithoutTick_ = 0;
       nextPoll_ns_ = 0;
       break;
     case WatchOrder::Kind::kDisarm:
-      armed_.reset();
-      tripped_ = false;
+      armed_[order.device % kMaxHands].reset();
+      tripped_ = tripped_ && isArmed();
       break;
     case WatchOrder::Kind::kEnding:
       ending_ = true;
@@ -110,7 +110,7 @@ void Watch::poll() {
 /// Takes the force away. The driver hears of it first: it would push again. Where the servo stops on
 /// request nothing is reported.
 void Watch::trip(const std::string& why) {
-  if (!armed_ || tripped_) return;
+  if (!isArmed() || tripped_) return;
   tripped_ = true;
   commandsLeft_ = kZeroCommands - 1;
   if (page_ && !ending_) page().trips.fetch_add(1, std::memory_order_seq_cst);
@@ -122,29 +122,31 @@ void Watch::trip(const std::string& why) {
 /// the same descriptor, whose bytes the system then writes where the server wanted them: here, another process's memory.
 /// An interrupt endpoint takes it too.
 void Watch::sendZeroForce() {
-  if (!armed_) return;
-  usbdevfs_bulktransfer transfer{armed_->endpoint, armed_->length, kSendTimeOut_ms, armed_->bytes.data()};
-  (void)ioctl(armed_->node.descriptor(), USBDEVFS_BULK, &transfer);  // one that was unplugged has no force
+  for (auto& armed : armed_) {
+    if (!armed) continue;
+    usbdevfs_bulktransfer transfer{armed->endpoint, armed->length, kSendTimeOut_ms, armed->bytes.data()};
+    (void)ioctl(armed->node.descriptor(), USBDEVFS_BULK, &transfer);  // one that was unplugged has no force
+  }
 }
 
 void Watch::handleServerDeath() {
   const std::uint64_t noticed_ns = monotonicNow_ns();
-  if (armed_) {
+  if (isArmed()) {
     tripped_ = true;
     for (std::uint64_t i = 0; i < kZeroCommands; ++i) {
       if (i > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(kBetweenCommands_ns));
       sendZeroForce();
     }
-    armed_.reset();  // a server that is started anew may have the device
+    armed_ = {};  // a server that is started anew may have the devices
   }
   const sched_param ordinary{};
   sched_setscheduler(0, SCHED_OTHER, &ordinary);
   munlockall();
   if (!ring_ || !scenes_) return options_.warning("the server has ended without a word");
   ring_->releaseDeadWriter();
-  RecordedTick last;
+  RecordedTick last;  // of the first hand
   const std::uint64_t end = ring_->end();
-  const bool ticked = end > 0 && ring_->read(end - 1, last);
+  const bool ticked = end > 0 && ring_->read(end - 1, {&last, 1});
   options_.warning("the server has ended without a word" +
                    (ticked ? ", " + inMilliseconds(noticed_ns - std::min(noticed_ns, last.input.time_ns)) +
                                  " after the servo's last tick"

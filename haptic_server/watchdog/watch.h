@@ -13,7 +13,7 @@
 
 namespace haptics {
 
-/// The watchdog's own side, in a process of its own: polls whether the servo ticks, and takes a device's force away when it
+/// The watchdog's own side, in a process of its own: polls whether the servo ticks, and takes the devices' force away when it
 /// no longer does, or the server has ended. In that case it also records the last seconds. One thread.
 class Watch {
  public:
@@ -52,14 +52,15 @@ class Watch {
   void sendZeroForce();
   void handleServerDeath();
   [[nodiscard]] WatchPage& page() const noexcept { return *reinterpret_cast<WatchPage*>(page_->bytes().data()); }
-  [[nodiscard]] bool isWatching() const noexcept { return armed_ && ring_; }
+  [[nodiscard]] bool isArmed() const noexcept { return armed_[0] || armed_[1]; }
+  [[nodiscard]] bool isWatching() const noexcept { return isArmed() && ring_; }
 
   int socket_;
   Options options_;
   std::optional<SharedMemory> page_;
   std::optional<FlightRing> ring_;
   std::optional<FileHandle> scenes_;
-  std::optional<Armed> armed_;
+  std::array<std::optional<Armed>, kMaxHands> armed_;
   std::uint64_t hangsAfterPolls_ = kMissedPolls;  // after which the servo hangs
   std::uint64_t nextPoll_ns_ = 0;
   std::uint64_t end_ = 0;               // ticks at the last poll

@@ -18,13 +18,14 @@ struct WatchOrder {
     kPage,     ///< Memory of the WatchPage.
     kRing,     ///< Memory of the flight ring; `period_ns`.
     kScenes,   ///< Memory of the scene journal, in place of the one before.
-    kArm,      ///< Node of a device, `endpoint` and `bytes` that take its force away.
-    kDisarm,   ///< No device any more.
+    kArm,      ///< Node of `device`, `endpoint` and `bytes` that take its force away.
+    kDisarm,   ///< No such device any more.
     kEnding,   ///< The servo is about to stop on request.
     kDying,    ///< The server is about to end because something is wrong.
     kDismiss,  ///< There is nothing to watch any more.
   };
   Kind kind = Kind::kDismiss;
+  std::uint8_t device = 0;  ///< Of which hand, below kMaxHands.
   std::uint8_t endpoint = 0;
   std::uint8_t length = 0;
   std::array<std::uint8_t, 64> bytes{};

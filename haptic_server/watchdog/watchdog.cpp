@@ -99,7 +99,7 @@ void Watchdog::instruct(pid_t process) {
       {.kind = WatchOrder::Kind::kRing, .period_ns = static_cast<std::uint64_t>(std::llround(options_.period_s * 1e9))},
       ring_.descriptor());
   if (ending_) sendOrder(socket, {.kind = WatchOrder::Kind::kEnding});
-  for (const auto* kept : {&scenes_, &armed_}) {
+  for (const auto* kept : {&scenes_, &armed_[0], &armed_[1]}) {
     if (*kept) sendOrder(socket, (*kept)->order, (*kept)->descriptor.descriptor());
   }
   setDeathNoticeSocket(socket);
@@ -124,19 +124,19 @@ void Watchdog::say(const WatchOrder& order, int descriptor) noexcept {
   if (socket_) sendOrder(socket_.descriptor(), order, descriptor);
 }
 
-void Watchdog::arm(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept {
-  WatchOrder order{.kind = WatchOrder::Kind::kArm, .endpoint = out};
+void Watchdog::arm(std::uint8_t hand, int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept {
+  WatchOrder order{.kind = WatchOrder::Kind::kArm, .device = hand, .endpoint = out};
   order.length = static_cast<std::uint8_t>(std::min(zero.size(), order.bytes.size()));
   std::copy_n(zero.begin(), order.length, order.bytes.begin());
   const std::lock_guard lock(mutex_);
-  armed_ = Kept{order, copyOf(node)};
+  armed_[hand] = Kept{order, copyOf(node)};
   if (socket_) sendOrder(socket_.descriptor(), order, node);
 }
 
-void Watchdog::disarm() noexcept {
+void Watchdog::disarm(std::uint8_t hand) noexcept {
   const std::lock_guard lock(mutex_);
-  armed_.reset();
-  if (socket_) sendOrder(socket_.descriptor(), {.kind = WatchOrder::Kind::kDisarm});
+  armed_[hand].reset();
+  if (socket_) sendOrder(socket_.descriptor(), {.kind = WatchOrder::Kind::kDisarm, .device = hand});
 }
 
 void Watchdog::keepScenes(int descriptor) noexcept {
@@ -156,7 +156,7 @@ void Watchdog::fillStatus(v1::Status& status) const {
   v1::WatchdogStatus& message = *status.mutable_watchdog();
   message.set_alive(alive_);
   message.set_started(started_);
-  message.set_forces_taken_away(trips());
+  message.set_forces_taken_away(page().trips.load(std::memory_order_acquire));
 }
 
 /// A thread of its own: starts another one each time that one ends.

@@ -2,7 +2,9 @@
 
 #include <sys/types.h>
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -22,7 +24,7 @@ namespace haptics {
 /// The server's side of its watchdog, the program haptic_watchdog, which lies beside the server's: starts it, in a session
 /// of its own, tells it which devices are armed, and starts another one when it ends or hangs. As long as there is none, a
 /// warning has said so.
-class Watchdog final : public OutputWatchdog {
+class Watchdog final {
  public:
   struct Options {
     std::filesystem::path recordings;  ///< Folder for the recording of a crash.
@@ -31,13 +33,12 @@ class Watchdog final : public OutputWatchdog {
   };
   /// Throws std::bad_alloc where the system has no memory for a page.
   Watchdog(Options options, const FlightRing& ring);
-  ~Watchdog() override;  ///< Dismisses.
+  ~Watchdog();  ///< Dismisses.
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  void arm(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override;
-  void disarm() noexcept override;
-  [[nodiscard]] std::uint64_t trips() const noexcept override { return page().trips.load(std::memory_order_acquire); }
+  /// For the device of a hand, below kMaxHands; lives as long as this.
+  [[nodiscard]] OutputWatchdog& ofDevice(std::size_t hand) noexcept { return devices_[hand]; }
 
   /// Memory of the scene journal, in place of the one before; the descriptor stays the caller's. Any thread.
   void keepScenes(int descriptor) noexcept;
@@ -54,6 +55,24 @@ class Watchdog final : public OutputWatchdog {
     WatchOrder order;
     FileHandle descriptor;
   };
+  class WatchedDevice final : public OutputWatchdog {
+   public:
+    WatchedDevice(Watchdog& watchdog, std::uint8_t hand) : watchdog_(watchdog), hand_(hand) {}
+    void arm(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override {
+      watchdog_.arm(hand_, node, out, zero);
+    }
+    void disarm() noexcept override { watchdog_.disarm(hand_); }
+    [[nodiscard]] std::uint64_t trips() const noexcept override {
+      return watchdog_.page().trips.load(std::memory_order_acquire);
+    }
+
+   private:
+    Watchdog& watchdog_;
+    const std::uint8_t hand_;
+  };
+
+  void arm(std::uint8_t hand, int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept;
+  void disarm(std::uint8_t hand) noexcept;
 
   [[nodiscard]] const WatchPage& page() const noexcept {
     return *reinterpret_cast<const WatchPage*>(page_.bytes().data());
@@ -72,11 +91,13 @@ class Watchdog final : public OutputWatchdog {
   std::atomic<bool> alive_{false};
   std::atomic<std::uint64_t> started_{0};
   std::thread guard_;
+  std::array<WatchedDevice, kMaxHands> devices_{WatchedDevice{*this, 0}, WatchedDevice{*this, 1}};
 
   std::mutex mutex_;  // guards what follows
   FileHandle socket_;
   pid_t process_ = -1;
-  std::optional<Kept> scenes_, armed_;
+  std::optional<Kept> scenes_;
+  std::array<std::optional<Kept>, kMaxHands> armed_;
   bool ending_ = false;
 };
 

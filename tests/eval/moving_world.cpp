@@ -5,6 +5,7 @@
 
 #include "haptic_server/motion/solid.h"
 #include "haptic_server/motion/support_points.h"
+#include "haptic_server/step/two_hands.h"
 
 namespace haptics::eval {
 namespace {
@@ -67,6 +68,30 @@ TelemetrySample MovingWorld::tick(Vec3 hip) {
     waiting_.clear();
   }
   return hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
+}
+
+MovingWorld::HandSamples MovingWorld::tick(Vec3 hip, Vec3 secondHip) {
+  if (!second_) {
+    second_ = std::make_unique<HapticState>(config_);
+    followFirstHand(*second_);
+    if (waiting_.empty()) waiting_.push_back(scene_);
+  }
+  if (!waiting_.empty()) {
+    const bool first = adoptScene(*waiting_.back(), state_, tick_),
+               second = adoptScene(*waiting_.back(), *second_, tick_);
+    if (!first || !second) throw std::logic_error("both hands are to be free when a scene is published");
+    scene_ = waiting_.back();
+    waiting_.clear();
+  }
+  const StepInput input{tick_, 0, {hip, DeviceState::kReady}}, secondInput{tick_, 0, {secondHip, DeviceState::kReady}};
+  ++tick_;
+  ForceResult result, secondResult;
+  computeForce(*scene_, state_, config_, input, result);
+  computeForce(*scene_, *second_, config_, secondInput, secondResult);
+  HandSamples samples;
+  finishSteps({*scene_, state_, config_, input, result}, {*scene_, *second_, config_, secondInput, secondResult},
+              samples.first, samples.second);
+  return samples;
 }
 
 int MovingWorld::indexOf(std::uint64_t id) const noexcept {

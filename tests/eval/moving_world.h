@@ -32,6 +32,11 @@ class MovingWorld {
   /// What was changed is an edit, adopted with the next ticks. Removed objects stay until the contact on them has faded.
   void publish();
   TelemetrySample tick(Vec3 hip);
+  /// With a second hand, which comes with the first such tick and stays.
+  struct HandSamples {
+    TelemetrySample first, second;
+  };
+  HandSamples tick(Vec3 hip, Vec3 secondHip);
 
   [[nodiscard]] const HapticState& state() const noexcept { return state_; }
   /// Its index into the state's bodies, -1 while the step does not have it.
@@ -46,6 +51,7 @@ class MovingWorld {
  private:
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
   HapticState state_{config_};
+  std::unique_ptr<HapticState> second_;
   std::vector<ServoObject> objects_;
   std::vector<ServoObject> leaving_;
   std::shared_ptr<const ServoScene> scene_ = std::make_shared<ServoScene>();

@@ -14,10 +14,12 @@ const Endpoint kServer{"10.0.0.1", 7654}, kClient{"10.0.0.2", 5000}, kElsewhere{
 void run(std::span<const std::uint8_t> input) {
   std::uint64_t now_ns = 1'000'000'000'000, tick = 0, given = 0;
   DatagramPath client;
-  DatagramPaths server([&](std::span<const char> bytes, const Endpoint& to) {
-    fuzz::require(to.host == kClient.host, "nothing goes elsewhere");
-    (void)client.take(bytes, kServer, now_ns);
-  });
+  DatagramPaths server(
+      [&](std::span<const char> bytes, const Endpoint& to) {
+        fuzz::require(to.host == kClient.host, "nothing goes elsewhere");
+        (void)client.take(bytes, kServer, now_ns);
+      },
+      [](std::uint64_t, const v1::HandTarget& target) { (void)fromWire(target); });
   v1::Welcome welcome;
   welcome.set_datagram_port(kServer.port);
   welcome.set_datagram_cookie(server.add(1, kClient.host));

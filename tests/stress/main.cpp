@@ -8,6 +8,7 @@
 #include "tests/stress/client.h"
 #include "tests/stress/dribbler.h"
 #include "tests/stress/picture.h"
+#include "tests/stress/pinch_run.h"
 #include "tests/stress/report.h"
 #include "tests/stress/run.h"
 #include "tests/stress/touch_run.h"
@@ -23,10 +24,12 @@ Examples:
   haptic_stress --clients 8 --rtt-ms 200 --jitter-ms 25 --loss-pct 5 --cut-every 10 --cut-ms 300 --seconds 600 --seed 1 --out out
   haptic_stress --seconds 60 --out out
   haptic_stress --relay --seconds 10 --clients 3 --no-viewer --out out
+  haptic_stress pinch --rtt-ms 200 --loss-pct 5 --seconds 60 --out out
   haptic_stress touch --viewers 4 --rtt-ms 200 --loss-pct 5 --seconds 300 --out out
 
 As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
---relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg; touch writes DIR/touch.json.
+--relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg; touch writes DIR/touch.json, pinch
+DIR/pinch.json.
 Exit status: 0 everything holds, 1 something does not (the JSON says what), 2 wrong usage.)";
 
 void addPlan(CLI::App& app, RunPlan& plan) {
@@ -76,6 +79,13 @@ int touched(RunPlan plan, const TouchRunOptions& options) {
   return report.at("pass").get<bool>() ? 0 : 1;
 }
 
+int pinched(RunPlan plan, const PinchRunOptions& options) {
+  const auto report = runPinched(std::move(plan), options);
+  std::ofstream(options.out / "pinch.json") << report.dump(2) << '\n';
+  std::printf("%s\n", report.dump(2).c_str());
+  return report.at("pass").get<bool>() ? 0 : 1;
+}
+
 }  // namespace
 
 namespace haptics::stress {
@@ -96,6 +106,8 @@ int main(int argc, char** argv) {
   ClientOptions client;
   TouchRunOptions touch;
   TouchViewerOptions viewer;
+  PinchRunOptions pinch;
+  HandLeaderOptions leader;
   std::string address, journal, summary;
   bool noViewer = false, viewOnly = false;
   CLI::App app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
@@ -109,7 +121,8 @@ int main(int argc, char** argv) {
   auto* asClient = app.add_subcommand("client")->group("");
   auto* asDribbler = app.add_subcommand("dribble")->group("");
   auto* asViewer = app.add_subcommand("look")->group("");
-  for (auto* verb : {asClient, asDribbler, asViewer}) verb->add_option("--connect", address);
+  auto* asLeader = app.add_subcommand("lead")->group("");
+  for (auto* verb : {asClient, asDribbler, asViewer, asLeader}) verb->add_option("--connect", address);
   asClient->add_option("--number", client.number);
   asClient->add_option("--life", client.life);
   asClient->add_option("--journal", journal);
@@ -118,6 +131,11 @@ int main(int argc, char** argv) {
   asViewer->add_option("--number", viewer.number);
   asViewer->add_option("--summary", summary);
   asViewer->add_flag("--udp", viewer.datagrams);
+  asLeader->add_option("--hand", leader.hand);
+  asLeader->add_option("--from", leader.began_ns);
+  auto* asPinch = app.add_subcommand(
+      "pinch", "Two clients lead a hand each, which pinch a brick and lift it: is it held, and seen where it is held?");
+  asPinch->add_option("--viewers", pinch.viewers, "That look on")->check(CLI::Range(1, 32))->capture_default_str();
   auto* asTouch = app.add_subcommand(
       "touch",
       "Bodies are pushed and soft objects dented: do viewers see contacts where they are, and the same shapes?");
@@ -142,8 +160,19 @@ int main(int argc, char** argv) {
       runTouchViewer(viewer);
       return 0;
     }
+    if (asLeader->parsed()) {
+      leader.server = endpointOrThrow(address);
+      runHandLeader(leader);
+      return 0;
+    }
     if (options.out.empty()) options.out = "out";
     options.out = std::filesystem::absolute(options.out);
+    if (asPinch->parsed()) {
+      pinch.out = options.out;
+      pinch.relay = options.relay;
+      if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
+      return pinched(plan, pinch);
+    }
     if (asTouch->parsed()) {
       touch.out = options.out;
       touch.relay = options.relay;

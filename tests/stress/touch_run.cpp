@@ -16,6 +16,7 @@
 #include "graphics_client/mirror/server_link.h"
 #include "tests/stress/child.h"
 #include "tests/stress/network.h"
+#include "tests/stress/run_files.h"
 #include "tests/stress/statistics.h"
 #include "tests/stress/touch_scene.h"
 
@@ -32,34 +33,6 @@ constexpr double kQuiet_s = 1;    // without a contact, a dent that changes or a
 constexpr double kArrives_s = 5;  // then all have heard of it
 constexpr int kBends = 20;
 constexpr double kMaxError_mm = 1;
-constexpr milliseconds kLook{10};
-
-std::filesystem::path self() { return std::filesystem::read_symlink("/proc/self/exe"); }
-
-void waitUntil(double patience_s, const std::string& what, const std::function<bool()>& holds) {
-  const std::uint64_t began_ns = monotonicNow_ns();
-  while (!holds()) {
-    if (1e-9 * static_cast<double>(monotonicNow_ns() - began_ns) > patience_s)
-      throw std::runtime_error("not in time: " + what);
-    std::this_thread::sleep_for(kLook);
-  }
-}
-
-/// What follows the prefix, of the first line that begins with it.
-std::optional<std::string> lineOf(const std::filesystem::path& file, const std::string& prefix) {
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with(prefix)) return line.substr(prefix.size());
-  }
-  return std::nullopt;
-}
-
-Json readJson(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  Json json = Json::parse(in, nullptr, false);
-  if (!json.is_object()) throw std::runtime_error("no summary: " + file.string());
-  return json;
-}
 
 /// What happened, as seen beside the server.
 class Witness {

@@ -58,7 +58,10 @@ class Client:
         self._uploads = UploadQueue()
         self._samples, self._sample_bytes = collections.deque(), 0  # serialised: their memory is then their size
         self._bodies = {}  # by object id
-        self._hand = HandLead(self._changed, self._wake, lambda: (self._live, self._end, self._trouble))
+        self._welcome = None
+        self._hands = [HandLead(self._changed, self._wake, lambda: (self._live, self._end, self._trouble), hand,
+                                lambda: bool(self._welcome and self._welcome.second_device))
+                       for hand in range(2)]
         self._scene = Scene()
         self._live = self._closing = False
         self._end = None  # why there is no more to wait for
@@ -173,12 +176,15 @@ class Client:
                     raise Closed(self._end)
             yield from map(telemetry_pb2.Telemetry.FromString, ready)
 
-    def hand(self):
-        """The simulated hand, to be led in a `with` block, with move_to(), press() and stroke(): see haptic_hand. Needs
-        telemetry. Raises NotLeading, which says who leads or that there is no hand to lead; Closed, TimeoutError."""
+    def hand(self, which=1):
+        """The simulated hand 1 or, where the server has two, 2, to be led in a `with` block, with move_to(), press() and
+        stroke(): see haptic_hand. Needs telemetry. Raises NotLeading, which says who leads or that there is no hand to lead;
+        Closed, TimeoutError."""
+        if which not in (1, 2):
+            raise ValueError(f"there are hands 1 and 2, no hand {which}")
         if not self._subscribe.rate_hz:
             raise ValueError("a hand feels by telemetry; give the client telemetry_hz=100 or more")
-        return Hand(lambda seconds: list(self.samples(seconds)), self._hand)
+        return Hand(lambda seconds: list(self.samples(seconds)), self._hands[which - 1])
 
     # ---- the client's thread ----
 
@@ -208,7 +214,8 @@ class Client:
     def _lost(self, error):
         with self._changed:
             self._live = False
-            self._hand.connection_lost()
+            for hand in self._hands:
+                hand.connection_lost()
             if not isinstance(error, (OSError, ConnectionLost, DecodeError)):
                 self._scene = Scene()
             self._refused = self._refused or isinstance(error, LimitExceeded)
@@ -229,7 +236,7 @@ class Client:
         heard = beaten = time.monotonic()
         while not self._closing:
             pending = isinstance(connection, ssl.SSLSocket) and connection.pending()
-            wait_s = 0 if pending else REPEAT_S if self._hand.leader else 0.1
+            wait_s = 0 if pending else REPEAT_S if any(hand.leader for hand in self._hands) else 0.1
             ready = select.select([connection, self._wake_receiver], [], [], wait_s)[0]
             if self._wake_receiver in ready:
                 self._wake_receiver.recv(4096)
@@ -339,7 +346,9 @@ class Client:
     def _take_telemetry(self, sample):
         if sample.tick > self._tick:
             self._tick = sample.tick
-            self._hand.position = xyz(sample.hip)
+            self._hands[0].position = xyz(sample.hip)
+            if sample.HasField("second_hand"):
+                self._hands[1].position = xyz(sample.second_hand.hip)
             self._keep(sample.SerializeToString())
             for body in sample.body:
                 if self._scene.moves(body.object):
@@ -362,13 +371,14 @@ class Client:
         self._edits.live(live)
 
     def _take_hand_leader(self, leader):
-        self._hand.answered(leader)
+        if leader.hand < len(self._hands):
+            self._hands[leader.hand].answered(leader)
 
     def _send_edits(self, connection):
         if self._phase == "hello":
             return
         with self._changed:
-            bodies = self._hand.take_unsent()
+            bodies = [body for hand in self._hands for body in hand.take_unsent()]
             requests = self._edits.take_unsent()
             chunks = self._uploads.take_unsent()
         for body in bodies:

@@ -1,11 +1,12 @@
-"""The simulated hand, led by a script: Client.hand(). One client at a time leads; a real device is nobody's but its user's.
+"""A simulated hand, led by a script: Client.hand(). One client at a time leads it; a real device is nobody's but its user's.
 
     with Client(telemetry_hz=100) as client, client.hand() as hand:
         hand.move_to((0, 0, 0.08))
         felt = hand.stroke([(0, 0, 0.05), (0.02, 0, 0.05)], normal=(0, 0, 1), force_N=1.5)
 
 Metres, newtons, seconds; world frame. A method returns the telemetry samples of the time that it took: what was felt. The
-hand is let go of at the end of the block, or when the connection ends.
+hand is let go of at the end of the block, or when the connection ends. Where the server has two hands, one client may lead
+both, hand(1) and hand(2), each with aim(); felt by the second is what a sample's second_hand says.
 """
 import math
 import time
@@ -29,10 +30,11 @@ class NotLeading(Exception):
 
 class HandLead:
     """Whether this client leads, what it has to send for that, and where the hand is. `changed`: the client's condition,
-    which its thread holds; `state`: (live, why there is no more to wait for, trouble)."""
+    which its thread holds; `state`: (live, why there is no more to wait for, trouble); `hand`: 0 or 1; `has_second`: whether
+    the server has a second one."""
 
-    def __init__(self, changed, wake, state):
-        self._changed, self._wake, self._state = changed, wake, state
+    def __init__(self, changed, wake, state, hand, has_second):
+        self._changed, self._wake, self._state, self.hand, self._has_second = changed, wake, state, hand, has_second
         self.position = None  # of the device in the newest sample
         self.leader = None    # the server's last word since the client asked
         self._request = self._target = None
@@ -42,6 +44,8 @@ class HandLead:
     def lead(self, lead, timeout_s=5.0):
         """Asks for the lead and waits for the answer, or gives it back. Raises NotLeading, Closed, TimeoutError."""
         with self._changed:
+            if lead and self.hand and not self._has_second():
+                raise NotLeading("there is no second hand: this server has one")
             self._request, self._asks, self.leader, self._target = lead, lead, None, None
             self._wake()
             answered = self._changed.wait_for(lambda: self.leader or self._end() or not self._state()[0], timeout_s)
@@ -92,7 +96,7 @@ class HandLead:
         """Bodies of envelopes."""
         bodies, now = [], time.monotonic()
         if self._request is not None:
-            bodies.append({"lead_hand": envelope_pb2.LeadHand(lead=self._request)})
+            bodies.append({"lead_hand": envelope_pb2.LeadHand(lead=self._request, hand=self.hand)})
             self._request = None
         if self._target and now >= self._due:
             bodies.append({"hand_target": self._target})
@@ -132,6 +136,11 @@ class Hand:
         self._rotation = scene_pb2.Quaternion(**dict(zip("wxyz", rotation)))
         return self._hold(self._at, self._normal, self._force_N, seconds)
 
+    def aim(self, position, normal=(0, 0, 0), force_N=0):
+        """Sends where the hand is to be and returns at once; it is sent again until another one is. With a force: a place of a
+        surface, pressed against its normal."""
+        self._target(position, normal, force_N)
+
     def press(self, position, normal, force_N, seconds=1.0):
         """On a place of a surface, against its normal."""
         self._land(position, normal, force_N)
@@ -156,7 +165,7 @@ class Hand:
         while time.monotonic() < end:
             self._target(position, normal, force_N)
             felt += self._felt(TARGET_S)
-            if felt and math.hypot(*xyz(felt[-1].force.written)) >= until_N:
+            if felt and self._force(felt[-1]) >= until_N:
                 break
         return felt
 
@@ -172,11 +181,16 @@ class Hand:
                 felt += self._felt(TARGET_S)
         return felt
 
+    def _force(self, sample):
+        of = sample.second_hand if self._lead.hand else sample
+        return math.hypot(*xyz(of.force.written))
+
     def _target(self, position, normal, force_N):
         self._at, self._presses = tuple(position), force_N > 0
         self._normal, self._force_N = normal, force_N
         self._lead.command(envelope_pb2.HandTarget(
-            position=vector(position), normal=vector(normal), press_N=force_N, rotation=self._rotation))
+            position=vector(position), normal=vector(normal), press_N=force_N, rotation=self._rotation,
+            hand=self._lead.hand))
 
 
 def mix(a, b, share):

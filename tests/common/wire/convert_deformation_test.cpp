@@ -87,7 +87,7 @@ TEST(DentsOnTheWire, ComeBackAsTheyWentAndWithoutWhatIsNone) {
   toWire({8, {{0, std::numeric_limits<float>::quiet_NaN(), 0}, {}}}, *telemetry.add_dent());
   EXPECT_EQ(dentsFromWire(telemetry), std::vector{dent});
   for (std::size_t i = 0; i < 3 * kMaxDents; ++i) toWire(dent, *telemetry.add_dent());
-  EXPECT_EQ(dentsFromWire(telemetry).size(), kMaxDents);
+  EXPECT_EQ(dentsFromWire(telemetry).size(), kMaxDentsOfAll);
 }
 
 }  // namespace

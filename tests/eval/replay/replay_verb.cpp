@@ -77,7 +77,7 @@ bool runReplay(const ReplayOptions& options, const std::filesystem::path& out) {
   }
   const auto began = std::chrono::steady_clock::now();
   const auto outcome = replay(file->bytes(), [&](const ReplayedTick& tick) {
-    if (telemetry) telemetry->write(tick.sample, tick.motion);
+    if (telemetry) telemetry->write(tick);
     return true;
   });
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();

@@ -13,8 +13,10 @@ Result<TelemetryFile> TelemetryFile::open(const std::string& file) {
   return telemetry;
 }
 
-void TelemetryFile::write(const TelemetrySample& sample, const MotionState* motion) {
-  toWire(sample, message_);
+void TelemetryFile::write(const ReplayedTick& tick) {
+  toWire(tick.sample, message_);
+  if (tick.secondSample != nullptr) toWireOfSecondHand(*tick.secondSample, message_);
+  const MotionState* motion = tick.motion;
   if (motion != nullptr) {
     for (const BodyState& body : motion->bodies()) toWire(body, *message_.add_body());
     for (const ObjectDent& dent : motion->dents()) toWire(dent, *message_.add_dent());

@@ -4,8 +4,7 @@
 #include <string>
 
 #include "common/error/error.h"
-#include "common/telemetry/motion_state.h"
-#include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/recording/replay.h"
 #include "haptics/v1/telemetry.pb.h"
 
 namespace haptics::eval {
@@ -14,8 +13,7 @@ namespace haptics::eval {
 class TelemetryFile {
  public:
   [[nodiscard]] static Result<TelemetryFile> open(const std::string& file);
-  /// @param motion  As of the sample's tick; null: not known for this one.
-  void write(const TelemetrySample& sample, const MotionState* motion);
+  void write(const ReplayedTick& tick);
   /// False when something could not be written, for instance because the disk is full.
   [[nodiscard]] bool close();
 

@@ -60,6 +60,7 @@ struct FailureScene {
 [[nodiscard]] SceneResult standOnOneAnother(Renderer& method, Random& random);           ///< S26
 [[nodiscard]] SceneResult squeezeAgainstWall(Renderer& method, Random& random);          ///< S27
 [[nodiscard]] SceneResult passMomentumOn(Renderer& method, Random& random);              ///< S28
+[[nodiscard]] SceneResult pinchAndLift(Renderer& method, Random& random);                ///< S29
 [[nodiscard]] SceneResult fillBowl(Renderer& method, Random& random);                    ///< S30
 [[nodiscard]] SceneResult crushBetweenBoxes(Renderer& method, Random& random);           ///< S31
 [[nodiscard]] SceneResult strokeFoldedMeshes(Renderer& method, Random& random);          ///< S32
@@ -99,6 +100,7 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S26", "five bricks on one another for 60 s, and a poke", standOnOneAnother, Concern::kMotion},
     FailureScene{"S27", "a brick squeezed between the hand and a wall", squeezeAgainstWall, Concern::kMotion},
     FailureScene{"S28", "a pushed brick pushes others: their momentum", passMomentumOn, Concern::kMotion},
+    FailureScene{"S29", "two hands pinch a brick and lift it for 60 s", pinchAndLift, Concern::kMotion},
     FailureScene{"S30", "32 marbles and blocks let into a bowl", fillBowl, Concern::kMotion},
     FailureScene{"S31", "boxes close on the IHIP from all sides", crushBetweenBoxes},
     FailureScene{"S32", "closed meshes that pass through themselves, fixed, moving and dented", strokeFoldedMeshes},

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "haptic_server/net/server.h"
 #include "haptic_server/scene/scene_service.h"
@@ -25,12 +26,13 @@ class FlatOutServer final : private ServerHost {
   [[nodiscard]] std::uint16_t port() const noexcept { return server_->port(); }
   [[nodiscard]] std::uint64_t revision() const { return sceneService_->history()->version.revision(); }
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return servo_->statistics(); }
+  [[nodiscard]] const HandStatistics& hand() const noexcept { return std::as_const(*servo_).hand().statistics(); }
   /// Of the servo thread while it runs: what others take of the machine does not count.
   [[nodiscard]] double processorTime_s();
   [[nodiscard]] const RecordedHand& hand() const noexcept { return hand_; }
 
  private:
-  [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override { return servo_->pop(sample); }
+  [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override { return servo_->hand().pop(sample); }
   void apply(Operation operation);
   std::shared_ptr<const Asset> upload(const TriMesh& mesh);
 

@@ -30,11 +30,24 @@ class DatagramPathsTest : public testing::Test {
   }
 
   std::vector<std::pair<v1::Datagram, Endpoint>> sent;
-  DatagramPaths paths{[this](std::span<const char> bytes, const Endpoint& to) {
+  void aim(std::uint64_t number, std::uint32_t hand = 0) {
     v1::Datagram datagram;
-    EXPECT_TRUE(datagram.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
-    sent.emplace_back(std::move(datagram), to);
-  }};
+    datagram.set_cookie(cookie);
+    datagram.mutable_hand_target()->set_hand(hand);
+    datagram.mutable_hand_target()->set_number(number);
+    hear(datagram.SerializeAsString());
+  }
+
+  std::vector<v1::HandTarget> targets;
+  DatagramPaths paths{[this](std::span<const char> bytes, const Endpoint& to) {
+                        v1::Datagram datagram;
+                        EXPECT_TRUE(datagram.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
+                        sent.emplace_back(std::move(datagram), to);
+                      },
+                      [this](std::uint64_t connection, const v1::HandTarget& target) {
+                        EXPECT_EQ(connection, kConnection);
+                        targets.push_back(target);
+                      }};
   std::string cookie = paths.add(kConnection, kClient.host);
 };
 
@@ -57,6 +70,18 @@ TEST_F(DatagramPathsTest, AnswerAKnockAndThenCarryTelemetry) {
   EXPECT_EQ(sent[1].second, kClient);
   EXPECT_FALSE(paths.send(kOther, sample(8), kNow_ns)) << "each path is one connection's";
   EXPECT_EQ(paths.forged(), 0U);
+}
+
+TEST_F(DatagramPathsTest, PassTheNewestTargetOfEachHandOn) {
+  for (const std::uint64_t number : {1, 2, 4, 3, 4, 5}) aim(number);
+  ASSERT_EQ(targets.size(), 4U) << "3 came too late, and 4 twice";
+  EXPECT_EQ(targets.back().number(), 5U);
+  aim(1, 1);
+  ASSERT_EQ(targets.size(), 5U) << "the second hand's count is its own";
+  EXPECT_EQ(targets.back().hand(), 1U);
+  aim(9, 2);
+  EXPECT_EQ(targets.size(), 5U) << "there is no third hand";
+  EXPECT_TRUE(sent.empty()) << "none is answered";
 }
 
 TEST_F(DatagramPathsTest, CloseWhenNothingIsHeard) {

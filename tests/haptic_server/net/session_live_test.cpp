@@ -307,13 +307,13 @@ TEST_F(SessionLive, TellsTimeAndStatus) {
 
 class SessionHand : public SessionLive {
  protected:
-  [[nodiscard]] Result<void> leadHand(bool lead) override {
+  [[nodiscard]] Result<void> leadHand(std::size_t /*hand*/, bool lead) override {
     if (lead && otherLeads) return haptics::refused("lead_hand", "the hand is led by other");
     leads = lead;
     return {};
   }
-  void commandHand(const HandCommand& command) override { commands.push_back(command); }
-  [[nodiscard]] std::optional<Leader> handLeader() const override {
+  void commandHand(std::size_t /*hand*/, const HandCommand& command) override { commands.push_back(command); }
+  [[nodiscard]] std::optional<Leader> handLeader(std::size_t /*hand*/) const override {
     if (otherLeads) return Leader{"other", session.id() + 1};
     return leads ? std::optional(Leader{session.name(), session.id()}) : std::nullopt;
   }
@@ -351,7 +351,7 @@ TEST_F(SessionHand, IsLedByAClientThatAsks) {
 }
 
 TEST_F(SessionHand, IsRefusedNamingItsLeaderAndFollowedFromThenOn) {
-  session.handLeaderChanged();
+  session.handLeaderChanged(0);
   link.settle();
   EXPECT_EQ(client.count(Kind::kHandLeader), 0U) << "nobody asked";
   otherLeads = true;
@@ -360,7 +360,7 @@ TEST_F(SessionHand, IsRefusedNamingItsLeaderAndFollowedFromThenOn) {
   EXPECT_EQ(refused.client_name(), "other");
   EXPECT_FALSE(refused.you());
   otherLeads = false;
-  session.handLeaderChanged();
+  session.handLeaderChanged(0);
   link.settle();
   EXPECT_FALSE(client.all(Kind::kHandLeader).back().hand_leader().led());
 }

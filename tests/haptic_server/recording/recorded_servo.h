@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/maths/rotation.h"
 #include "common/wire/convert.h"
@@ -13,6 +15,7 @@
 #include "haptic_server/scene/scene_service.h"
 #include "haptic_server/servo/scene_mailbox.h"
 #include "haptic_server/step/tool_step.h"
+#include "haptic_server/step/two_hands.h"
 #include "tests/common/temporary_folder.h"
 
 namespace haptics::test {
@@ -58,8 +61,10 @@ class RecordedServo {
  public:
   static constexpr double kRate_Hz = 1000;
 
-  explicit RecordedServo(const std::string& scene = kScene)
-      : recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
+  explicit RecordedServo(const std::string& scene = kScene, int hands = 1)
+      : hands_(hands), recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
+    if (hands > 1) second_ = std::make_unique<HapticState>(config_);
+    if (hands > 1) followFirstHand(*second_);
     if (!scene.empty()) apply(scene);
   }
 
@@ -75,8 +80,37 @@ class RecordedServo {
       tick({hand(), DeviceState::kReady, {}, rotationBy({0.2 * std::sin(3 * t), 0.3 * std::cos(2 * t), 0.1})});
     }
   }
+  /// With the second hand there where the first will be a little later.
+  void runBoth(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      tick({hand(), DeviceState::kReady, {}}, {hand(300) + Vec3(0, 0, 0.002), DeviceState::kReady, {}});
+    }
+  }
+  void tick(const DeviceReading& reading, const DeviceReading& secondReading) {
+    const std::uint64_t number = scene_->number, pending = next_ != nullptr ? next_->number : 0;
+    const std::uint64_t secondNumber = secondScene_->number, secondPending = secondNext_ ? secondNext_->number : 0;
+    ring_.beginTick(std::array{StateMoment{state_.get(), number, pending},
+                               StateMoment{second_.get(), secondNumber, secondPending}});
+    const ServoScene* newest = mailbox_.newest();
+    if (newest != nullptr) next_ = secondNext_ = newest;
+    if (next_ != nullptr && adoptScene(*next_, *state_, tick_)) scene_ = std::exchange(next_, nullptr);
+    if (secondNext_ != nullptr && adoptScene(*secondNext_, *second_, tick_))
+      secondScene_ = std::exchange(secondNext_, nullptr);
+    if (next_ == nullptr && secondNext_ == nullptr) mailbox_.adopted();
+    const StepInput input{tick_, 0, reading}, secondInput{tick_, 0, secondReading};
+    ++tick_;
+    ForceResult result, secondResult;
+    computeForce(*scene_, *state_, config_, input, result);
+    computeForce(*secondScene_, *second_, config_, secondInput, secondResult);
+    finishSteps({*scene_, *state_, config_, input, result},
+                {*secondScene_, *second_, config_, secondInput, secondResult}, last_, lastOfSecond_);
+    const std::uint64_t given = newest != nullptr ? newest->number : 0;
+    ring_.add(std::array{RecordedTick{input, given, last_.force.written, last_.fault, {}},
+                         RecordedTick{secondInput, given, lastOfSecond_.force.written, lastOfSecond_.fault, {}}});
+    contactTicks_ += last_.object != 0 && lastOfSecond_.object != 0 ? 1 : 0;
+  }
   void tick(const DeviceReading& reading) {
-    ring_.beginTick(*state_, scene_->number, next_ != nullptr ? next_->number : 0);
+    ring_.beginTick(std::array{StateMoment{state_.get(), scene_->number, next_ != nullptr ? next_->number : 0}});
     const ServoScene* newest = mailbox_.newest();
     if (newest != nullptr) next_ = newest;
     if (next_ != nullptr && adoptScene(*next_, *state_, tick_)) {
@@ -86,8 +120,8 @@ class RecordedServo {
     const StepInput input{tick_++, 0, reading};
     last_ = hapticStep(*scene_, *state_, config_, input);
     contactTicks_ += last_.object != 0 ? 1 : 0;
-    ring_.add(
-        {input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault, writtenTorque_Nm(*state_)});
+    ring_.add(std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
+                                      writtenTorque_Nm(*state_)}});
   }
   void skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
 
@@ -110,8 +144,8 @@ class RecordedServo {
   [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
 
  private:
-  [[nodiscard]] Vec3 hand() const {
-    const double t = 0.001 * static_cast<double>(tick_);
+  [[nodiscard]] Vec3 hand(std::uint64_t later = 0) const {
+    const double t = 0.001 * static_cast<double>(tick_ + later);
     const double x = 0.05 * std::sin(1.7 * t);
     return {x, 0.004 * std::cos(2.3 * t), 0.006 * std::cos(4.1 * t) + 0.004};
   }
@@ -122,6 +156,7 @@ class RecordedServo {
     options.facts.stepSources = ownStepSources();
     options.facts.rate_Hz = kRate_Hz;
     options.facts.config = config_;
+    if (hands_ > 1) options.facts.secondHand = HandFacts{"second", config_};
     options.record = folder_ / "all";
     options.folder = folder_ / "last";
     options.keepScenes = [this](int descriptor) { journal_ = descriptor; };
@@ -145,7 +180,8 @@ class RecordedServo {
                                   .maxTorque_Nm = 0.05,
                                   .observer = ObserverSettings{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.5}},
                      .rise_s = 0.5};
-  FlightRing ring_{kRate_Hz, config_};
+  int hands_;
+  FlightRing ring_{kRate_Hz, std::vector<StepConfig>(static_cast<std::size_t>(hands_), config_)};
   int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;
   SceneMailbox mailbox_;
@@ -157,6 +193,11 @@ class RecordedServo {
        .onServoScene = [this](const ServoScene& scene,
                               const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }},
       mailbox_};
+  std::unique_ptr<HapticState> second_;  // of a second hand
+  TelemetrySample lastOfSecond_;
+  ServoScene emptyForSecond_;
+  const ServoScene* secondScene_ = &emptyForSecond_;
+  const ServoScene* secondNext_ = nullptr;
   std::unique_ptr<HapticState> state_ = std::make_unique<HapticState>(config_);
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;

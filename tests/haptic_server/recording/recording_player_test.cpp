@@ -50,7 +50,8 @@ class PlayingServo {
       }
       if (tick.newest != nullptr) next = tick.newest;
       if (next != nullptr && adoptScene(*next, *state, tick.index)) scene = std::exchange(next, nullptr);
-      player_->write(hapticStep(*scene, *state, config, {tick.index, 0, player_->read(tick.index)}).force.written);
+      player_->device().write(
+          hapticStep(*scene, *state, config, {tick.index, 0, player_->device().read(tick.index)}).force.written);
       player_->releaseBefore(scene->number);
     }
     while (shown_.empty() || shown_.back() != scene->revision) std::this_thread::yield();

@@ -203,5 +203,51 @@ TEST(Replay, RefusesAnObserverThatIsToCallWhatIsSoftHard) {
   }
 }
 
+TEST(Replay, OfTwoHandsGivesEveryForceOfBothBitForBitFromItsStartAndFromAKeyframe) {
+  RecordedServo servo(kScene + kBlock, 2);
+  servo.runBoth(4'000);
+  servo.apply(R"(operations { set_pose { object { name: "block" } pose { position { x: 0.031 z: 0.002 } } } })");
+  servo.runBoth(4'000);
+  ASSERT_GT(servo.contactTicks(), 100U) << "both touch";
+  std::promise<std::filesystem::path> written;
+  servo.recorder().request("now", [&](const Result<std::filesystem::path>& file) { written.set_value(*file); });
+  const std::string whole = servo.recording();
+  for (const std::string& recording : {whole, bytesOf(written.get_future().get())}) {
+    std::uint64_t seconds = 0;
+    const auto outcome = replay(recording, [&](const ReplayedTick& tick) {
+      seconds += tick.secondSample != nullptr ? 1 : 0;
+      return true;
+    });
+    ASSERT_TRUE(outcome) << outcome.error().text();
+    EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+    EXPECT_GT(outcome->ticks, 7'000U);
+    EXPECT_EQ(seconds, outcome->ticks);
+    EXPECT_EQ(outcome->differing, 0U);
+  }
+}
+
+/// A part that has the ticks of one hand alone does not go with a head of two.
+TEST(Replay, OfTwoHandsRefusesPartsThatHaveOne) {
+  RecordedServo two(kScene, 2), one;
+  two.runBoth(50);
+  one.run(50);
+  const std::string recordings[] = {two.recording(), one.recording()};
+  const auto refusalOf = [&](int head, int rest) {
+    auto heads = RecordingReader::open(recordings[head]).value();
+    v1::RecordingPart part;
+    *part.mutable_head() = toMessage(heads.facts());
+    RecordWriter chain(kRecordingHead);
+    std::string mixed(kRecordingHead);
+    chain.append(mixed, part.SerializeAsString());
+    auto rests = RecordingReader::open(recordings[rest]).value();
+    for (auto next = rests.next(); next && *next != nullptr; next = rests.next())
+      chain.append(mixed, (*next)->SerializeAsString());
+    const auto outcome = replay(mixed);
+    return outcome && outcome->refusal ? outcome->refusal->text() : std::string();
+  };
+  EXPECT_NE(refusalOf(0, 1).find("second_hand"), std::string::npos) << refusalOf(0, 1);
+  EXPECT_NE(refusalOf(1, 0).find("second_hand"), std::string::npos) << refusalOf(1, 0);
+}
+
 }  // namespace
 }  // namespace haptics

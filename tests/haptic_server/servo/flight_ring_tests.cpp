@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <thread>
 
@@ -11,18 +12,22 @@
 namespace haptics {
 namespace {
 
-constexpr StepConfig kConfig;
+constexpr std::array kConfig{StepConfig()};
 constexpr double kRate_Hz = 100;
 
-RecordedTick tickOf(std::uint64_t number) {
+/// Of a ring of one hand.
+using OneTick = std::array<RecordedTick, 1>;
+
+OneTick tickOf(std::uint64_t number) {
   RecordedTick tick;
   tick.input = {number, 2 * number, {Vec3(static_cast<double>(number)), DeviceState::kReady, {}}};
   tick.scene = 3 * number;
   tick.force_N = Vec3(-static_cast<double>(number));
-  return tick;
+  return {tick};
 }
 
-void expectTick(const RecordedTick& tick, std::uint64_t number) {
+void expectTick(const OneTick& ofOne, std::uint64_t number) {
+  const RecordedTick& tick = ofOne[0];
   EXPECT_EQ(tick.input.tick, number);
   EXPECT_EQ(tick.input.time_ns, 2 * number);
   EXPECT_EQ(tick.input.device.position, Vec3(static_cast<double>(number)));
@@ -35,7 +40,7 @@ TEST(FlightRing, HoldsAtLeastTheLastTenSecondsAndKnowsWhatItHasOverwritten) {
   constexpr std::uint64_t kTicks = 5000;
   for (std::uint64_t i = 0; i < kTicks; ++i) ring.add(tickOf(i));
   EXPECT_EQ(ring.end(), kTicks);
-  RecordedTick tick;
+  OneTick tick;
   for (std::uint64_t back = 1; back <= static_cast<std::uint64_t>(FlightRing::kSeconds * kRate_Hz); ++back) {
     ASSERT_TRUE(ring.read(kTicks - back, tick)) << back;
     expectTick(tick, kTicks - back);
@@ -51,7 +56,7 @@ TEST(FlightRing, NeverGivesATickThatIsBeingOverwritten) {
     for (std::uint64_t i = 0; !stop; ++i) ring.add(tickOf(i));
   });
   std::uint64_t read = 0, lost = 0;
-  RecordedTick tick;
+  OneTick tick;
   while (read < 20'000 || lost < 100) {
     const std::uint64_t end = ring.end();
     if (end < 1200) continue;
@@ -73,28 +78,28 @@ TEST(FlightRing, NeverGivesATickThatIsBeingOverwritten) {
 
 TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
   FlightRing ring(kRate_Hz, kConfig);
-  HapticState state(kConfig);
+  HapticState state(kConfig[0]);
   for (std::uint64_t i = 0; i < 2950; ++i) {
     state.adoption.fadeOut_s = static_cast<double>(i);
-    ring.beginTick(state, 4, 5);
+    ring.beginTick(std::array{StateMoment{&state, 4, 5}});
     ring.add(tickOf(i));
   }
   const FlightRing::HeldKeyframes held(ring);
-  const Keyframe* keyframe = held.atOrBefore(1950);
-  ASSERT_NE(keyframe, nullptr);
-  EXPECT_EQ(keyframe->position, 1900U) << "the newest before";
-  EXPECT_EQ(keyframe->state.adoption.fadeOut_s, 1900);
-  EXPECT_EQ(keyframe->scene, 4U);
-  EXPECT_EQ(keyframe->pending, 5U);
-  EXPECT_EQ(held.atOrBefore(0)->position, 1800U) << "the oldest whose ticks are there";
+  const auto keyframe = held.atOrBefore(1950);
+  ASSERT_EQ(keyframe.size(), 1U);
+  EXPECT_EQ(keyframe[0].position, 1900U) << "the newest before";
+  EXPECT_EQ(keyframe[0].state.adoption.fadeOut_s, 1900);
+  EXPECT_EQ(keyframe[0].scene, 4U);
+  EXPECT_EQ(keyframe[0].pending, 5U);
+  EXPECT_EQ(held.atOrBefore(0)[0].position, 1800U) << "the oldest whose ticks are there";
 }
 
 TEST(FlightRing, TakesNoKeyframeWhileTheyAreHeldAndOneAsSoonAsTheyAreNot) {
   FlightRing ring(kRate_Hz, kConfig);
-  HapticState state(kConfig);
+  HapticState state(kConfig[0]);
   const auto run = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) {
-      ring.beginTick(state, 0, 0);
+      ring.beginTick(std::array{StateMoment{&state, 0, 0}});
       ring.add(tickOf(ring.end()));
     }
   };
@@ -102,10 +107,10 @@ TEST(FlightRing, TakesNoKeyframeWhileTheyAreHeldAndOneAsSoonAsTheyAreNot) {
   {
     const FlightRing::HeldKeyframes held(ring);
     run(500);
-    EXPECT_EQ(held.atOrBefore(550)->position, 0U);
+    EXPECT_EQ(held.atOrBefore(550)[0].position, 0U);
   }
   run(1);
-  EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(600)->position, 550U);
+  EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(600)[0].position, 550U);
 }
 
 /// Runs a servo in another process, which is killed wherever it is, some ticks after it began.
@@ -122,11 +127,11 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
   for (int i = 0; i < 50; ++i) {
     FlightRing made(kRate_Hz, kConfig);
     runAndKill(made, [&] {
-      HapticState state(kConfig);
+      HapticState state(kConfig[0]);
       for (std::uint64_t number = 0;; ++number) {
         state.adoption.fadeOut_s = static_cast<double>(number);
         state.report.depenetratedFrom = number;
-        made.beginTick(state, 0, 0);
+        made.beginTick(std::array{StateMoment{&state, 0, 0}});
         made.add(tickOf(number));
       }
     });
@@ -136,12 +141,12 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
     const std::uint64_t end = ring->end();
     ASSERT_GE(end, 2'000U);
     const FlightRing::HeldKeyframes held(*ring);
-    const Keyframe* keyframe = held.atOrBefore(end - 1000);
-    ASSERT_NE(keyframe, nullptr);
-    EXPECT_EQ(keyframe->state.report.depenetratedFrom, keyframe->position);
-    EXPECT_EQ(keyframe->state.adoption.fadeOut_s, static_cast<double>(keyframe->position));
-    RecordedTick tick;
-    for (std::uint64_t position = keyframe->position; position < end; ++position) {
+    const auto keyframe = held.atOrBefore(end - 1000);
+    ASSERT_EQ(keyframe.size(), 1U);
+    EXPECT_EQ(keyframe[0].state.report.depenetratedFrom, keyframe[0].position);
+    EXPECT_EQ(keyframe[0].state.adoption.fadeOut_s, static_cast<double>(keyframe[0].position));
+    OneTick tick;
+    for (std::uint64_t position = keyframe[0].position; position < end; ++position) {
       ASSERT_TRUE(ring->read(position, tick));
       expectTick(tick, position);
     }
@@ -150,13 +155,13 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
 
 TEST(FlightRing, OfAServoThatEndedBetweenTwoTicksNothingIsLost) {
   FlightRing ring(kRate_Hz, kConfig);
-  HapticState state(kConfig);
+  HapticState state(kConfig[0]);
   for (std::uint64_t i = 0; i < 2000; ++i) {
-    ring.beginTick(state, 0, 0);
+    ring.beginTick(std::array{StateMoment{&state, 0, 0}});
     ring.add(tickOf(i));
   }
   ring.releaseDeadWriter();
-  EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(1000)->position, 1000U);
+  EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(1000)[0].position, 1000U);
 }
 
 TEST(FlightRing, MemoryOfSomethingElseIsRefused) {

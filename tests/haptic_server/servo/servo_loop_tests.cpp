@@ -43,14 +43,14 @@ TEST(ServoLoop, RunsEveryPeriodOnceOrCountsItAsMissedAndStopsTheDevice) {
   const ServoStatistics& s = loop.statistics();
   EXPECT_EQ(s.ticks.load(), device.reads);
   EXPECT_EQ(s.adoptedRevision.load(), 7U);
-  EXPECT_GT(s.contactTicks.load(), 0U);
-  EXPECT_EQ(s.maxForce_N.load(), device.largest_N);
+  EXPECT_GT(loop.hand().statistics().contactTicks.load(), 0U);
+  EXPECT_EQ(loop.hand().statistics().maxForce_N.load(), device.largest_N);
   EXPECT_LE(device.largest_N, 2.0 + 1e-12);
   EXPECT_TRUE(device.stopped);
   EXPECT_EQ(AllocationTripwire::count(), allocations);
 
   std::uint64_t popped = 0, last = 0;
-  for (TelemetrySample sample; loop.pop(sample); ++popped) {
+  for (TelemetrySample sample; loop.hand().pop(sample); ++popped) {
     if (popped > 0) {
       EXPECT_GT(sample.tick, last);
     }
@@ -73,18 +73,18 @@ TEST(ServoLoop, TellsWhereBodiesAreAsLongAsTheyMove) {
   ServoLoop loop(device, mailbox, 2000);
   const std::atomic<bool> stop{false};
   loop.run(stop, 200);
-  const MotionState* motion = loop.takeMotion();
+  const MotionState* motion = loop.hand().takeMotion();
   ASSERT_NE(motion, nullptr);
   ASSERT_EQ(motion->bodyCount, 1U);
   EXPECT_EQ(motion->body[0].object, 3U);
   EXPECT_LT(motion->body[0].pose.position.z, 1) << "it falls";
-  EXPECT_EQ(motion->body[0], loop.lastMotion().body[0]);
+  EXPECT_EQ(motion->body[0], loop.hand().lastMotion().body[0]);
   TelemetrySample last;
-  while (loop.pop(last)) {
+  while (loop.hand().pop(last)) {
   }
   EXPECT_EQ(motion->tick, last.tick);
-  EXPECT_EQ(loop.takeMotion(), nullptr);
-  ASSERT_NE(loop.takeMotionForBuilder(), nullptr);
+  EXPECT_EQ(loop.hand().takeMotion(), nullptr);
+  ASSERT_NE(loop.hand().takeMotionForBuilder(), nullptr);
 }
 
 TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
@@ -92,8 +92,8 @@ TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
   SceneMailbox mailbox;
   ServoLoop loop(device, mailbox, 20'000);
   const std::atomic<bool> stop{false};
-  while (loop.statistics().ticks.load() <= ServoLoop::kQueuedSamples + 100) loop.run(stop, 2000);
-  EXPECT_EQ(loop.statistics().droppedSamples.load(), loop.statistics().ticks.load() - ServoLoop::kQueuedSamples);
+  while (loop.statistics().ticks.load() <= ServoHand::kQueuedSamples + 100) loop.run(stop, 2000);
+  EXPECT_EQ(loop.hand().statistics().droppedSamples.load(), loop.statistics().ticks.load() - ServoHand::kQueuedSamples);
 }
 
 /// Comes down into z < 0 once and stays there.
@@ -122,7 +122,7 @@ TEST(ServoLoop, KeepsItsSceneUntilTheContactThatTheNextOneBreaksIsLetGoAndThenTa
   auto held = boxAt(1, -0.05);
   const std::weak_ptr<const ExplorationPlan> heldPlan = held->plan;
   mailbox.publish(std::move(held));
-  while (loop.statistics().contactTicks.load() < 30) loop.run(stop, 10);  // a loaded machine misses ticks
+  while (loop.hand().statistics().contactTicks.load() < 30) loop.run(stop, 10);  // a loaded machine misses ticks
   mailbox.publish(boxAt(2, -0.3));
   loop.run(stop, 10);
   mailbox.publish(boxAt(3, -0.4));
@@ -131,12 +131,12 @@ TEST(ServoLoop, KeepsItsSceneUntilTheContactThatTheNextOneBreaksIsLetGoAndThenTa
   EXPECT_FALSE(heldPlan.expired()) << "still in use";
   while (loop.statistics().adoptedRevision.load() == 1) loop.run(stop, 10);
   EXPECT_EQ(loop.statistics().adoptedRevision.load(), 3U);
-  EXPECT_GT(loop.statistics().contactTicks.load(), 100U);
+  EXPECT_GT(loop.hand().statistics().contactTicks.load(), 100U);
   mailbox.reclaim();
   EXPECT_TRUE(heldPlan.expired());
   TelemetrySample sample;
   std::uint64_t revision = 1;
-  while (loop.pop(sample)) {
+  while (loop.hand().pop(sample)) {
     EXPECT_TRUE(sample.sceneRevision == 3 || sample.sceneRevision == revision);
     revision = sample.sceneRevision;
   }
@@ -195,8 +195,8 @@ TEST(ServoLoop, RunsTheTicksOfAScriptInTheirTimeWithTheirScenes) {
   loop.run(script, stop);
 
   std::vector<TelemetrySample> samples(4);
-  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(loop.pop(samples[i]));
-  EXPECT_FALSE(loop.pop(samples[3]));
+  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(loop.hand().pop(samples[i]));
+  EXPECT_FALSE(loop.hand().pop(samples[3]));
   EXPECT_EQ(samples[0].tick, 40U);
   EXPECT_EQ(samples[0].sceneRevision, 7U);
   EXPECT_EQ(samples[2].tick, 44U);

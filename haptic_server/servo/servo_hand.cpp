@@ -1,0 +1,95 @@
+#include "haptic_server/servo/servo_hand.h"
+
+#include <utility>
+
+#include "haptic_server/step/moving_bodies.h"
+#include "haptic_server/step/soft_bodies.h"
+#include "haptic_server/step/tool_step.h"
+
+namespace haptics {
+namespace {
+
+constexpr std::uint64_t kEnergyEvery_ns = 20'000'000;
+
+void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // the servo is the only writer
+  counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+ServoHand::ServoHand(Device& device, const StepConfig& config, bool withCacheWarmer)
+    : device_(device), config_(config), state_(config_) {
+  if (withCacheWarmer) cacheWarmer_.emplace(config_);
+}
+
+void ServoHand::resumeFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept {
+  state_ = state;
+  scene_ = scene != nullptr ? scene : &empty_;
+  next_ = pending;
+}
+
+bool ServoHand::adopt(const ServoScene* newest, std::uint64_t tick) noexcept {
+  if (newest != nullptr) next_ = newest;
+  if (next_ == nullptr || !adoptScene(*next_, state_, tick)) return false;
+  scene_ = std::exchange(next_, nullptr);
+  device_.follow(scene_->plan.get());
+  return true;
+}
+
+void ServoHand::feel(std::uint64_t tick, std::uint64_t now_ns) noexcept {
+  result_ = {};
+  input_ = {tick, now_ns, device_.read(tick)};
+  computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
+  if (state_.features.pendingRemoval) [[unlikely]]
+    device_.writeTorque(writtenTorque_Nm(state_));
+  device_.write(result_.force.written);
+  if (cacheWarmer_) cacheWarmer_->note(result_.contact.work.allowance);
+}
+
+RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& sample) const noexcept {
+  return {input_, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_)};
+}
+
+void ServoHand::tell(const TelemetrySample& sample) noexcept {
+  account(sample);
+  if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
+  if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0)
+      [[unlikely]]
+    tellMotion(sample.tick);
+  if (sample.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
+    energyPublished_ns_ = sample.time_ns;
+    state_.energy.describe(energy_);
+    energyOut_.put(energy_);
+  }
+}
+
+void ServoHand::tellMotion(std::uint64_t tick) noexcept {
+  const bool moved = describeMotion(state_, tick, motion_);
+  const auto staying = motion_.staying;
+  const std::uint64_t revision = motion_.sceneRevision;
+  if (describeDents(state_, tick, motion_) || moved) motionOut_.put(motion_);
+  if (moved || staying != motion_.staying || revision != motion_.sceneRevision) motionToBuilder_.put(motion_);
+}
+
+void ServoHand::account(const TelemetrySample& sample) noexcept {
+  if (sample.object != 0) add(statistics_.contactTicks, 1);
+  if (const double force = glm::length(sample.force.written);
+      force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
+    statistics_.maxForce_N.store(force, std::memory_order_relaxed);
+  }
+  if (sample.fault != statistics_.fault.load(std::memory_order_relaxed)) {
+    if (sample.fault != Fault::kNone) add(statistics_.faults, 1);
+    statistics_.fault.store(sample.fault, std::memory_order_relaxed);
+    statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
+  }
+  statistics_.wait_s.store(sample.wait_s, std::memory_order_relaxed);
+  if (sample.depenetrated != statistics_.depenetrated.load(std::memory_order_relaxed)) {
+    statistics_.depenetrated.store(sample.depenetrated, std::memory_order_relaxed);
+    statistics_.depenetratedFrom.store(sample.depenetratedFrom, std::memory_order_relaxed);
+  }
+  if (sample.allowanceSpent != statistics_.allowanceSpent.load(std::memory_order_relaxed)) {
+    statistics_.allowanceSpent.store(sample.allowanceSpent, std::memory_order_relaxed);
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,252 @@
+#include "tests/stress/pinch_run.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "graphics_client/mirror/server_link.h"
+#include "tests/stress/child.h"
+#include "tests/stress/network.h"
+#include "tests/stress/run_files.h"
+
+namespace haptics::stress {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kPatience_s = 30, kJoining_s = 120;
+constexpr double kTargets_Hz = 60;
+constexpr double kMaxError_mm = 0.3;
+constexpr double kMaxSlide_m = 1e-3;
+/// Along the way of a hand, from the beginning (s): over the brick, beside it, closed, raised; then it holds.
+constexpr std::array kMoments_s{2.0, 4.0, 5.5, 7.5};
+constexpr double kHalf_m = 0.025, kBeside_m = 0.02, kInside_m = 0.008, kGrip_m = 0.0205, kOver_m = 0.08, kLift_m = 0.04;
+
+constexpr const char* kScene = R"(
+operations { add { name: "table" mesh { box { size_m { x: 0.3 y: 0.24 z: 0.02 } } } pose { position { z: -0.01 } }
+  motion { fixed: true collision { friction: 0.8 } } } }
+operations { add { name: "brick" mesh { box { size_m { x: 0.05 y: 0.035 z: 0.035 } } } pose { position { z: 0.0175 } }
+  material { stiffness_N_per_m: 800 friction { mu_static: 0.9 mu_dynamic: 0.7 } }
+  motion { mass_kg: 0.05 angular_damping_per_s: 4 collision { friction: 0.7 } } } }
+)";
+
+/// Where a hand (side -1 or 1) is to be at a time.
+Vec3 placeAt(double side, double time_s) {
+  const double beside = side * (kHalf_m + kBeside_m), inside = side * (kHalf_m - kInside_m);
+  const std::array<Vec3, 5> places{Vec3(beside, 0, 0.15), Vec3(beside, 0, kOver_m), Vec3(beside, 0, kGrip_m),
+                                   Vec3(inside, 0, kGrip_m), Vec3(inside, 0, kGrip_m + kLift_m)};
+  double from_s = 0;
+  for (std::size_t i = 0; i < kMoments_s.size(); ++i) {
+    if (time_s < kMoments_s[i]) {
+      const double share = std::clamp((time_s - from_s) / (kMoments_s[i] - from_s), 0.0, 1.0);
+      return glm::mix(places[i], places[i + 1], share);
+    }
+    from_s = kMoments_s[i];
+  }
+  return places.back();
+}
+
+/// The brick, as seen beside the server.
+class HeldBrick {
+ public:
+  void look(const MirrorView& view) {
+    const auto brick = view.scene->find("brick");
+    if (!brick || !view.sample || !view.secondHand || view.sample->tick == tick_) return;
+    tick_ = view.sample->tick;
+    const auto body = view.bodies.find(brick->id);
+    if (body == view.bodies.end()) return;
+    const double z = body->second.pose.position.z;
+    const double between = (view.sample->ihip.z + view.secondHand->ihip.z) / 2;
+    ++looks_;
+    held_ += view.sample->object == brick->id && view.secondHand->object == brick->id ? 1 : 0;
+    lowest_m_ = std::min(lowest_m_, z);
+    grips_m_.push_back(z - between);
+  }
+  [[nodiscard]] Json report() const {
+    const auto [low, high] = std::ranges::minmax(grips_m_);
+    return {{"looks", looks_},
+            {"looks_in_which_both_hold_it", held_},
+            {"lowest_above_its_place_mm", 1e3 * (lowest_m_ - 0.0175)},
+            {"slid_mm", 1e3 * (high - low)}};
+  }
+
+ private:
+  std::uint64_t tick_ = 0;
+  int looks_ = 0, held_ = 0;
+  double lowest_m_ = 1;
+  std::vector<double> grips_m_{};
+};
+
+/// The processes of one run.
+class PinchCast {
+ public:
+  PinchCast(RunPlan& plan, const PinchRunOptions& options, Network& network) : options_(options), network_(network) {
+    startServer();
+    const std::string address = network_.clientAddress(port_);
+    plan.began_ns = monotonicNow_ns();
+    network_.start();
+    for (int number = 0; number < options.viewers; ++number) startViewer(number, address);
+    std::thread([this] {
+      network_.enterServerSide();
+      link_ = std::make_unique<ServerLink>(ServerLink::Options{
+          .server = {network_.serverHost(), port_}, .clientName = "witness", .telemetryRate_Hz = 100});
+    }).join();
+    constexpr std::uint64_t kFirstTargets_ns = 5'000'000'000;
+    began_ns_ = monotonicNow_ns() + kFirstTargets_ns;
+    for (int hand = 0; hand < 2; ++hand) startLeader(hand, address);
+    waitUntil(kJoining_s, "both hands are led and every viewer holds the scene", [this] {
+      for (int number = 0; number < options_.viewers; ++number) {
+        if (!lineOf(file("viewer_", number, ".log"), "holds the scene")) return false;
+      }
+      return lineOf(file("leader_", 0, ".log"), "leads") && lineOf(file("leader_", 1, ".log"), "leads");
+    });
+  }
+
+  Json hold(double seconds) {
+    constexpr double kSettles_s = 1;
+    const auto at_ns = [this](double time_s) { return began_ns_ + static_cast<std::uint64_t>(1e9 * time_s); };
+    const double from_s = kMoments_s.back() + kSettles_s;
+    HeldBrick brick;
+    while (monotonicNow_ns() < at_ns(from_s + seconds)) {
+      if (!server_.alive()) throw std::runtime_error("the server has ended by itself: see its log");
+      if (monotonicNow_ns() > at_ns(from_s)) brick.look(*link_->latest());
+      std::this_thread::sleep_for(kLook);
+    }
+    return brick.report();
+  }
+
+  Json finish() {
+    Json report;
+    for (auto* children : {&viewers_, &leaders_}) {
+      for (const Child& child : *children) child.signal(SIGTERM);
+      for (Child& child : *children) child.stop(kPatience_s);
+    }
+    link_.reset();
+    report["server_ended_well"] = server_.stop(kPatience_s) == 0;
+    const Json server = readJson(options_.out / "server.json");
+    report["server"] = {{"scene_hash", server.at("scene_hash")},
+                        {"missed_ticks", server.at("missed_ticks")},
+                        {"ticks", server.at("ticks")},
+                        {"second_hand", server.at("second_hand")}};
+    for (int number = 0; number < options_.viewers; ++number)
+      report["viewers"].push_back(readJson(file("viewer_", number, ".json")));
+    return report;
+  }
+
+ private:
+  void startServer() {
+    const auto scene = options_.out / "pinch.scene", log = options_.out / "server.log";
+    std::ofstream(scene) << kScene;
+    server_ = Child(
+        {(self().parent_path() / "haptic_server").string(), "--scene", scene.string(), "--hand", "nominal", "--hand",
+         "nominal", "--summary", (options_.out / "server.json").string(), "--record",
+         (options_.out / "pinch.haptics").string(), "--allow-insecure-lan", "--listen", network_.serverHost() + ":0"},
+        log, [this] { network_.enterServerSide(); });
+    std::optional<std::string> where;
+    waitUntil(kPatience_s, "the server listens: see " + log.string(),
+              [&] { return (where = lineOf(log, "listening on ")) || !server_.alive(); });
+    if (!where) throw std::runtime_error("the server does not start: see " + log.string());
+    port_ = static_cast<std::uint16_t>(std::stoi(where->substr(where->rfind(':') + 1)));
+  }
+
+  void startViewer(int number, const std::string& address) {
+    std::vector<std::string> command{self().string(), "look",  "--number",  std::to_string(number),
+                                     "--connect",     address, "--summary", file("viewer_", number, ".json").string()};
+    if (number % 2 == 0) command.emplace_back("--udp");
+    viewers_.emplace_back(command, file("viewer_", number, ".log"), [this] { network_.enterClientSide(); });
+  }
+
+  void startLeader(int hand, const std::string& address) {
+    leaders_.emplace_back(std::vector<std::string>{self().string(), "lead", "--hand", std::to_string(hand), "--connect",
+                                                   address, "--from", std::to_string(began_ns_)},
+                          file("leader_", hand, ".log"), [this] { network_.enterClientSide(); });
+  }
+
+  [[nodiscard]] std::filesystem::path file(const std::string& who, int number, const std::string& extension) const {
+    return options_.out / (who + std::to_string(number) + extension);
+  }
+
+  const PinchRunOptions& options_;
+  Network& network_;
+  std::uint16_t port_ = 0;
+  std::uint64_t began_ns_ = 0;
+  Child server_;
+  std::vector<Child> viewers_, leaders_;
+  std::unique_ptr<ServerLink> link_;
+};
+
+Json judged(const Json& report) {
+  const Json& brick = report.at("brick");
+  Json holds;
+  holds["lifted_all_the_time"] = brick.at("lowest_above_its_place_mm") > 1e3 * kLift_m - 3;
+  holds["held_by_both_all_the_time"] =
+      brick.at("looks") > 100 && brick.at("looks_in_which_both_hold_it") == brick.at("looks");
+  holds["slid_less_than_1_mm"] = brick.at("slid_mm") < 1e3 * kMaxSlide_m;
+  bool contacts = true, scenes = true;
+  for (const Json& viewer : report.at("viewers")) {
+    contacts &=
+        viewer.at("contacts").at("all").at("frames") > 0 && viewer.at("contacts").at("all").at("p99") <= kMaxError_mm;
+    scenes &= viewer.at("client_scene_hash") == report.at("server").at("scene_hash");
+  }
+  holds["contact_error_p99_within_0.3_mm"] = contacts;
+  holds["scenes_equal_at_the_end"] = scenes;
+  holds["server_ended_well"] = report.at("server_ended_well");
+  return holds;
+}
+
+}  // namespace
+
+void runHandLeader(const HandLeaderOptions& options) {
+  static std::atomic<bool> stopRequested{false};
+  std::signal(SIGTERM, [](int) { stopRequested = true; });
+  ServerLink link({.server = options.server,
+                   .clientName = "hand " + std::to_string(options.hand + 1),
+                   .telemetryRate_Hz = kTargets_Hz,
+                   .datagrams = true,
+                   .hand = options.hand});
+  const double side = options.hand == 0 ? -1 : 1;
+  bool leads = false;
+  double askAgain_s = -1e9;
+  while (!stopRequested) {
+    const auto view = link.latest();
+    const double time_s = 1e-9 * static_cast<double>(static_cast<std::int64_t>(monotonicNow_ns() - options.began_ns));
+    if (view->link == LinkState::kLive && !view->hand.isSelf && time_s > askAgain_s) {
+      link.leadHand(true);
+      askAgain_s = time_s + 1;
+    }
+    if (view->hand.isSelf && !std::exchange(leads, true)) {
+      std::printf("leads\n");
+      std::fflush(stdout);
+    }
+    link.commandHand({.leads = true, .position = placeAt(side, time_s)});
+    std::this_thread::sleep_for(std::chrono::duration<double>(1 / kTargets_Hz));
+  }
+}
+
+Json runPinched(RunPlan plan, const PinchRunOptions& options) {
+  std::filesystem::create_directories(options.out);
+  for (const auto& entry : std::filesystem::directory_iterator(options.out)) {
+    if (entry.path().extension() == ".log" || entry.path().extension() == ".json") std::filesystem::remove(entry);
+  }
+  auto network = options.relay ? nullptr : makeNamespaces(plan);
+  if (!network) network = makeRelay(plan);
+  Json report{{"network", network->kind()}, {"viewers_count", options.viewers},
+              {"rtt_ms", plan.rtt_ms},      {"jitter_ms", plan.jitter_ms},
+              {"loss_pct", plan.loss_pct},  {"seconds", plan.seconds},
+              {"seed", plan.seed}};
+  PinchCast cast(plan, options, *network);
+  report["brick"] = cast.hold(plan.seconds);
+  report.update(cast.finish());
+  const NetworkCounts counts = network->counts();
+  report["packets"] = counts.packets;
+  report["packets_lost"] = counts.lost;
+  report["holds"] = judged(report);
+  report["pass"] = std::ranges::all_of(report["holds"], [](const Json& holds) { return holds.get<bool>(); });
+  return report;
+}
+
+}  // namespace haptics::stress
