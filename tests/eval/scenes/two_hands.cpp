@@ -1,6 +1,7 @@
 // Two hands in one scene: S29.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -58,7 +59,8 @@ SceneResult pinchAndLift(Renderer& /*ours*/, Random& random) {
   const std::uint64_t brick = addBrick(world, mass_kg, kStiffness_N_per_m);
   world.publish();
   int slips = 0, notFinite = 0, falls = 0;
-  double grip_m = 0, slid_m = 0, lifted_m = 0;
+  double slid_m = 0, lowest_m = 1;
+  std::array<Vec3, 2> stuckAt{};  // brick's frame
   for (int i = 0; i < kPress + kLift + kHold; ++i) {
     const double closed = std::min(1.0, static_cast<double>(i) / kPress);
     const double raised = std::clamp(static_cast<double>(i - kPress) / kLift, 0.0, 1.0);
@@ -71,18 +73,21 @@ SceneResult pinchAndLift(Renderer& /*ours*/, Random& random) {
     if (i < kPress) continue;
     falls += first.object != brick || second.object != brick ? 1 : 0;
     slips += first.frictionState != FrictionState::kSticking || second.frictionState != FrictionState::kSticking;
-    const double along_m = world.poseOf(brick).position.z - middle.z;
-    if (i == kPress + kLift) grip_m = along_m;
-    if (held > 0) slid_m = std::max(slid_m, std::abs(along_m - grip_m));
-    lifted_m = world.poseOf(brick).position.z - kBrick_m.z / 2;
+    if (i < kPress + kLift) continue;
+    const Pose& pose = world.poseOf(brick);
+    const std::array at{toLocal(pose, first.stickingPoint), toLocal(pose, second.stickingPoint)};
+    if (held == 0) stuckAt = at;
+    for (std::size_t hand = 0; hand < at.size(); ++hand)
+      slid_m = std::max(slid_m, glm::distance(at[hand], stuckAt[hand]));
+    lowest_m = std::min(lowest_m, pose.position.z - kBrick_m.z / 2);
   }
   SceneResult result;
-  result.measures = {{"lifted_mm", 1e3 * lifted_m},
+  result.measures = {{"lowest_mm", 1e3 * lowest_m},
                      {"slid_in_60_s_um", 1e6 * slid_m},
                      {"ticks_that_slip", slips},
                      {"ticks_without_hold", falls},
                      {"non_finite_ticks", notFinite}};
-  result.pass = std::abs(lifted_m - kLift_m) < 0.002 && slid_m < 1e-4 && slips == 0 && falls == 0 && notFinite == 0;
+  result.pass = lowest_m > kLift_m - 0.005 && slid_m < 1e-6 && slips == 0 && falls == 0 && notFinite == 0;
   return result;
 }
 

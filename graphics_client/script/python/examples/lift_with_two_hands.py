@@ -34,6 +34,11 @@ def height_of(client, name):
     return client.bodies()[name].pose.position.z
 
 
+def grip_of(client, name, felt):
+    """Of the places where friction sticks, above the object's middle: it changes where the object slides."""
+    return felt[-1].sticking_point.z - height_of(client, name)
+
+
 def back_to_its_place(state):
     transaction = scene_pb2.Transaction()
     set_pose = transaction.operations.add().set_pose
@@ -57,15 +62,16 @@ def lift(client, state, arguments):
         lead(client, hands, above, beside, 1.0)
         lead(client, hands, beside, inside, SECONDS_TO_CLOSE)
         lead(client, hands, inside, raised, SECONDS_TO_LIFT)
-        begun, slid = height_of(client, state.name), 0
+        grip = grip_of(client, state.name, lead(client, hands, raised, raised, 0.5))
+        height, slid = height_of(client, state.name), 0
         end = time.monotonic() + arguments.seconds
         while time.monotonic() < end:
-            lead(client, hands, raised, raised, 0.1)
-            slid = max(slid, abs(height_of(client, state.name) - begun))
+            felt = lead(client, hands, raised, raised, 0.1)
+            slid = max(slid, abs(grip_of(client, state.name, felt) - grip))
         lead(client, hands, raised, inside, SECONDS_TO_LIFT)
         lead(client, hands, inside, beside, SECONDS_TO_CLOSE)
         lead(client, hands, beside, above, 0.5)
-    return begun - at.z, slid
+    return height - at.z, slid
 
 
 def main():
