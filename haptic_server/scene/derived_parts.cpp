@@ -18,10 +18,17 @@ std::shared_ptr<const CollisionMesh> surfaceOf(const MeshAsset& asset) {
   return asset.surface ? asset.surface : buildCollisionMesh(asset.mesh->vertices, asset.mesh->triangles);
 }
 
+constexpr double kMaxToolReach_m = 1;  // longer ones are meshes in the wrong unit
+
 Result<BodyParts> makeTool(const ToolProperties& properties, const MeshAsset& asset) {
   const auto surface = surfaceOf(asset);
   auto shell = makeToolShell(*surface, properties.spacing_m);
   if (!shell) return tl::unexpected(Error(shell.error()).within("tool."));
+  if (shell->radius_m > kMaxToolReach_m) {
+    return refused("tool", "reaches " + std::to_string(shell->radius_m) +
+                               " m from its origin, at which the hand holds it; a tool reaches at most " +
+                               std::to_string(kMaxToolReach_m) + " m: give a smaller mesh, or its unit_m");
+  }
   BodyParts parts;
   parts.tool = std::make_shared<const Tool>(Tool{surface, *std::move(shell)});
   return parts;
