@@ -1,5 +1,7 @@
 #include "haptic_server/scene/derived_parts.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "haptic_server/collision/collision_points.h"
@@ -18,7 +20,16 @@ std::shared_ptr<const CollisionMesh> surfaceOf(const MeshAsset& asset) {
   return asset.surface ? asset.surface : buildCollisionMesh(asset.mesh->vertices, asset.mesh->triangles);
 }
 
+constexpr double kMaxToolReach_m = 1;  // longer ones are meshes in the wrong unit
+
 Result<BodyParts> makeTool(const ToolProperties& properties, const MeshAsset& asset) {
+  double reach_m = 0;
+  for (const Vec3f vertex : asset.mesh->vertices) reach_m = std::max(reach_m, glm::length(Vec3(vertex)));
+  if (reach_m > kMaxToolReach_m) {
+    return refused("tool", "reaches " + std::to_string(reach_m) +
+                               " m from its origin, at which the hand holds it; a tool reaches at most " +
+                               std::to_string(kMaxToolReach_m) + " m: give a smaller mesh, or its unit_m");
+  }
   const auto surface = surfaceOf(asset);
   auto shell = makeToolShell(*surface, properties.spacing_m);
   if (!shell) return tl::unexpected(Error(shell.error()).within("tool."));
@@ -38,8 +49,15 @@ std::shared_ptr<const Result<BodyParts>> makeBody(const MotionProperties& motion
     parts.collision = std::make_shared<const CollisionPoints>(std::move(points));
   }
   if (motion.fixed) return std::make_shared<const Result<BodyParts>>(std::move(parts));
-  auto body = rigidBodyFrom(motion, mesh, asset.surface && asset.surface->closed());
+  const bool closed = asset.surface && asset.surface->closed();
+  auto body = rigidBodyFrom(motion, mesh, closed);
   if (!body) return std::make_shared<const Result<BodyParts>>(tl::unexpected<Error>(std::move(body.error())));
+  if (motion.collision && !closed) {
+    return std::make_shared<const Result<BodyParts>>(
+        refused("collision",
+                "is given, and the mesh is open: what moves would fall through others where it has no "
+                "inside; close the mesh, or leave collision out"));
+  }
   if (body->planeCount > 0) body->setSupport(supportPoints(mesh.vertices));
   parts.apparentMass_kg = minApparentMass_kg(*body, mesh.vertices);
   parts.body = std::make_shared<const RigidBody>(*std::move(body));

@@ -29,7 +29,7 @@ struct BodyParts {
 /// What is computed of an object's record and assets, in time that grows with its mesh. Each is null where the object has
 /// none, or it has not been made yet.
 struct DerivedParts {
-  std::shared_ptr<const Result<BodyParts>> body;  ///< Refused: what rigidBodyFrom() and makeToolShell() refuse.
+  std::shared_ptr<const Result<BodyParts>> body;  ///< Refused: what no body or tool can be.
   std::shared_ptr<const CollisionMesh> shape;     ///< Of the mesh as lattice and residue have it.
   std::optional<std::size_t> flattened;           ///< Triangles that the lattice leaves without an area.
   std::shared_ptr<const ShadingNormals> normals;

@@ -102,6 +102,7 @@ class SceneDraft {
   Result<void> fitDeformation(ObjectRecord& record, const FieldPaths& given) const;
   Result<void> gather(const ObjectRecord& record, const FieldPaths& given, const AssetResolver& resolver);
   std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;
+  [[nodiscard]] std::vector<std::string> overlaps() const;
   const ObjectRecord* find(const ObjectRef& ref) const;
   Result<ObjectRecord*> edit(const ObjectRef& ref, const std::string& field);
   ObjectRecord* put(ObjectId id);

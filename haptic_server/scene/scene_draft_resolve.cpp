@@ -1,11 +1,13 @@
 // What a draft's operations name is made, and looked at whether it fits together.
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 #include <variant>
 
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/scene/fit_to_mesh.h"
+#include "haptic_server/scene/overlap_warnings.h"
 #include "haptic_server/scene/scene_draft.h"
 
 namespace haptics {
@@ -43,7 +45,27 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   for (const ObjectId object : stiffened_) {
     if (const ObjectRecord* record = put(object)) addWarnings(*record, baseAssets_.at(object));
   }
+  std::ranges::move(overlaps(), std::back_inserter(reports));
   return reports;
+}
+
+/// What the edit puts into each other.
+std::vector<std::string> SceneDraft::overlaps() const {
+  const auto isPut = [&](const ObjectRecord& record) {
+    const auto given = fieldPaths_.find(record.id);
+    return posed_.contains(record.id) || (given != fieldPaths_.end() && !given->second.motion.empty());
+  };
+  std::vector<PlacedObject> objects;
+  for (const ObjectRecord& record : changed_) {
+    const auto own = assets_.find(record.id);
+    objects.push_back({&record, own != assets_.end() ? &own->second : &baseAssets_.at(record.id), isPut(record)});
+  }
+  if (std::ranges::none_of(objects, &PlacedObject::isPut)) return {};
+  for (const auto& object : base_.objects()) {
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(changed_, object->id, &ObjectRecord::id);
+    if (stays) objects.push_back({object.get(), &baseAssets_.at(object->id)});
+  }
+  return overlapWarnings(objects);
 }
 
 Result<std::string> SceneDraft::make(const PendingAsset& named, AssetResolver& resolver) {

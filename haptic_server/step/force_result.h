@@ -10,6 +10,8 @@ namespace haptics {
 /// What a tick felt on the way from the device's position to its force: all that is left to do, and to tell, once the
 /// force is written. SI units, world frame.
 struct ForceResult {
+  ForceResult() noexcept {}  // no aggregate: the compiler would clear those in a loop, which takes longer
+
   bool followed = false;     ///< No fault stood in the way: the position was felt.
   std::uint64_t object = 0;  ///< Id of the touched one, 0 when free.
   ContactResult contact;     ///< As it is felt: on dented triangles, with shading and texture.

@@ -27,13 +27,13 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 }
 
 /// The proxy is put where the device is: no force until a surface is met anew.
-[[gnu::noinline, gnu::cold]] void attach(HapticState& state, const DeviceReading& device) noexcept {
-  const Vec3 position = device.position;
+[[gnu::noinline, gnu::cold]] void attach(HapticState& state, const StepInput& input) noexcept {
+  const Vec3 position = input.device.position;
   resetContact(state.contact, position);
   state.estimate.velocity.reset(position);
   if (state.observer.active()) state.observer.reset(position);
   state.estimate.measured = state.estimate.hip = position;
-  if (state.features.tool) attachTool(state, device);
+  if (state.features.tool) attachTool(state, input.device);
   state.energy.begin(position);
   state.report.object = 0;
   state.release();
@@ -65,7 +65,7 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
              (state.supervision.fault != Fault::kNone && state.supervision.ramp.atZero() &&
               state.supervision.deadlines.wait_s(input.tick, config.period_s) == 0)) {
     state.supervision.fault = Fault::kNone;
-    attach(state, input.device);
+    attach(state, input);
     state.supervision.ramp.begin(config.rise_s);
   }
 }
@@ -106,9 +106,9 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
 }
 
 /// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
-[[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config,
-                                                  const ForceResult& result, const Vec3& measured,
-                                                  Vec3 force) noexcept {
+[[gnu::noinline]] void limitByStages(HapticState& state, const StepConfig& config, const StepInput& input,
+                                     ForceResult& result) noexcept {
+  Vec3 force = result.force.contact;
   if (!isFinite(force)) [[unlikely]]
     state.supervision.fault = Fault::kNonFiniteForce;
   if (state.supervision.fault == Fault::kNone) [[likely]] {
@@ -118,29 +118,31 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
     if (jumps) state.limits.slew.begin();
     if (state.limits.slew.active()) {
       force = state.limits.slew.follow(limitMagnitude(state.limits.unlimited_N, config.maxForce_N),
-                                       limitMagnitude(force, config.maxForce_N), measured, state.estimate.hip,
-                                       carried_m(state, result.contact), touchedStiffness(state, result.contact), jumps,
-                                       config.period_s);
+                                       limitMagnitude(force, config.maxForce_N), input.device.position,
+                                       state.estimate.hip, carried_m(state, result.contact),
+                                       touchedStiffness(state, result.contact), jumps, config.period_s);
     }
     state.limits.unlimited_N = force;
   } else {
     force = state.limits.unlimited_N;
   }
   const bool isFaulty = state.supervision.fault != Fault::kNone;
-  force = limitMagnitude(state.supervision.ramp.apply(isFaulty, force, config.period_s), config.maxForce_N);
+  result.force.written =
+      limitMagnitude(state.supervision.ramp.apply(isFaulty, force, config.period_s), config.maxForce_N);
   if (isFaulty && (state.features.tool || state.features.torqueFades)) limitTorque(state, result);
-  return force;
 }
 
-/// Fast path: no stage changes the force.
-[[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
-                                                      const ForceResult& result, const Vec3& measured,
-                                                      const Vec3& force) noexcept {
+/// What is written of the contact's force. Fast path: no stage changes it.
+[[gnu::always_inline]] inline void limit(HapticState& state, const StepConfig& config, const StepInput& input,
+                                         ForceResult& result) noexcept {
+  const Vec3& force = result.force.contact;
   const bool asItIs = state.supervision.fault == Fault::kNone && !state.adoption.now && !state.limits.slew.active() &&
                       state.supervision.ramp.atOne();
-  if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]]  // not for NaN
-    return state.limits.unlimited_N = force;
-  return limitedByStages(state, config, result, measured, force);
+  if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]] {  // not for NaN
+    result.force.written = state.limits.unlimited_N = force;
+  } else {
+    limitByStages(state, config, input, result);
+  }
 }
 
 /// Where the HIP is, or will be while the coming force is held.
@@ -218,20 +220,20 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 
 /// With the tool in place of the point.
 [[gnu::noinline]] void feelThroughTool(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                       const DeviceReading& device, ForceResult& result) noexcept {
+                                       const StepInput& input, ForceResult& result) noexcept {
   result.contact.work.allowance = contactAllowance(state, result);
-  feelTool(scene, state, config, device, result);
+  feelTool(scene, state, config, input.device, result);
   limitTorque(state, result);
   result.geometricNormal = result.contact.normal;
 }
 
 /// Contact and force where the HIP is.
 [[gnu::always_inline]] inline void feel(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                        const DeviceReading& device, ForceResult& result,
+                                        const StepInput& input, ForceResult& result,
                                         const TriangleCache* cache) noexcept {
   if (state.features.beingMoved | state.features.pendingRemoval) [[unlikely]] {
     followEdits(scene, state, config);
-    if (state.features.tool) return feelThroughTool(scene, state, config, device, result);
+    if (state.features.tool) return feelThroughTool(scene, state, config, input, result);
     if (state.features.torqueFades) fadeTorque(state, result);
   }
   findContact(scene, state, result, cache);  // 3.2
@@ -309,10 +311,10 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);
-    feel(scene, state, config, input.device, result, cache);
+    feel(scene, state, config, input, result, cache);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
-  result.force.written = limited(state, config, result, input.device.position, result.force.contact);
+  limit(state, config, input, result);
 }
 
 TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,

@@ -26,8 +26,8 @@ struct BakedDents {
   bool operator==(const BakedDents&) const = default;
 };
 
-/// What the servo needs of one object.
-struct ServoObject {
+/// What the servo needs of one object. Aligned so that a tick finds one by a shift of its index.
+struct alignas(64) ServoObject {
   std::uint64_t id = 0;
   std::shared_ptr<const CollisionMesh> surface;
   Pose pose;

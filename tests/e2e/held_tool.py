@@ -1,12 +1,16 @@
 """A tool in the hand: the server feels with all of it, clients see how it is held, and recordings of it replay bit for bit."""
 import math
+import re
 import subprocess
+import sys
 import unittest
 
 import harness
 from haptic_client import Client
 
-SCENE = (harness.Path(__file__).resolve().parents[2] / "deploy/scenes/bar.scene").read_text()
+SCENES = harness.PROJECT / "deploy/scenes"
+SCENE = (SCENES / "bar.scene").read_text()
+INSERT_PEG = harness.PROJECT / "graphics_client/script/python/examples/insert_peg.py"
 
 FLOOR = """
 operations { add { name: "floor" mesh { box { size_m { x: 0.4 y: 0.4 z: 0.04 } segments: 4 } } pose { position { z: -0.02 } } } }
@@ -84,6 +88,28 @@ class HeldTool(harness.EndToEnd):
         done = subprocess.run([harness.BIN / "haptic_eval", "replay", file, "--out", self.folder / "out"],
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_a_script_puts_a_peg_into_its_hole_turns_it_and_pulls_it_out(self):
+        self.stop_and_check(self.server)
+        server = self.start_server(scene=(SCENES / "peg.scene").read_text(),
+                                   options=["--assets", SCENES, "--device-preset", "sigma.7"])
+        done = subprocess.run([sys.executable, INSERT_PEG, "--connect", server.address], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        print("\n" + done.stdout, end="", flush=True)
+        said = re.findall(r"^(.*): (-?[\d.]+) mm deep  force ([\d.]+) N  torque ([\d.]+) mNm$", done.stdout, re.M)
+        parts = {what: tuple(map(float, numbers)) for what, *numbers in said}
+        depth, force, torque = range(3)
+        self.assertAlmostEqual(parts["beside the hole"][depth], 0, delta=1, msg="it lies on the block")
+        self.assertGreater(parts["beside the hole"][force], 1)
+        self.assertGreater(parts["in"][depth], 15)
+        for turned in ("turned by 12 degrees", "turned by -12 degrees"):
+            self.assertGreater(parts[turned][depth], 15, "the hole holds it")
+            self.assertGreater(parts[turned][torque], 50, "flats turn it back: 1 Nm/rad")
+        self.assertLessEqual(max(numbers[torque] for numbers in parts.values()), 200.1, "what the device bears")
+        self.assertLess(parts["out"][depth], -10)
+        self.stop_and_check(server)
+        unknown = subprocess.run([sys.executable, INSERT_PEG, "--help"], capture_output=True, text=True)
+        self.assertIn("the largest force and torque", unknown.stdout)
 
 
 if __name__ == "__main__":

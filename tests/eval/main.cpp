@@ -266,10 +266,12 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
   if (std::filesystem::is_directory(kInventorModels)) options.assets.emplace_back(kInventorModels);
   CLI::App* verb = addVerb(
       app,
-      {"advise", "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping",
+      {"advise",
+       "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping, a tool's spacing",
        "deploy/scenes/demo.scene --out results",
        "It looks at the shape, the stiffness and the damping of each object: no correction of the contact can be\n"
-       "switched off, and force shading, friction and texture are left out."},
+       "switched off, and force shading, friction and texture are left out. Of a tool it looks at the spacing of its\n"
+       "points; the other objects are judged under a point then too."},
       arguments.advise.out);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
   verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")

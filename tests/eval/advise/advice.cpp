@@ -81,6 +81,13 @@ RateSummary summaryAt(const SceneAdvice& advice, std::size_t rate, const DeviceP
 
 SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& device, double tolerance) {
   SceneAdvice advice;
+  const auto held = std::ranges::find_if(scene, [](const LoadedObject& object) { return object.tool.has_value(); });
+  if (held != scene.end()) {
+    tell("spacing of", held->name);
+    const LoadedObject tool = *held;
+    scene.erase(held);
+    advice.tool = toolAdviceFor(tool, scene);
+  }
   std::vector<LoadedObject> advised = scene;
   std::vector<std::vector<HandStroke>> strokes;
   for (std::size_t i = 0; i < scene.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include "tests/eval/advise/candidate.h"
 #include "tests/eval/advise/material_option.h"
+#include "tests/eval/advise/tool_spacing.h"
 #include "tests/eval/report.h"
 
 namespace haptics::eval {
@@ -29,6 +30,7 @@ struct ObjectAdvice {
 /// What the whole scene needs.
 struct SceneAdvice {
   std::vector<ObjectAdvice> objects;
+  std::optional<ToolAdvice> tool;   ///< Where the hand holds one; it is none of the objects then.
   std::optional<std::size_t> rate;  ///< The lowest at which every object has a good option; none when there is none.
 
   /// The option that is advised for an object: at the advised rate, or where there is none its own.

@@ -72,10 +72,27 @@ Record rateRecord(const SceneAdvice& advice, std::size_t rate, const DevicePrese
   return record;
 }
 
+Record spacingRecord(const ToolAdvice& tool, std::size_t i) {
+  const SpacingCandidate& c = tool.candidates[i];
+  Record record{
+      {"method", "ours"},      {"scene", tool.name},           {"tool", true},      {"spacing_mm", 1e3 * c.spacing_m},
+      {"own_spacing", i == 0}, {"advised", i == tool.advised}, {"points", c.points}};
+  addDifference(record, c.difference);
+  record.update({{"torque_epsilon_p99_ratio", c.torque_p99}, {"hot_tick_p50_ns", c.hot_ns}, {"pass", c.good()}});
+  if (i + 1 == tool.advised || i == tool.advised + 1) {
+    record.update({{"step", i < tool.advised ? "up" : "down"},
+                   {"hot_tick_step_ns", c.hot_ns - tool.candidates[tool.advised].hot_ns}});
+  }
+  return record;
+}
+
 }  // namespace
 
 std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& device) {
   std::vector<Record> records;
+  for (std::size_t i = 0; advice.tool && i < advice.tool->candidates.size(); ++i) {
+    records.push_back(spacingRecord(*advice.tool, i));
+  }
   for (const ObjectAdvice& object : advice.objects) {
     for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(meshRecord(object, i));
     for (const MaterialOption& option : object.options) {

@@ -126,6 +126,26 @@ void printRates(const SceneAdvice& advice, const DevicePreset& device) {
   }
 }
 
+const char* verdict(const SpacingCandidate& c) {
+  if (c.difference.wrongSideTicks > 0) return "pushes the wrong way";
+  return c.good() ? "" : "is felt";
+}
+
+void printTool(const ToolAdvice& tool) {
+  std::printf("\n%s, held as a tool\n", tool.name.c_str());
+  if (tool.candidates.empty()) {
+    std::printf("  There is nothing that it gets to from above: not judged.\n");
+    return;
+  }
+  std::printf("  %10s  %8s  %8s  %8s  %8s  %8s\n", "spacing mm", "points", "error", "worst", "torque", "tick ns");
+  for (std::size_t i = 0; i < tool.candidates.size(); ++i) {
+    const SpacingCandidate& c = tool.candidates[i];
+    std::printf("%s %10.3f  %8zu  %8.3f  %8.3f  %8.3f  %8.0f  %s%s\n", i == tool.advised ? " >" : "  ",
+                1e3 * c.spacing_m, c.points, c.difference.epsilon_p99, c.difference.epsilon_max, c.torque_p99, c.hot_ns,
+                i == 0 ? "its own spacing" : verdict(c), i == tool.advised ? " <- advised" : "");
+  }
+}
+
 }  // namespace
 
 void print(const SceneAdvice& advice, const DevicePreset& device) {
@@ -136,6 +156,7 @@ void print(const SceneAdvice& advice, const DevicePreset& device) {
       "it by\n"
       "default; stiffness and damping as set, where the server would take no more than half of what the device "
       "bears\n");
+  if (advice.tool) printTool(*advice.tool);
   double all_MB = 0;
   double advised_MB = 0;
   for (const ObjectAdvice& object : advice.objects) {

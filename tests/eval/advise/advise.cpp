@@ -114,6 +114,20 @@ void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+void writeToolCsv(const std::filesystem::path& path, const ToolAdvice& tool) {
+  std::ofstream file(path);
+  file << "tool,spacing_mm,points,advised,epsilon_p99_ratio,epsilon_max_ratio,torque_epsilon_p99_ratio,hot_tick_p50_ns,"
+          "pass\n";
+  for (std::size_t i = 0; i < tool.candidates.size(); ++i) {
+    const SpacingCandidate& c = tool.candidates[i];
+    file << std::quoted(tool.name, '"', '"') << ',' << 1e3 * c.spacing_m << ',' << c.points << ','
+         << (i == tool.advised) << ',' << c.difference.epsilon_p99 << ',' << c.difference.epsilon_max << ','
+         << c.torque_p99 << ',' << c.hot_ns << ',' << c.good() << '\n';
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
 }  // namespace
 
 void runAdvise(const AdviseOptions& options) {
@@ -124,9 +138,11 @@ void runAdvise(const AdviseOptions& options) {
   print(advice, device);
   writeRecords(options.out, "advise", recordsOf(advice, device));
   writeCsv(options.out / "advise.csv", advice);
+  if (advice.tool) writeToolCsv(options.out / "advise_tool.csv", *advice.tool);
   const auto display = orThrow(VirtualDisplay::ensure());
   orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
-  std::printf("written to %s: advise.json, advise.csv, advise.png, advise.svg\n", options.out.c_str());
+  std::printf("written to %s: advise.json, advise.csv, %sadvise.png, advise.svg\n", options.out.c_str(),
+              advice.tool ? "advise_tool.csv, " : "");
 }
 
 }  // namespace haptics::eval

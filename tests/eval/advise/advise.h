@@ -17,8 +17,9 @@ struct AdviseOptions {
 /// What a scene needs: for each object the cheapest copy of its mesh whose force a hand cannot tell from that of the mesh
 /// itself and on which no contact is lost; for all the lowest rate, and for each object the stiffness and damping nearest
 /// to its own, at which a device rests steadily on it, with no hand and with a light one, and which are felt as the scene
-/// as it is. With the price of a step up and a step down of each. Prints it, writes DIR/advise.json, advise.csv (the
-/// meshes), advise.png and advise.svg.
+/// as it is. With the price of a step up and a step down of each. Where the hand holds a tool, the widest spacing of its
+/// points that a hand cannot tell from the scene's, and what a tick takes. Prints it, writes DIR/advise.json, advise.csv
+/// (the meshes), advise_tool.csv (the spacings), advise.png and advise.svg.
 /// Throws std::runtime_error naming the file or field that is wrong.
 void runAdvise(const AdviseOptions& options);
 

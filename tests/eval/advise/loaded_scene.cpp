@@ -19,7 +19,8 @@ Result<std::vector<LoadedObject>> loadScene(const std::string& file, std::vector
   std::vector<LoadedObject> objects;
   for (const auto& record : sceneService.history()->version.objects()) {
     const auto asset = as<MeshAsset>(sceneService.findAsset(record->mesh));
-    objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface});
+    const auto tool = record->motion ? record->motion->tool : std::nullopt;
+    objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface, tool});
   }
   if (objects.empty()) return refused(file, "holds no object that could be touched");
   return objects;

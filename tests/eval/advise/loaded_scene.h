@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct LoadedObject {
   Pose pose;
   std::shared_ptr<const TriMesh> mesh;
   std::shared_ptr<const CollisionMesh> surface;
+  std::optional<ToolProperties> tool = std::nullopt;  ///< The hand holds it.
 };
 
 /// Reads a scene file as the server does. Errors name file and field.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/scene/derived_parts.h"
 #include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
@@ -34,6 +35,24 @@ TEST(MakeRigidBody, RefusesAnInertiaThatNoBodyHas) {
   EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
   motion.inertia = GivenInertia{{}, {1, 1, 1}, {0, 0, 1.5}};
   EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
+}
+
+TEST(BodyParts, OfAnOpenMeshThatMovesDoNotCollide) {
+  AssetStore store;
+  ObjectRecord record;
+  ObjectAssets assets;
+  assets.mesh = store.intern(openSphere());
+  const auto errorOf = [&](const MotionProperties& motion) {
+    record.motion = motion;
+    const auto parts = bodyPartsOf(record, assets);
+    return *parts ? std::string() : parts->error().field;
+  };
+  MotionProperties moving{.mass_kg = 0.3, .inertia = GivenInertia{{}, {1e-4, 1e-4, 1e-4}, {}}};
+  EXPECT_EQ(errorOf(moving), "");
+  moving.collision = CollisionProperties{};
+  EXPECT_EQ(errorOf(moving), "collision");
+  EXPECT_EQ(errorOf({.fixed = true, .collision = CollisionProperties{}}), "") << "ground may be open";
+  EXPECT_EQ(errorOf({.tool = ToolProperties{0.005}}), "") << "a tool may";
 }
 
 TEST(MotionWarnings, TellOfABodyThatIsTooLightForItsStiffness) {

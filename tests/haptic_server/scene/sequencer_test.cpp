@@ -123,6 +123,17 @@ TEST_F(SequencerTest, RefusesASecondToolAndOneOfTooManyPoints) {
   accept(exchange);
 }
 
+TEST_F(SequencerTest, RefusesAToolThatNoHandHolds) {
+  accept(edit(add("a", box(1.1))));
+  const auto tool = SetMotion{named("a"), MotionProperties{.tool = ToolProperties{0.05}}};
+  accept(edit(tool));  // half its diagonal: 0.95 m
+  const Error large = reject(edit(add("b", box(1.2)), SetMotion{named("a"), std::nullopt},
+                                  SetMotion{named("b"), MotionProperties{.tool = ToolProperties{0.05}}}));
+  EXPECT_EQ(large.field, "operations[2].set_motion.motion.tool");
+  EXPECT_THAT(large.reason, HasSubstr("reaches 1.03"));
+  EXPECT_EQ(reject(edit(RemeshObject{named("a"), box(2)})).field, "operations[0].remesh.mesh");
+}
+
 TEST_F(SequencerTest, AppliesAllOperationsOrNone) {
   accept(edit(add("a")));
   const Error error = reject(edit(moveTo("a", {1, 1, 1}), add("b"), remove("a"), moveTo("a", {2, 2, 2})));

@@ -127,6 +127,20 @@ TEST(SurfaceWarnings, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
               ElementsAre(AllOf(HasSubstr("dynamic friction's finest detail, 3 mm"), HasSubstr("encoder"))));
 }
 
+TEST(MotionWarnings, TellWhatAToolOfManyPointsTakes) {
+  GratedBox box(1e-4);  // of 20 mm
+  const auto warnings = [&](double spacing_m, double period_s) {
+    box.record.motion = MotionProperties{.tool = ToolProperties{spacing_m}};
+    return motionWarnings(box.record, box.assets, {.period_s = period_s});
+  };
+  EXPECT_THAT(warnings(0.001, 1e-3), IsEmpty());
+  EXPECT_THAT(warnings(0.0005, 1e-3),
+              ElementsAre(AllOf(HasSubstr(" points; where they meet fine meshes they take some "),
+                                HasSubstr(" us of a tick of 1000 us"), HasSubstr("has about 4000"))));
+  EXPECT_THAT(warnings(0.001, 2.5e-4), ElementsAre(AllOf(HasSubstr("of a tick of 250 us"), HasSubstr("about 1000"))))
+      << "a quarter of the time";
+}
+
 TEST(SurfaceWarnings, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
   const GratedBox box(1e-4);
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));

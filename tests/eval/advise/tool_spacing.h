@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/eval/advise/force_difference.h"
+#include "tests/eval/advise/loaded_scene.h"
+
+namespace haptics::eval {
+
+/// A spacing of a tool's points, judged against the scene's own by the same strokes over the same objects.
+struct SpacingCandidate {
+  double spacing_m = 0;
+  std::size_t points = 0;
+  ForceDifference difference;  ///< Of the force, from that at the scene's own spacing.
+  double torque_p99 = 0;       ///< Of the torque: its error in what a hand can notice, in 99 % of the ticks.
+  double hot_ns = 0;           ///< Tick on the strokes, median.
+
+  [[nodiscard]] bool good() const noexcept {
+    return difference.wrongSideTicks == 0 && difference.epsilon_p99 < 1 && torque_p99 < 1;
+  }
+};
+
+/// What the tool that the hand holds needs.
+struct ToolAdvice {
+  std::string name;
+  std::vector<SpacingCandidate>
+      candidates;           ///< The own spacing first; none where there is nothing to touch from above.
+  std::size_t advised = 0;  ///< The coarsest of which it and all finer ones are good.
+};
+
+/// Strokes the tool over each object, as the simulated hand would choose it, pressed with 1 N on the tool's lowest point and
+/// tilted to and fro, at the scene's spacing and at coarser ones, until two on end will not do.
+/// @param scene  Objects but the tool, where the scene has them.
+[[nodiscard]] ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObject>& scene);
+
+}  // namespace haptics::eval
