@@ -16,6 +16,7 @@
 #include "tests/eval/stability/stability.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
+#include "tests/eval/walk/tool_walk.h"
 #include "tests/eval/walk/walk.h"
 #include "tests/eval/worst/import_hunt.h"
 #include "tests/eval/worst/worst.h"
@@ -36,6 +37,7 @@ struct Arguments {
   Table1Options table1;
   bool asInPaper = false;
   WalkOptions walk;
+  bool walkTool = false;
   TexturesOptions textures;
   AdviseOptions advise;
   StabilityOptions stability;
@@ -239,8 +241,11 @@ void addWalk(CLI::App& app, Arguments& arguments) {
   verb->add_option("--scene", options.scene, "Only this one, as the table names it")->type_name("NAME");
   verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
-      ->capture_default_str();
-  verb->callback([&arguments, &options] { arguments.good = runWalk(options, arguments.out); });
+      ->capture_default_str()
+      ->excludes(verb->add_flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
+  verb->callback([&arguments, &options] {
+    arguments.good = arguments.walkTool ? runToolWalk(options, arguments.out) : runWalk(options, arguments.out);
+  });
 }
 
 void addStability(CLI::App& app, Arguments& arguments) {
