@@ -305,9 +305,14 @@ double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept
 bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
                         Allowance& allowance) noexcept {
   LeastDistance held;
+  bool lifts = true;
   double lastBend = std::numeric_limits<double>::infinity();
   for (int turn = 0;; ++turn) {
-    const Step step = stepTowards(device, coupling, next, true, allowance);
+    Step step = stepTowards(device, coupling, next, lifts, allowance);
+    if (!step.nearest.exists && lifts) {  // jammed, in less room than a skin on every side
+      lifts = false;
+      step = stepTowards(device, coupling, next, lifts, allowance);
+    }
     if (!step.nearest.exists) return false;
     const double angle = glm::length(step.turn);
     const double part = std::min(1.0, kMaxTurn_rad / angle);

@@ -234,7 +234,7 @@ class Walk(Verb):
     def test_of_tools_judges_all_of_their_points(self):
         self.run_well("walk", "--tool", "--models", "/dev", "--scene", "sphere", "--ticks", "1000")
         for record in self.records("walk"):
-            self.assertEqual(record["judged_points"], record["ticks"] // 7 * record["points"])
+            self.assertEqual(record["judged_points"], record["ticks"] // 23 * record["points"])
             self.assertGreater(record["contact_ticks"], 100)
 
 

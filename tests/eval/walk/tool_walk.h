@@ -16,6 +16,6 @@ namespace haptics::eval {
 /// @return Whether every walk passed. Throws as runWalk() does.
 [[nodiscard]] bool runToolWalk(const WalkOptions& options, const std::filesystem::path& out);
 
-inline constexpr int kToolJudgedEvery = 7;
+inline constexpr int kToolJudgedEvery = 23;
 
 }  // namespace haptics::eval
