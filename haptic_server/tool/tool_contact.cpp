@@ -326,14 +326,24 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
     lastBend = bend;
     if (converges && part == 1 && turn + 1 < kMaxTurns) continue;
     const Pose end = next;
-    for (double whole = 1; !keepAbovePlanes(coupling, next, allowance); next = interpolate(proxy_, end, whole)) {
+    double whole = 1;
+    while (!keepAbovePlanes(coupling, next, allowance) || raisesEnergy(next, device, coupling)) {
       whole /= 4;
-      if (whole < kMinPart) return false;
+      next = whole < kMinPart ? proxy_ : interpolate(proxy_, end, whole);
+      if (whole >= kMinPart) continue;
+      if (moved_ > 0) return false;
+      break;  // it is where it can be
     }
     break;
   }
   describeHeld(held, next, result);
   return true;
+}
+
+/// Only bodies that move push the tool away from where the device pulls it. Far from the device the first order may.
+bool ToolContact::raisesEnergy(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept {
+  constexpr double kRounding = 1e-6;
+  return moved_ == 0 && energy(next, device, coupling) > (1 + kRounding) * energy(proxy_, device, coupling);
 }
 
 /// Moves a pose as little as brings all that touch a skin above their planes, or as high as they are now. False: that was not

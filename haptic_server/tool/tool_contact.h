@@ -159,6 +159,7 @@ class ToolContact {
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
                            Allowance& allowance) noexcept;
+  [[nodiscard]] bool raisesEnergy(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept;
   [[nodiscard]] bool keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept;
   [[nodiscard]] Step stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose, bool lifts,
                                  Allowance& allowance) noexcept;

@@ -16,6 +16,7 @@
 #include "tests/eval/stability/stability.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
+#include "tests/eval/tool_chart.h"
 #include "tests/eval/walk/tool_walk.h"
 #include "tests/eval/walk/walk.h"
 #include "tests/eval/worst/import_hunt.h"
@@ -34,6 +35,7 @@ struct Arguments {
   AccuracyOptions accuracy;
   CombinationsOptions combinations;
   ChartOptions chart;
+  std::filesystem::path toolBench;
   Table1Options table1;
   bool asInPaper = false;
   WalkOptions walk;
@@ -198,7 +200,15 @@ void addChart(CLI::App& app, Arguments& arguments) {
                               "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst");
   addFile(verb, "--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
       ->excludes(kept);
-  verb->callback([&options] { runChart(options); });
+  addFile(verb, "--tools", arguments.toolBench,
+          "Draw in its place what a tool's points cost: tool_tick and field_tick of haptic_bench --benchmark_out");
+  verb->callback([&arguments, &options] {
+    if (arguments.toolBench.empty()) {
+      runChart(options);
+    } else {
+      drawToolChart(arguments.toolBench, options.out);
+    }
+  });
 }
 
 void addTable1(CLI::App& app, Arguments& arguments) {
