@@ -24,7 +24,11 @@ constexpr double kForClearances = 0.4;
 constexpr double kCheapestTest = 100;
 /// Of what tests cost, as margin; and of the estimate, from one way to the next where they cost less.
 constexpr double kTestMargin = 1.5, kTestDecay = 0.95;
-/// The device counts as turned from the proxy by no more than this in a round, rad: the planes are taken anew then.
+/// A search for a pose above planes costs this, and this for each of them; units of the allowance.
+constexpr std::int64_t kStepUnits = 400, kStepUnitsOfPlane = 40;
+/// Of the bend of the turn before: more is no convergence, and the planes alone are kept from there on.
+constexpr double kConverging = 0.25;
+/// A round turns the proxy by no more than this, rad: the planes are taken anew then.
 constexpr double kMaxTurn_rad = 0.3;
 /// Parts of a way that are tried where the allowance does not last for all points on the whole of it.
 constexpr int kMaxHalvings = 10;
@@ -166,27 +170,31 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     Pose next = proxy_;
-    if (!solve(device, coupling, next, result)) break;
+    if (!solve(device, coupling, next, result, allowance)) break;
     double bound = farthestMove(next);
-    bool whole = true;
-    for (int k = 0; k < kMaxHalvings && !canTest(bound, allowance); ++k) {
-      next = interpolate(proxy_, next, 0.5);
+    const Pose end = next;
+    double part = 1;
+    while (!canTest(bound, allowance) && part > kMinPart) {
+      part /= 2;
+      next = interpolate(proxy_, end, part);
       bound = farthestMove(next);
-      whole = false;
+      if (!canTest(bound, allowance)) continue;
+      static_cast<void>(keepAbovePlanes(coupling, next, allowance));
+      bound = farthestMove(next);
     }
     if (!canTest(bound, allowance)) break;
     tried = true;
     if (isClear(bodies, next, bound, allowance)) {
       const double before = energy(proxy_, device, coupling);
       moveTo(bodies, next, bound, allowance);
-      settled = whole && (touchCount_ == 0 || energy(proxy_, device, coupling) >= (1 - kRest) * before);
+      settled = part == 1 && (touchCount_ == 0 || energy(proxy_, device, coupling) >= (1 - kRest) * before);
     } else if (!addHits()) {
       // Half of the way to the hit, unless it is there already: so near to a surface rounding would take it through.
       if (lowestHit_ < skin_ / 2) break;
-      const Pose part = interpolate(proxy_, next, firstHit_ / 2);
-      const double partly = farthestMove(part);
-      if (!isClear(bodies, part, partly, allowance)) break;
-      moveTo(bodies, part, partly, allowance);
+      const Pose before = interpolate(proxy_, next, firstHit_ / 2);
+      const double partly = farthestMove(before);
+      if (!isClear(bodies, before, partly, allowance)) break;
+      moveTo(bodies, before, partly, allowance);
     }
   }
   if (!tried) testCost_ = std::max(kCheapestTest, testCost_ / 2);  // too dear to be tried: it may have become cheaper
@@ -268,10 +276,12 @@ void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch
   const CollisionMesh& surface = touch.ofBody ? *tool_->surface : *body.surface;
   if (touch.ofBody) touch.place = body.frame.toWorld(sharp_[touch.body].points[touch.point]);
   const Vec3 at = touch.ofBody ? toLocal(proxy_, touch.place) : body.frame.toLocal(tool.toWorld(point(touch.point)));
+  const auto budget =
+      static_cast<int>(std::min<std::int64_t>(kTouchBudget, 1 + allowance.left() / Allowance::kNearTriangle));
   int looked = 0;
   const ClosestPoint foot = touch.hitIn == tick_
                                 ? onPlaneOf(surface, touch.triangle, at)
-                                : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, kTouchBudget).foot;
+                                : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, budget).foot;
   allowance.spend(Allowance::kNearTriangle * (looked + 1));
   touch.triangle = foot.triangle;
   const double distance = std::sqrt(foot.squaredDistance);
@@ -290,39 +300,94 @@ double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept
   return glm::dot(touch.normal, at) - touch.offset;
 }
 
-/// The pose nearest to the device's in which all that touch are a skin above their planes, and the points that hold it there.
-/// False: there is none, or it was not found.
-bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result) noexcept {
+/// The pose nearest to the device's in which all that touch are a skin above their planes, or one on the way to it, and the
+/// points that hold it there. False: there is none, or it was not found.
+bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
+                        Allowance& allowance) noexcept {
+  LeastDistance held;
+  bool lifts = true;
+  double lastBend = std::numeric_limits<double>::infinity();
+  for (int turn = 0;; ++turn) {
+    Step step = stepTowards(device, coupling, next, lifts, allowance);
+    if (!step.nearest.exists && lifts) {  // jammed, in less room than a skin on every side
+      lifts = false;
+      step = stepTowards(device, coupling, next, lifts, allowance);
+    }
+    if (!step.nearest.exists) return false;
+    const double angle = glm::length(step.turn);
+    const double part = std::min(1.0, kMaxTurn_rad / angle);
+    const double bend = bendOf(part * angle);
+    const bool converges = bend <= kConverging * lastBend;
+    if (converges) {
+      held = step.nearest;
+      next = {glm::normalize(rotationBy(part * step.turn) * next.rotation), next.position + part * step.move};
+      if (bend < kConstraintTolerance * skin_) break;
+    }
+    lastBend = bend;
+    if (converges && part == 1 && turn + 1 < kMaxTurns) continue;
+    const Pose end = next;
+    double whole = 1;
+    while (!keepAbovePlanes(coupling, next, allowance) || raisesEnergy(next, device, coupling)) {
+      whole /= 4;
+      next = whole < kMinPart ? proxy_ : interpolate(proxy_, end, whole);
+      if (whole >= kMinPart) continue;
+      if (moved_ > 0) return false;
+      break;  // it is where it can be
+    }
+    break;
+  }
+  describeHeld(held, next, result);
+  return true;
+}
+
+/// Only bodies that move push the tool away from where the device pulls it. Far from the device the first order may.
+bool ToolContact::raisesEnergy(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept {
+  constexpr double kRounding = 1e-6;
+  return moved_ == 0 && energy(next, device, coupling) > (1 + kRounding) * energy(proxy_, device, coupling);
+}
+
+/// Moves a pose as little as brings all that touch a skin above their planes, or as high as they are now. False: that was not
+/// found.
+bool ToolContact::keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept {
+  const Pose target = pose;
+  double lastBend = std::numeric_limits<double>::infinity();
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const Step step = stepTowards(target, coupling, pose, false, allowance);
+    const double bend = bendOf(glm::length(step.turn));
+    if (!step.nearest.exists || bend > kConverging * lastBend) return false;
+    pose = {glm::normalize(rotationBy(step.turn) * pose.rotation), pose.position + step.move};
+    if (bend < kConstraintTolerance * skin_) return true;
+    lastBend = bend;
+  }
+  return false;
+}
+
+/// From a pose to the one nearest to the target's, by the coupling's energy, that is above all planes: to first order.
+/// @param lifts  By a skin; else by no more than the proxy is.
+/// @return None, too, where the allowance does not last for it.
+ToolContact::Step ToolContact::stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose,
+                                           bool lifts, Allowance& allowance) noexcept {
+  const std::int64_t units = kStepUnits + kStepUnitsOfPlane * static_cast<std::int64_t>(touchCount_);
+  if (units > allowance.left()) return {{.exists = false}, Vec3(0), Vec3(0)};
+  allowance.spend(units);
   const double perMove = 1 / std::sqrt(coupling.stiffness_N_per_m);
   const double perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad);
-  const Vec3 whole = rotationVector(device.rotation * glm::conjugate(next.rotation));
-  const double angle = glm::length(whole);
-  const bool isFar = angle > kMaxTurn_rad;
-  const Quat target = isFar ? rotationBy(whole * (kMaxTurn_rad / angle)) * next.rotation : device.rotation;
-  LeastDistance nearest;
-  for (int turn = 0; turn < kMaxTurns; ++turn) {
-    const Vec3 move = device.position - next.position;
-    const Vec3 rotation = rotationVector(target * glm::conjugate(next.rotation));
-    const Frame frame(next);
-    for (std::size_t i = 0; i < touchCount_; ++i) {
-      const Touch& touch = touches_[i];
-      const Vec3 arm = touch.ofBody ? touch.place - next.position : frame.rotate(point(touch.point));
-      const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;  // on the tool
-      const Vec3 lever = glm::cross(arm, push);
-      const Vec3 a = push * perMove, b = lever * perTurn;
-      halfSpaces_[i] = {{a.x, a.y, a.z, b.x, b.y, b.z},
-                        skin_ - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, rotation)};
-    }
-    nearest = leastDistance(std::span(halfSpaces_).first(touchCount_));
-    if (!nearest.exists) return false;
-    const Vec3 by = move + perMove * Vec3(nearest.x[0], nearest.x[1], nearest.x[2]);
-    const Vec3 turned = rotation + perTurn * Vec3(nearest.x[3], nearest.x[4], nearest.x[5]);
-    next = {glm::normalize(rotationBy(turned) * next.rotation), next.position + by};
-    const double bend = glm::dot(turned, turned) * tool_->shell.radius_m;  // what the linear step leaves out, twice
-    if (bend < kConstraintTolerance * skin_) break;
+  const Vec3 move = target.position - pose.position;
+  const Vec3 turn = rotationVector(target.rotation * glm::conjugate(pose.rotation));
+  const Frame frame(pose), now(proxy_);
+  for (std::size_t i = 0; i < touchCount_; ++i) {
+    const Touch& touch = touches_[i];
+    const Vec3 arm = touch.ofBody ? touch.place - pose.position : frame.rotate(point(touch.point));
+    const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;  // on the tool
+    const Vec3 lever = glm::cross(arm, push);
+    const Vec3 a = push * perMove, b = lever * perTurn;
+    const double least = lifts ? skin_ : std::min(skin_, height(touch, now));
+    halfSpaces_[i] = {{a.x, a.y, a.z, b.x, b.y, b.z},
+                      least - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, turn)};
   }
-  describeHeld(nearest, next, result);
-  return true;
+  const LeastDistance nearest = leastDistance(std::span(halfSpaces_).first(touchCount_));
+  return {nearest, move + perMove * Vec3(nearest.x[0], nearest.x[1], nearest.x[2]),
+          turn + perTurn * Vec3(nearest.x[3], nearest.x[4], nearest.x[5])};
 }
 
 /// In the coordinates of solve() a multiplier is the force along its normal: K_t (p - p_d) = sum of m_i n_i.
@@ -350,7 +415,7 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
   lowestHit_ = std::numeric_limits<double>::infinity();
   const double travelled = travelled_ + moved_ + bound;
   const Frame now(proxy_), frame(next);
-  for (std::uint16_t i = 0; i < pointCount_; ++i) {
+  for (std::uint16_t i = 0; i < pointCount_ && !allowance.isSpent(); ++i) {
     if (travelled < clearTo_[i]) continue;
     const Vec3 here = now.toWorld(point(i)), there = frame.toWorld(point(i));
     for (std::size_t b = 0; b < bodies.size(); ++b) {

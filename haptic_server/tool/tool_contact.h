@@ -112,6 +112,11 @@ class ToolContact {
     std::size_t first = 0;  // of them, in sharpClearTo_
   };
 
+  struct Step {
+    LeastDistance nearest;
+    Vec3 move, turn;
+  };
+
   // What is remembered from tick to tick.
   const Tool* tool_ = nullptr;
   std::size_t pointCount_ = 0, bodyCount_ = 0, sharpCount_ = 0;  // sharp ones of all bodies
@@ -152,7 +157,13 @@ class ToolContact {
   void addHit(const Touch& hit, double time, double height) noexcept;
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
-  [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result) noexcept;
+  [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
+                           Allowance& allowance) noexcept;
+  [[nodiscard]] bool raisesEnergy(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept;
+  [[nodiscard]] bool keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept;
+  [[nodiscard]] Step stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose, bool lifts,
+                                 Allowance& allowance) noexcept;
+  [[nodiscard]] double bendOf(double angle_rad) const noexcept { return angle_rad * angle_rad * tool_->shell.radius_m; }
   void describeHeld(const LeastDistance& nearest, const Pose& next, ToolResult& result) const noexcept;
   [[nodiscard]] bool isNear(const Body& body, double moved) const noexcept;
   [[nodiscard]] double farthestMove(std::span<const Body> bodies) noexcept;

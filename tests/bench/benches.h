@@ -14,7 +14,7 @@ void registerPhases(std::span<const std::uint32_t> sizes);
 void registerPeers(std::span<const std::uint32_t> sizes);
 /// From the device's position to the force in the server's loop, which sleeps between ticks; with and without pre-touch.
 void registerServo(std::span<const std::uint32_t> sizes);
-/// Tools of many points.
+/// Tools of many points, ours and a point shell over a distance field.
 void registerTools();
 /// The database's build, and its size.
 void registerBuild(std::span<const std::uint32_t> sizes);

@@ -1,6 +1,8 @@
 // What the baselines are made of, each against something simpler.
 #include <gtest/gtest.h>
 
+#include "common/mesh/generators.h"
+#include "tests/eval/baselines/distance_field_shell.h"
 #include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/moeller_trumbore.h"
 #include "tests/eval/baselines/swept_sphere.h"
@@ -91,6 +93,49 @@ TEST(InFloat, FindsTheClosestPointToWithinTheRoundingOfFloats) {
     ASSERT_NEAR(inFloat.squaredDistance, inDouble.squaredDistance, 1e-5);
     ASSERT_EQ(inFloat.triangle, 7U);
   }
+}
+
+std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
+}
+
+TEST(DistanceField, IsTheDistanceFromASphereWithinAPartOfItsCell) {
+  constexpr double kRadius_m = 0.05;
+  const auto sphere = surfaceOf(makeSphere(kRadius_m, 64).value());
+  const DistanceField field(*sphere, 64, 0.01);
+  for (const double distance_m : {-0.02, -0.001, 0.001, 0.005}) {
+    for (const Vec3 way : {Vec3(1, 0, 0), glm::normalize(Vec3(1, -2, 3)), glm::normalize(Vec3(-1, -1, 1))}) {
+      const auto sample = field.at((kRadius_m + distance_m) * way);
+      ASSERT_TRUE(sample);
+      EXPECT_NEAR(sample->distance_m, distance_m, 0.1 * field.cell_m());
+      EXPECT_GT(glm::dot(glm::normalize(sample->gradient), way), 0.995);
+    }
+  }
+  EXPECT_FALSE(field.at(Vec3(0.07, 0, 0)));
+  EXPECT_NEAR(field.distanceToGrid(Vec3(0.07, 0, 0)), 0.01, field.cell_m());
+}
+
+/// A ball of a tool that is led down onto a plate about z = 0, at 0.1 m/s: how low its lowest point comes, m.
+double lowestOnPlate(double thickness_m, int cells) {
+  const auto plate = surfaceOf(makeBox({0.1, 0.1, thickness_m}, 8).value());
+  const auto ball = surfaceOf(makeSphere(0.01, 24).value());
+  const ToolShell shell = makeToolShell(*ball, 0.002).value();
+  const DistanceField field(*plate, cells, 0.01);
+  DistanceFieldShell tool(shell, field, {800, 1});
+  tool.reset({{1, 0, 0, 0}, {0, 0, 0.03}});
+  double lowest_m = 1;
+  for (int i = 0; i <= 250; ++i) {
+    const Pose& pose = tool.follow({{1, 0, 0, 0}, {0, 0, 0.03 - 1e-4 * i}});
+    for (const Vec3& point : shell.points) lowest_m = std::min(lowest_m, toWorld(pose, point).z);
+  }
+  return lowest_m;
+}
+
+TEST(DistanceFieldShell, SinksIntoAThickPlateAndPassesOneThatIsThinnerThanACell) {
+  const double sunk_m = 0.01 - lowestOnPlate(0.02, 128);
+  EXPECT_GT(sunk_m, 1e-4) << "springs give way";
+  EXPECT_LT(sunk_m, 3e-3);
+  EXPECT_LT(lowestOnPlate(0.0005, 128), -0.002);
 }
 
 }  // namespace

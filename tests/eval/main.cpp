@@ -16,6 +16,8 @@
 #include "tests/eval/stability/stability.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
+#include "tests/eval/tool_chart.h"
+#include "tests/eval/walk/tool_walk.h"
 #include "tests/eval/walk/walk.h"
 #include "tests/eval/worst/import_hunt.h"
 #include "tests/eval/worst/worst.h"
@@ -33,9 +35,11 @@ struct Arguments {
   AccuracyOptions accuracy;
   CombinationsOptions combinations;
   ChartOptions chart;
+  std::filesystem::path toolBench;
   Table1Options table1;
   bool asInPaper = false;
   WalkOptions walk;
+  bool walkTool = false;
   TexturesOptions textures;
   AdviseOptions advise;
   StabilityOptions stability;
@@ -196,7 +200,15 @@ void addChart(CLI::App& app, Arguments& arguments) {
                               "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst");
   addFile(verb, "--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
       ->excludes(kept);
-  verb->callback([&options] { runChart(options); });
+  addFile(verb, "--tools", arguments.toolBench,
+          "Draw in its place what a tool's points cost: tool_tick and field_tick of haptic_bench --benchmark_out");
+  verb->callback([&arguments, &options] {
+    if (arguments.toolBench.empty()) {
+      runChart(options);
+    } else {
+      drawToolChart(arguments.toolBench, options.out);
+    }
+  });
 }
 
 void addTable1(CLI::App& app, Arguments& arguments) {
@@ -239,8 +251,11 @@ void addWalk(CLI::App& app, Arguments& arguments) {
   verb->add_option("--scene", options.scene, "Only this one, as the table names it")->type_name("NAME");
   verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
-      ->capture_default_str();
-  verb->callback([&arguments, &options] { arguments.good = runWalk(options, arguments.out); });
+      ->capture_default_str()
+      ->excludes(verb->add_flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
+  verb->callback([&arguments, &options] {
+    arguments.good = arguments.walkTool ? runToolWalk(options, arguments.out) : runWalk(options, arguments.out);
+  });
 }
 
 void addStability(CLI::App& app, Arguments& arguments) {

@@ -205,6 +205,8 @@ class Arguments(Verb):
                 ("walk --scene sphere --ticks 0", ("--ticks", "at least 1")),
                 ("walk --scene hearsay", ("--scene", "hearsay", "sphere")),
                 ("walk --method hearsay", ("--method", "hearsay", "god_object")),
+                ("walk --tool --scene folded", ("--scene", "folded")),
+                ("walk --tool --scene sphere --ticks 1", ("--ticks", "at least 2")),
                 ("walk --models /hearsay", ("--models", "/hearsay")),
                 ("walk --models /dev", ("armadillo", "dragon", "deploy/models/fetch_and_report")),
                 ("walk --models /dev --scene dragon", ("dragon", "deploy/models/fetch_and_report")),
@@ -228,6 +230,12 @@ class Walk(Verb):
     def test_over_a_generated_shape_needs_no_model(self):
         self.run_well("walk", "--models", "/dev", "--scene", "sphere", "--ticks", "500")
         self.assertEqual([r["scene"] for r in self.records("walk")], ["sphere", "all"])
+
+    def test_of_tools_judges_all_of_their_points(self):
+        self.run_well("walk", "--tool", "--models", "/dev", "--scene", "sphere", "--ticks", "1000")
+        for record in self.records("walk"):
+            self.assertEqual(record["judged_points"], record["ticks"] // 23 * record["points"])
+            self.assertGreater(record["contact_ticks"], 100)
 
 
 class Accuracy(Verb):

@@ -8,13 +8,11 @@ namespace haptics::eval {
 namespace {
 
 constexpr double kSlowest_m_per_s = 0.02;
-constexpr double kFastest_m_per_s = 2;
-constexpr double kHighest_m = 0.002;  ///< Above the surface.
-constexpr double kDeepest_m = 0.005;
 
 }  // namespace
 
-RandomWalker::RandomWalker(const TriangleSoup& soup, Random random) : soup_(soup), random_(random) {
+RandomWalker::RandomWalker(const TriangleSoup& soup, Random random, const WalkRange& range)
+    : soup_(soup), random_(random), range_(range) {
   hip_ = random_.direction() * (1.1 * soup.extent_m());
   choose();
 }
@@ -39,8 +37,8 @@ void RandomWalker::choose() {
     v = 1 - v;
   }
   const Vec3 place = face.corner[0] + (face.corner[1] - face.corner[0]) * u + (face.corner[2] - face.corner[0]) * v;
-  target_ = place - face.normal * random_.between(-kHighest_m, kDeepest_m);
-  speed_ = kSlowest_m_per_s * std::pow(kFastest_m_per_s / kSlowest_m_per_s, random_.between(0, 1));
+  target_ = place - face.normal * random_.between(-range_.highest_m, range_.deepest_m);
+  speed_ = kSlowest_m_per_s * std::pow(range_.fastest_m_per_s / kSlowest_m_per_s, random_.between(0, 1));
 }
 
 /// Mostly one of those about the HIP, sometimes the nearest of a few from anywhere.

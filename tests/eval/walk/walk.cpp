@@ -229,42 +229,11 @@ void printRow(const std::string& scene, const Counts& c) {
   std::fflush(stdout);
 }
 
-/// Throws where --scene names none.
-std::vector<WalkSceneSource> chosenSources(const WalkOptions& options) {
-  std::vector<WalkSceneSource> sources = walkSceneSources(options.models);
-  std::uint64_t number = 0;
-  std::string known;
-  for (WalkSceneSource& source : sources) {
-    source.number = number++;
-    known += (known.empty() ? "" : ", ") + source.name;
-  }
-  std::erase_if(sources, [&](const WalkSceneSource& s) { return !options.scene.empty() && s.name != options.scene; });
-  if (sources.empty())
-    throw std::invalid_argument("--scene: there is none called " + options.scene + "; there are " + known);
-  return sources;
-}
-
-/// Of the models, where none were asked for. Throws where a file is missing of those that were.
-void leaveOutMissing(std::vector<WalkSceneSource>& sources, const WalkOptions& options) {
-  constexpr const char* kHint = "deploy/models/fetch_and_report DIR fetches it; then --models DIR";
-  const bool askedFor = !options.models.empty() || !options.scene.empty();
-  std::string missing;
-  std::erase_if(sources, [&](const WalkSceneSource& source) {
-    if (source.file.empty() || std::filesystem::exists(source.file)) return false;
-    missing += source.name + ", no file " + source.file.string() + "; ";
-    return true;
-  });
-  if (missing.empty()) return;
-  if (askedFor) throw std::runtime_error("walk: missing: " + missing + kHint);
-  std::printf("left out: %s%s\n", missing.c_str(), kHint);
-}
-
 }  // namespace
 
 bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
   const Method& method = findMethod(options.method, methods());
-  std::vector<WalkSceneSource> sources = chosenSources(options);
-  leaveOutMissing(sources, options);
+  const std::vector<WalkSceneSource> sources = chosenWalkScenes(options.models, options.scene);
   const auto scenes = static_cast<std::int64_t>(sources.size());
   if (options.ticks < scenes)
     throw std::invalid_argument("--ticks: give at least " + std::to_string(scenes) + ", one for each scene");

@@ -1,7 +1,11 @@
 #include "tests/eval/walk/walk_scenes.h"
 
 #include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "common/importer/importer.h"
 #include "common/mesh/mesh_asset.h"
@@ -51,15 +55,36 @@ Parts generated(const std::string& name) {
   return overlappingBodies();
 }
 
-}  // namespace
-
-void WalkScene::add(const std::vector<Vec3f>& vertices, const std::vector<TriangleIndices>& triangles,
-                    const Pose& pose) {
-  surfaces.push_back(buildCollisionMesh(vertices, triangles));
-  poses.push_back(pose);
-  soup.add(vertices, triangles, pose);
+/// Fans about the middles of the lines at which the mesh ends. False: lines meet there, and it is left as it is.
+bool closeHoles(TriMesh& mesh) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!edges.emplace(t[k], t[(k + 1) % 3]).second) return false;
+    }
+  }
+  std::map<std::uint32_t, std::uint32_t> next;  // along the hole, against the triangles' sense
+  for (const auto& [from, to] : edges) {
+    if (edges.count({to, from}) == 0 && !next.emplace(to, from).second) return false;
+  }
+  while (!next.empty()) {
+    std::vector<std::uint32_t> line{next.begin()->first};
+    Vec3 sum(0);
+    for (auto at = next.begin(); at != next.end(); at = next.find(line.back())) {
+      sum += Vec3(mesh.vertices[at->first]);
+      line.push_back(at->second);
+      next.erase(at);
+    }
+    if (line.front() != line.back()) return false;
+    const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.emplace_back(sum / static_cast<double>(line.size() - 1));
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) mesh.triangles.push_back({line[i], line[i + 1], middle});
+  }
+  return true;
 }
 
+/// Generated scenes first, then the models, then those judged by winding number. A model that is not there has a path that does
+/// not exist.
 std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& models) {
   const std::filesystem::path head = "usr/share/inventor/data/models/CyberHeads/paul.iv";
   const std::filesystem::path fetched = models / "inventor-data" / head;
@@ -76,7 +101,50 @@ std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& model
           {.name = "folded", .file = {}, .winding = true}};
 }
 
-WalkScene makeWalkScene(const WalkSceneSource& source, Random& random) {
+/// Throws where --scene names none.
+std::vector<WalkSceneSource> namedSources(const std::filesystem::path& models, const std::string& only) {
+  std::vector<WalkSceneSource> sources = walkSceneSources(models);
+  std::uint64_t number = 0;
+  std::string known;
+  for (WalkSceneSource& source : sources) {
+    source.number = number++;
+    known += (known.empty() ? "" : ", ") + source.name;
+  }
+  std::erase_if(sources, [&](const WalkSceneSource& s) { return !only.empty() && s.name != only; });
+  if (sources.empty()) throw std::invalid_argument("--scene: there is none called " + only + "; there are " + known);
+  return sources;
+}
+
+/// Of the models, where none were asked for. Throws where a file is missing of those that were.
+void leaveOutMissing(std::vector<WalkSceneSource>& sources, bool askedFor) {
+  constexpr const char* kHint = "deploy/models/fetch_and_report DIR fetches it; then --models DIR";
+  std::string missing;
+  std::erase_if(sources, [&](const WalkSceneSource& source) {
+    if (source.file.empty() || std::filesystem::exists(source.file)) return false;
+    missing += source.name + ", no file " + source.file.string() + "; ";
+    return true;
+  });
+  if (missing.empty()) return;
+  if (askedFor) throw std::runtime_error("walk: missing: " + missing + kHint);
+  std::printf("left out: %s%s\n", missing.c_str(), kHint);
+}
+
+}  // namespace
+
+void WalkScene::add(const std::vector<Vec3f>& vertices, const std::vector<TriangleIndices>& triangles,
+                    const Pose& pose) {
+  surfaces.push_back(buildCollisionMesh(vertices, triangles));
+  poses.push_back(pose);
+  soup.add(vertices, triangles, pose);
+}
+
+std::vector<WalkSceneSource> chosenWalkScenes(const std::filesystem::path& models, const std::string& only) {
+  std::vector<WalkSceneSource> sources = namedSources(models, only);
+  leaveOutMissing(sources, !models.empty() || !only.empty());
+  return sources;
+}
+
+WalkScene makeWalkScene(const WalkSceneSource& source, Random& random, bool closed) {
   WalkScene scene;
   scene.name = source.name;
   const Pose frame{random.rotation(), random.direction() * 0.02};
@@ -87,7 +155,8 @@ WalkScene makeWalkScene(const WalkSceneSource& source, Random& random) {
   } else {
     const auto imported = importMeshFile(source.file, {.largestExtent_m = kModelSize_m});
     if (!imported) throw std::runtime_error(imported.error().text());
-    const TriMesh mesh = orThrow(decodeMesh(imported->bytes));
+    TriMesh mesh = orThrow(decodeMesh(imported->bytes));
+    if (closed && !closeHoles(mesh)) throw std::runtime_error(source.name + ": its holes cannot be closed");
     scene.add(mesh.vertices, mesh.triangles, frame);
   }
   scene.soup.finish();

@@ -31,11 +31,15 @@ struct WalkSceneSource {
   bool winding = false;
 };
 
-/// Generated scenes first, then the models, found in the folder that deploy/models/fetch_and_report fills, or installed,
-/// then those judged by winding number, which makeWalkScene() does not make. A model that is not there has a path that does not exist.
-[[nodiscard]] std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& models);
+/// Those of the shapes that are generated, the models and those judged by winding number, which makeWalkScene() does not
+/// make; or only the one that is named. A model is looked for in the folder that deploy/models/fetch_and_report fills, or
+/// where it is installed; one that is not there is left out, unless `models` or `only` ask for it. Throws
+/// std::invalid_argument where none is called `only`, std::runtime_error where a file that is asked for is missing.
+[[nodiscard]] std::vector<WalkSceneSource> chosenWalkScenes(const std::filesystem::path& models,
+                                                            const std::string& only);
 
 /// In a random orientation. Throws std::runtime_error with the reason when a model cannot be read.
-[[nodiscard]] WalkScene makeWalkScene(const WalkSceneSource& source, Random& random);
+/// @param closed  A model's holes are closed by fans about their middles: it has an inside then.
+[[nodiscard]] WalkScene makeWalkScene(const WalkSceneSource& source, Random& random, bool closed = false);
 
 }  // namespace haptics::eval
