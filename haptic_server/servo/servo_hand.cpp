@@ -1,5 +1,6 @@
 #include "haptic_server/servo/servo_hand.h"
 
+#include <memory>
 #include <utility>
 
 #include "haptic_server/step/moving_bodies.h"
@@ -37,7 +38,7 @@ bool ServoHand::adopt(const ServoScene* newest, std::uint64_t tick) noexcept {
 }
 
 void ServoHand::feel(std::uint64_t tick, std::uint64_t now_ns) noexcept {
-  result_ = {};
+  std::construct_at(&result_);
   input_ = {tick, now_ns, device_.read(tick)};
   computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
   if (state_.features.pendingRemoval) [[unlikely]]
