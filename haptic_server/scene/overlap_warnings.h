@@ -18,7 +18,7 @@ struct PlacedObject {
 
 /// A line for each two objects that meet, one of which is put into the other by more than 0.1 mm: "NAME: warning: ...". At
 /// most kMaxOverlapWarnings of them. The search looks at some points of each pair, and ends after a bounded number of
-/// triangles: what it has not come to by then is not told.
+/// triangles: of what it has not come to by then there is no line.
 [[nodiscard]] std::vector<std::string> overlapWarnings(std::span<const PlacedObject> objects);
 
 inline constexpr std::size_t kMaxOverlapWarnings = 8;

@@ -437,16 +437,16 @@ class Advise(Verb):
 
     def test_says_the_widest_spacing_of_a_tool_that_is_not_felt(self):
         said = self.run_well("advise", str(HERE / "advise" / "tool_test.scene"))
-        self.assertIn("bar, held as a tool", said)
+        self.assertIn("knob, held as a tool", said)
         records = self.records("advise")
         spacings = [r for r in records if r.get("tool")]
-        self.assertEqual({r["scene"] for r in spacings}, {"bar"})
-        self.assertEqual([r["spacing_mm"] for r in spacings][:2], [1, 1.5])
+        self.assertEqual({r["scene"] for r in spacings}, {"knob"})
+        self.assertEqual([r["spacing_mm"] for r in spacings][:2], [0.5, 0.75])
         self.assertEqual([r["own_spacing"] for r in spacings], [True] + [False] * (len(spacings) - 1))
         (advised,) = [r for r in spacings if r["advised"]]
         before = spacings[:spacings.index(advised) + 1]
         self.assertTrue(all(r["pass"] and r["epsilon_p99_ratio"] < 1 and r["torque_epsilon_p99_ratio"] < 1 for r in before))
-        self.assertGreater(advised["spacing_mm"], 1, "the points of a bar's flat sides are not felt")
+        self.assertGreater(advised["spacing_mm"], 0.5)
         self.assertTrue(any(not r["pass"] for r in spacings), "went on until it would not do")
         points = [r["points"] for r in spacings]
         self.assertEqual(points, sorted(points, reverse=True))
@@ -454,7 +454,7 @@ class Advise(Verb):
         rows = list(csv.DictReader((self.out / "advise_tool.csv").read_text().splitlines()))
         self.assertEqual([int(row["points"]) for row in rows], points)
         self.assertEqual([row["advised"] for row in rows].count("1"), 1)
-        self.assertFalse([r for r in records if r["scene"] == "bar" and "triangles" in r], "it is no object to touch")
+        self.assertFalse([r for r in records if r["scene"] == "knob" and "triangles" in r], "it is no object to touch")
 
     def test_names_the_field_that_is_wrong(self):
         self.out.mkdir()
