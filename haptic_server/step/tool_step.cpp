@@ -80,8 +80,7 @@ void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& con
   contact.alongNormal = true;
   const CollisionMesh& surface = *state.bodies[strongest->body].surface;
   if (strongest->triangle != kNoTriangle)
-    contact.primitive = {PrimitiveKind::kPolygon, surface.canonical(strongest->triangle),
-                         surface.canonical(strongest->triangle)};
+    contact.primitive = {PrimitiveKind::kPolygon, 0, surface.canonical(strongest->triangle)};
 }
 
 void limitTorque(HapticState& state, const ForceResult& result) noexcept {
