@@ -155,14 +155,14 @@ RestVerdict judgeRest(std::string_view recording, const std::vector<SentWindow>&
   for (;;) {
     const auto tick = eval::orThrow(run->next());
     if (!tick) return judge.verdict();
-    const StepInput& input = tick->recorded.input;
+    const StepInput& input = tick->recorded[0].input;
     if (tick->given != nullptr) next = tick->given->scene.get();
     if (next != nullptr && adoptScene(*next, *state, input.tick)) {
       scene = std::exchange(next, nullptr);
       run->letGoBefore(scene->number);
     }
     const TelemetrySample sample = hapticStep(*scene, *state, run->facts().config, input);
-    if (!sameBits(tick->recorded.force_N, sample.force.written)) judge.differs();
+    if (!sameBits(tick->recorded[0].force_N, sample.force.written)) judge.differs();
     judge.observe(sample, *scene, *state);
   }
 }
