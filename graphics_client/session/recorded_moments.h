@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/telemetry/motion_state.h"
@@ -21,9 +22,9 @@ struct RecordedMotion {
 struct RecordedMoment {
   double time_s = 0;  ///< Since the recording's first tick.
   TelemetrySample sample;
-  std::optional<TelemetrySample> secondHand;
   std::shared_ptr<const RecordedMotion> motion;  ///< Null: nothing moves.
   std::size_t scene = 0;                         ///< Index of its scene.
+  std::optional<TelemetrySample> secondHand{};   ///< Where there is one.
 };
 
 /// Moments of a recording at display rate, within a bound of memory: where they would pass it, every other one is

@@ -129,7 +129,7 @@ class RecordedSession::Reader {
       motion_ = std::make_shared<const RecordedMotion>(
           RecordedMotion{{bodies.begin(), bodies.end()}, {dents.begin(), dents.end()}, newest_.tool});
     }
-    RecordedMoment moment{time_s, tick.sample, std::nullopt, motion_, session_.scenes_.size() - 1};
+    RecordedMoment moment{time_s, tick.sample, motion_, session_.scenes_.size() - 1};
     if (tick.secondSample != nullptr) moment.secondHand = *tick.secondSample;
     moment.sample.missedTicks = missed_;
     moment.sample.servoRate_Hz = 1 / period_s_;

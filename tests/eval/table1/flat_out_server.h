@@ -26,7 +26,9 @@ class FlatOutServer final : private ServerHost {
   [[nodiscard]] std::uint16_t port() const noexcept { return server_->port(); }
   [[nodiscard]] std::uint64_t revision() const { return sceneService_->history()->version.revision(); }
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return servo_->statistics(); }
-  [[nodiscard]] const HandStatistics& hand() const noexcept { return std::as_const(*servo_).hand().statistics(); }
+  [[nodiscard]] const HandStatistics& handStatistics() const noexcept {
+    return std::as_const(*servo_).hand().statistics();
+  }
   /// Of the servo thread while it runs: what others take of the machine does not count.
   [[nodiscard]] double processorTime_s();
   [[nodiscard]] const RecordedHand& hand() const noexcept { return hand_; }

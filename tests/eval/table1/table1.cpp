@@ -121,7 +121,7 @@ class Table1 {
     const Clock::time_point begin = Clock::now();
     const double processorBefore_s = server_.processorTime_s();
     const auto ticksBefore = static_cast<double>(statistics.ticks);
-    const auto contactBefore = static_cast<double>(server_.hand().contactTicks);
+    const auto contactBefore = static_cast<double>(server_.handStatistics().contactTicks);
     interruption_.sleep(seconds);
     const double ticks = static_cast<double>(statistics.ticks) - ticksBefore;
     if (interruption_.came()) return false;
@@ -130,7 +130,7 @@ class Table1 {
     rates.complete_kHz.add(ticks / secondsSince(begin) * 1e-3);
     rates.processor_kHz.add(ticks / (server_.processorTime_s() - processorBefore_s) * 1e-3);
     rates.ticks += ticks;
-    rates.contactTicks += static_cast<double>(server_.hand().contactTicks) - contactBefore;
+    rates.contactTicks += static_cast<double>(server_.handStatistics().contactTicks) - contactBefore;
     return true;
   }
 
