@@ -75,7 +75,8 @@ TEST_F(OverlapWarnings, SayNothingOfWhatMayHaveMovedSince) {
 
 TEST_F(OverlapWarnings, AreAFew) {
   Transaction pile;
-  for (std::size_t i = 0; i < 20; ++i) pile.operations.push_back(cube(numbered("p", i), {0.001 * double(i), 0, 0}));
+  for (std::size_t i = 0; i < 20; ++i)
+    pile.operations.push_back(cube(numbered("p", i), double(i) * Vec3(0.001, 0.0007, 0.0005)));
   EXPECT_THAT(of(pile), SizeIs(kMaxOverlapWarnings));
 }
 
