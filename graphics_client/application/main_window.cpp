@@ -249,7 +249,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
   const bool isReplay = replay_->isShown();
-  connection_.refresh(*editor_.view(), isReplay);
+  connection_.refresh(*editor_.view(), isReplay || replay_->isLoading());
   editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server first"
                     : view.link == LinkState::kClosed ? "not connected to a server"
                                                       : "");

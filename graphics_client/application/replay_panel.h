@@ -42,6 +42,8 @@ class ReplayPanel : public QWidget {
   void leave();
 
   [[nodiscard]] bool isShown() const { return session_ != nullptr; }
+  /// A recording is being read.
+  [[nodiscard]] bool isLoading() const { return isLoading_; }
   /// The moment to draw, dt_s after the last call. Only while a recording is shown.
   [[nodiscard]] std::shared_ptr<const MirrorView> next(double dt_s);
   /// "replay of FILE, 3.20 s of 10.00 s; ...".
