@@ -49,6 +49,8 @@ constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
   return assets;
 }
 
+static_assert(kMaxHands == kMaxLedHands);
+
 /// Says in the log when a hand's force is taken away and comes back.
 class FaultLog {
  public:

@@ -29,7 +29,9 @@ void BodyUpdateScheduler::add(const MotionState& motion, v1::Telemetry& sample) 
     toWire(motion.tool, *sample.mutable_tool());
     taken += motion.tool.pointCount + 1;  // and a point of a tool no more than one
   }
-  if (sample.has_second_hand()) taken += 6;
+  constexpr std::size_t kSecondHand =
+      6;  // in bodies: its sample without what is the servo's takes some 450 bytes by its fields
+  if (sample.has_second_hand()) taken += kSecondHand;
   const std::size_t most = taken < kMax ? kMax - taken : 1;
   std::size_t count = 0;
   for (const Waiting& next : waiting) {

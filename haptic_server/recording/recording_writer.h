@@ -44,7 +44,7 @@ class RecordingWriter {
   struct Ticks {
     std::string ticks;
     std::string turns;
-    bool anyTurns = false;  // they are told
+    bool anyTurns = false;  // some are not as of a device without rotation
 
     void add(const RecordedTick& tick);
     void moveTo(v1::RecordedTicks& message);

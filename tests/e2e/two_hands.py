@@ -1,4 +1,4 @@
-"""Two hands in one scene: each is led, felt, told and recorded by itself, and both together pinch a brick and lift it."""
+"""Two hands in one scene: each is led, felt and recorded by itself, and both together pinch a brick and lift it."""
 import math
 import subprocess
 import sys
