@@ -12,7 +12,7 @@ from haptic_client import Client
 from haptics.v1 import telemetry_pb2 as v1
 
 SECONDS = float(os.environ.get("HAPTICS_SECONDS", "6"))
-TRIES = 5  # of so many seconds, on a machine that others share
+TRIES = 8  # of so many seconds
 TIMES = int(os.environ.get("HAPTICS_FAULTS", "2"))
 DEMO = (harness.Path(__file__).parents[2] / "deploy/scenes/demo.scene").read_text()
 
@@ -143,7 +143,10 @@ class ClosedLoop(UsbTest):
                       f"{100 * said['replies_used'] / said['replies']:.3f} % used, {after['missed_ticks']} ticks missed, "
                       f"the hardware held up {bench_after['held_up']} times")
                 if said["replies"] + 5 >= 0.999 * sent and said["replies_used"] >= 0.99 * said["replies"]:
-                    break  # else once more: the machine holds threads up for seconds at times
+                    break
+                # Once more: the machine holds threads up for seconds at times, and where the bus's frames begin just when
+                # the servo ticks, two replies come in one tick and none in the next.
+                bench.tell("shift frames")
         self.assertGreater(said["replies"], 0.9 * 1000 * SECONDS)
         # Replies on their way at either end are a few.
         self.assertGreaterEqual(said["replies"] + 5, 0.999 * sent)

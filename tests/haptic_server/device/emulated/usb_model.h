@@ -44,6 +44,8 @@ class EmulatedUsb {
   /// Mechanics up to now.
   virtual void advance(std::uint64_t now_ns) = 0;
 
+  /// The bus's frames begin so much later from now on; nothing for a device that answers commands.
+  virtual void shiftFrames(std::uint64_t /*by_ns*/) {}
   virtual void setFault(EmulatedFault fault, std::uint64_t now_ns) = 0;
   /// As after switching off and on, or plugging in anew.
   virtual void powerCycle() = 0;

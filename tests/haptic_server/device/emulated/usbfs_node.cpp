@@ -23,6 +23,7 @@ constexpr std::uint64_t kAwait_ns = 20'000'000;
 constexpr std::uint64_t kHeldUp_ns = 1'000'000;
 /// How often the device moves when nobody asks it.
 constexpr std::uint64_t kIdle_ns = 20'000'000;
+constexpr std::uint64_t kFrameShift_ns = 300'000;
 
 std::vector<std::uint8_t> stringDescriptor(const EmulatedUsb& device, int index) {
   std::vector<std::uint8_t> text{4, 3, 9, 4};  // index 0: in English
@@ -258,6 +259,8 @@ std::string UsbfsNode::command(const std::string& line) {
     const auto fault = emulatedFault(line.substr(6));
     if (!fault) return "unknown fault";
     device_->setFault(*fault, now_ns);
+  } else if (line == "shift frames") {
+    device_->shiftFrames(kFrameShift_ns);
   } else if (line != "state") {
     return "unknown command";
   }

@@ -25,6 +25,7 @@ class WoodenModel final : public EmulatedUsb {
   void clearHalt() override { halted_ = fault_ == EmulatedFault::kStall; }
   void advance(std::uint64_t now_ns) override;
 
+  void shiftFrames(std::uint64_t by_ns) override { lastIn_ns_ += by_ns; }
   void setFault(EmulatedFault fault, std::uint64_t now_ns) override;
   void powerCycle() override;
 
