@@ -40,17 +40,17 @@ install_packages() {
     fail "could not install ${missing[*]}; see the messages above"
 }
 
-# protobufjs, which Debian 12 does not have, into build/node, in the versions and with the hashes of
-# tests/e2e/package-lock.json. Without it EndToEnd.Stranger is skipped.
-install_protobufjs() {
+# protobufjs and @mcap/core, which Debian 12 does not have, into build/node, in the versions and with the hashes of
+# tests/e2e/package-lock.json. Without them EndToEnd.Stranger and a test of EndToEnd.SessionData are skipped.
+install_node_modules() {
   local folder=$top/build/node
   cmp -s "$top/tests/e2e/package-lock.json" "$folder/node_modules/fetched-by" && return
-  say "Fetching protobufjs"
+  say "Fetching protobufjs and @mcap/core"
   { command -v npm >/dev/null || (install_packages npm); } && mkdir -p "$folder" &&
     cp "$top"/tests/e2e/package{,-lock}.json "$folder" &&
     timeout 120 npm ci --prefix "$folder" --silent --ignore-scripts --no-audit --no-fund &&
     cp "$folder/package-lock.json" "$folder/node_modules/fetched-by" ||
-    echo "deploy/$(basename "$0"): protobufjs could not be fetched; EndToEnd.Stranger will be skipped" >&2
+    echo "deploy/$(basename "$0"): protobufjs and @mcap/core could not be fetched; EndToEnd.Stranger will be skipped" >&2
 }
 
 # build_preset PRESET [TARGET...]: configures and builds below build/PRESET; without tests where their packages are missing.

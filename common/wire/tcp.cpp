@@ -67,6 +67,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   [[nodiscard]] std::size_t backlog() const noexcept { return sending_.size() - sent_ + queued_.size(); }
   [[nodiscard]] const std::string& peer() const noexcept { return peer_; }
+  /// What is lost on the way is no reason for BBR to send less. Where the system does not have it, all stays as it is.
+  void preferThroughput() noexcept {
+    static constexpr std::string_view kAlgorithm = "bbr";
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_CONGESTION, kAlgorithm.data(), kAlgorithm.size());
+  }
 
   void close(const std::string& why) {
     if (state_ != State::kOpen) return;
@@ -191,6 +196,7 @@ class TcpTransport final : public Transport {
   [[nodiscard]] std::size_t backlog() const noexcept override { return connection_->backlog(); }
   void close(const std::string& why) override { connection_->close(why); }
   [[nodiscard]] std::string peer() const override { return connection_->peer(); }
+  void preferThroughput() override { connection_->preferThroughput(); }
 
  private:
   std::shared_ptr<Connection> connection_;

@@ -96,6 +96,7 @@ class Line : public std::enable_shared_from_this<Line> {
 
   [[nodiscard]] std::size_t backlog() const noexcept { return below_->backlog() + waiting_.size(); }
   [[nodiscard]] std::string peer() const { return below_->peer(); }
+  void preferThroughput() { below_->preferThroughput(); }
 
   /// The handle is gone: nobody is to be called any more. What close() began goes on below.
   void release() {
@@ -242,6 +243,7 @@ class TlsTransport final : public Transport {
   [[nodiscard]] std::size_t backlog() const noexcept override { return line_->backlog(); }
   void close(const std::string& why) override { line_->close(why); }
   [[nodiscard]] std::string peer() const override { return line_->peer(); }
+  void preferThroughput() override { line_->preferThroughput(); }
 
  private:
   std::shared_ptr<Line> line_;

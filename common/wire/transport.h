@@ -28,6 +28,8 @@ class Transport {
   /// later, not from within. The peer gets what was sent even if it is itself still sending.
   virtual void close(const std::string& why) = 0;
   [[nodiscard]] virtual std::string peer() const = 0;  ///< For the log.
+  /// From now on a stream is sent that must not fall behind on a line that loses packets; as far as the system can.
+  virtual void preferThroughput() {}
 };
 
 }  // namespace haptics

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/telemetry/tick_gaps.h"
 #include "common/wire/convert.h"
 #include "graphics_client/mirror/edit_reply.h"
 #include "graphics_client/mirror/server_link.h"
@@ -21,6 +22,17 @@ template <class T>
   return *std::move(result);
 }
 
+[[nodiscard]] TicksCallback tickByTick(const std::function<void(const Client::Tick&)>& onTick) {
+  return [onTick, gaps = TickGaps()](const v1::TelemetryBatch& batch) mutable {
+    for (const v1::Telemetry& message : batch.sample()) {
+      const TelemetrySample sample = fromWire(message);
+      const TickGap gap = gaps.next(sample.tick, sample.missedTicks).value_or(TickGap{});
+      onTick({sample.tick, sample.time_ns, vectorOf(sample.hip), vectorOf(sample.ihip), vectorOf(sample.force.written),
+              sample.object, gap.missed, gap.lost});
+    }
+  };
+}
+
 [[nodiscard]] ServerLink::Options linkOptions(const Client::Options& options) {
   ServerLink::Options link;
   link.server = valueOf(parseEndpoint(options.server), "server");
@@ -29,6 +41,7 @@ template <class T>
     link.credentials = valueOf(readClientCredentials(options.credentials), "credentials");
   link.telemetryRate_Hz = options.telemetryRate_Hz;
   link.fetchAssets = false;
+  if (options.onTick) link.onTicks = tickByTick(options.onTick);
   return link;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -25,12 +26,26 @@ class Client {
  public:
   using Vector = std::array<double, 3>;
 
+  /// What the servo felt in one tick.
+  struct Tick {
+    std::uint64_t tick = 0;
+    std::uint64_t time_ns = 0;  ///< The server's monotonic clock when the device was read.
+    Vector hip_m{};             ///< Haptic interface point.
+    Vector ihip_m{};            ///< Ideal haptic interface point.
+    Vector force_N{};           ///< On the hand, as the device was told.
+    std::uint64_t touched = 0;  ///< The body's number; 0: none.
+    std::uint64_t missed = 0;   ///< Ticks before it that the servo slept through,
+    std::uint64_t lost =
+        0;  ///< and that were computed, and lost on the way here: this program is too slow, or the line.
+  };
+
   struct Options {
     std::string server = "127.0.0.1:7654";  ///< HOST:PORT.
     std::string credentials = {};           ///< File that the server's credentials came with; empty: without TLS.
     std::string name = "client";            ///< For the server's log, at most 64 bytes.
     double telemetryRate_Hz = 60;           ///< How often State's motion is news; 0: never.
-    double timeout_s = 10;                  ///< Longest time without a connection, or until an edit is felt.
+    std::function<void(const Tick&)> onTick = {};  ///< Gets every tick, on a thread of the client's; has to be quick.
+    double timeout_s = 10;                         ///< Longest time without a connection, or until an edit is felt.
   };
 
   /// A body of the scene.

@@ -27,6 +27,9 @@ struct UploadCallbacks {
 /// An asset as the server in this process holds it, to be held with it; nothing where it holds none of this name.
 using SharedAssets = std::function<std::optional<AssetContent>(const AssetName&)>;
 
+/// Ticks in a row, in order; after a reconnect from then on.
+using TicksCallback = std::function<void(const v1::TelemetryBatch&)>;
+
 using StatusCallback = std::function<void(const v1::Status&)>;
 using DumpCallback = std::function<void(const v1::DumpReply&)>;
 

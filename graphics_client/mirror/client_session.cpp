@@ -70,9 +70,7 @@ void ClientSession::poll(std::uint64_t now_ns) {
 void ClientSession::datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns) {
   const auto telemetry = datagrams_.take(bytes, from, now_ns);
   followDatagramPath();
-  if (telemetry && mirror_.take(fromWire(*telemetry), bodiesFromWire(*telemetry), dentsFromWire(*telemetry),
-                                toolFromWire(*telemetry), secondHandFromWire(*telemetry)))
-    ++changes_;
+  if (telemetry) show(*telemetry);
 }
 
 std::optional<DatagramPath::Datagram> ClientSession::nextDatagram(std::uint64_t now_ns) {
@@ -283,6 +281,7 @@ void ClientSession::sendSubscribe() {
   byDatagram_ = datagrams_.open();
   envelope.mutable_subscribe()->set_rate_hz(options_.telemetryRate_Hz);
   envelope.mutable_subscribe()->set_datagrams(byDatagram_);
+  envelope.mutable_subscribe()->set_every_tick(static_cast<bool>(options_.onTicks));
   send(envelope);
 }
 

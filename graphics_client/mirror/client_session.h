@@ -55,6 +55,7 @@ class ClientSession {
     bool datagrams = false;          ///< Telemetry by UDP where the server offers it and the network lets it through.
     bool followsHand = false;        ///< Hears who leads the simulated hand without asking for the lead.
     std::size_t hand = 0;            ///< Which one it leads, below kMaxLedHands.
+    TicksCallback onTicks = {};      ///< Every tick is wanted. Empty: the newest samples alone.
     SharedAssets sharedAssets = {};  ///< Asked before an asset is fetched. Empty: the server is in another process.
     FrameLimits frames = {};         ///< Others than the protocol's are for tests.
   };
@@ -160,6 +161,7 @@ class ClientSession {
 
   void sceneChanged();
   void becomeLive();
+  void show(const v1::Telemetry& sample);
   void followDatagramPath();
   [[nodiscard]] std::string liveText() const;
   [[nodiscard]] std::string withTrouble(std::string text) const;

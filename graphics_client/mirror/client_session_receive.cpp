@@ -24,10 +24,11 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kAssetUnavailable:
       return assets_.unavailable(envelope.asset_unavailable().hash());
     case v1::Envelope::kTelemetry:
-      if (mirror_.take(fromWire(envelope.telemetry()), bodiesFromWire(envelope.telemetry()),
-                       dentsFromWire(envelope.telemetry()), toolFromWire(envelope.telemetry()),
-                       secondHandFromWire(envelope.telemetry())))
-        ++changes_;
+      return show(envelope.telemetry());
+    case v1::Envelope::kTelemetryBatch:
+      if (envelope.telemetry_batch().sample().empty()) return;
+      show(*envelope.telemetry_batch().sample().rbegin());
+      if (options_.onTicks) options_.onTicks(envelope.telemetry_batch());
       return;
     case v1::Envelope::kEditReply:
       edits_.replied(envelope.edit_reply(), now_ns);
@@ -226,12 +227,18 @@ void ClientSession::sceneChanged() {
   requestAssets();
 }
 
+void ClientSession::show(const v1::Telemetry& sample) {
+  if (mirror_.take(fromWire(sample), bodiesFromWire(sample), dentsFromWire(sample), toolFromWire(sample),
+                   secondHandFromWire(sample)))
+    ++changes_;
+}
+
 void ClientSession::becomeLive() {
   phase_ = Phase::kLive;
   if (mirror_.scene().revision() == welcome_.revision() && mirror_.scene().root().asBytes() != welcome_.root()) {
     return resync({"welcome.root", "differs at revision " + std::to_string(welcome_.revision())});
   }
-  if (options_.telemetryRate_Hz > 0) sendSubscribe();
+  if (options_.telemetryRate_Hz > 0 || options_.onTicks) sendSubscribe();
   trouble_.clear();
   linkText_ = liveText();
 }

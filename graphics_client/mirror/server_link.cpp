@@ -40,7 +40,7 @@ struct ServerLink::Worker {
         begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
-                 options.fetchAssets, options.datagrams, options.followsHand, options.hand,
+                 options.fetchAssets, options.datagrams, options.followsHand, options.hand, options.onTicks,
                  std::move(options.sharedAssets)}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;

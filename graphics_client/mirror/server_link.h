@@ -38,6 +38,7 @@ class ServerLink {
     bool datagrams = false;       ///< Telemetry by UDP where the server offers it and the network lets it through.
     bool followsHand = false;     ///< Hears who leads the simulated hand without asking for the lead.
     std::size_t hand = 0;         ///< Which one it leads, below kMaxLedHands.
+    TicksCallback onTicks{};      ///< Gets every tick, on the link's thread. Empty: the newest samples alone.
     Connect connect{};            ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
     SharedAssets sharedAssets{};  ///< Of a server in this process; called on the link's thread. Empty: all are fetched.
   };

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "common/text/printable.h"
 
@@ -14,8 +15,13 @@ int fail(ExitCode code, const Error& error) {
 
 Connection::Connection(const CommonOptions& options, Needs needs)
     : options_(options),
-      link_({options.server, "hapticctl", options.credentials, needs.telemetryRate_Hz, needs.meshes, needs.datagrams}) {
-}
+      link_({.server = options.server,
+             .clientName = "hapticctl",
+             .credentials = options.credentials,
+             .telemetryRate_Hz = needs.telemetryRate_Hz,
+             .fetchAssets = needs.meshes,
+             .datagrams = needs.datagrams,
+             .onTicks = std::move(needs.onTicks)}) {}
 
 Result<std::shared_ptr<const MirrorView>> Connection::open() {
   auto view = link_.waitUntil(

@@ -34,6 +34,7 @@ class Connection {
     double telemetryRate_Hz = 0;
     bool meshes = false;
     bool datagrams = false;
+    TicksCallback onTicks = {};  ///< As ServerLink::Options.
   };
 
   Connection(const CommonOptions& options, Needs needs);

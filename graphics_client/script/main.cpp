@@ -1,6 +1,8 @@
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "graphics_client/script/verbs.h"
@@ -84,7 +86,72 @@ CLI::App* addWatch(CLI::App& app, WatchOptions& options) {
       ->check(CLI::Range(0.0, kMaxTimeout_s));
   verb->add_flag("--udp", options.datagrams,
                  "By UDP where the server offers it (without TLS) and the network lets it through");
-  verb->footer("Examples:\n  hapticctl watch\n  hapticctl --json watch --rate 100 --seconds 5 > forces.jsonl");
+  verb->add_flag("--every-tick", options.everyTick, "Every tick, and on standard error each gap and why it is there")
+      ->excludes("--rate")
+      ->excludes("--udp");
+  verb->footer(
+      "Examples:\n  hapticctl watch\n  hapticctl --json watch --rate 100 --seconds 5 > forces.jsonl\n"
+      "  hapticctl --json watch --every-tick --seconds 5 > ticks.jsonl");
+  return verb;
+}
+
+/// The format that a file's name says, if any.
+std::optional<ExportFormat> formatOf(const std::filesystem::path& file) {
+  static const std::map<std::string, ExportFormat> kByEnding{{".h5", ExportFormat::kHdf5},
+                                                             {".hdf5", ExportFormat::kHdf5},
+                                                             {".csv", ExportFormat::kCsv},
+                                                             {".mcap", ExportFormat::kMcap}};
+  const auto found = kByEnding.find(file.extension().string());
+  return found == kByEnding.end() ? std::nullopt : std::optional(found->second);
+}
+
+CLI::App* addExport(CLI::App& app, ExportOptions& options) {
+  static const std::map<std::string, ExportFormat> kByName{
+      {"hdf5", ExportFormat::kHdf5}, {"csv", ExportFormat::kCsv}, {"mcap", ExportFormat::kMcap}};
+  auto* verb =
+      app.add_subcommand("export", "Write every tick of a recording, or of a running server, as HDF5, CSV or MCAP");
+  auto* recording = verb->add_option("recording", options.recording, "A recording of the server; without it --live")
+                        ->type_name("RECORDING")
+                        ->check(CLI::ExistingFile);
+  verb->add_option("--out", options.out, "The file; ends with .h5, .csv or .mcap, or --format says what it is")
+      ->type_name("FILE")
+      ->required();
+  auto* format = verb->add_option("--format", options.format, "hdf5, csv or mcap")
+                     ->transform(CLI::CheckedTransformer(kByName).description(""))
+                     ->type_name("FORMAT");
+  auto* live = verb->add_flag("--live", options.live, "Of the running server, from now on")->excludes(recording);
+  verb->add_option("--seconds", options.duration_s, "Of a live session; Ctrl-C ends it before, with what there is")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.1, kMaxTimeout_s))
+      ->needs(live)
+      ->capture_default_str();
+  verb->callback([&options, recording, format, live] {
+    if (recording->count() + live->count() == 0) throw CLI::RequiredError("a recording, or --live");
+    const auto byName = formatOf(options.out);
+    if (format->count() == 0 && !byName)
+      throw CLI::ValidationError("--out", options.out.string() + ": ends with none of .h5, .csv, .mcap; give --format");
+    if (format->count() == 0) options.format = *byName;
+  });
+  verb->footer(
+      "A file is whole or is not there: it is written as FILE.part. Ticks that are missing are counted, and in HDF5 "
+      "listed.\n\n"
+      "Examples:\n"
+      "  hapticctl export session.recording --out session.h5\n"
+      "  hapticctl export session.recording --out session.mcap      # for Foxglove, PlotJuggler\n"
+      "  hapticctl export --live --seconds 60 --out session.csv");
+  return verb;
+}
+
+CLI::App* addPlot(CLI::App& app, PlotOptions& options) {
+  auto* verb = app.add_subcommand("plot", "Draw a recording: force, penetration, path, spectrum, energy by cause");
+  verb->add_option("recording", options.recording, "A recording of the server, or what export made of one as HDF5")
+      ->type_name("RECORDING")
+      ->required()
+      ->check(CLI::ExistingFile);
+  verb->add_option("--out", options.out, "The picture; .png, .svg or .pdf")->type_name("FILE")->required();
+  verb->add_option("--title", options.title, "Above it (default: the recording's name)")->type_name("TEXT");
+  verb->footer(
+      "Examples:\n  hapticctl plot session.recording --out session.png\n  hapticctl plot session.h5 --out session.svg");
   return verb;
 }
 
@@ -112,11 +179,15 @@ int main(int argc, char** argv) {
   CommonOptions common;
   ApplyOptions applyOptions;
   WatchOptions watchOptions;
+  ExportOptions exportOptions;
+  PlotOptions plotOptions;
   std::string name, folder;
   addCommonOptions(app, common);
   const auto* applyVerb = addApply(app, applyOptions);
   const auto* getVerb = addGet(app, name);
   const auto* watchVerb = addWatch(app, watchOptions);
+  const auto* exportVerb = addExport(app, exportOptions);
+  const auto* plotVerb = addPlot(app, plotOptions);
   const auto* credentialsVerb = addCredentials(app, folder);
   const auto* statusVerb = app.add_subcommand("status", "Print the figures of servo and server")
                                ->footer("Example:\n  hapticctl --json status | jq .missed_ticks");
@@ -133,6 +204,8 @@ int main(int argc, char** argv) {
   if (getVerb->parsed()) return get(common, name);
   if (watchVerb->parsed()) return watch(common, watchOptions);
   if (statusVerb->parsed()) return status(common);
+  if (exportVerb->parsed()) return exportSession(common, exportOptions);
+  if (plotVerb->parsed()) return plot(common, plotOptions);
   if (credentialsVerb->parsed()) return credentials(common, folder);
   if (dumpVerb->parsed()) return dump(common);
   return verify(common);

@@ -5,9 +5,11 @@
 #include <string>
 
 #include "common/telemetry/fault_words.h"
+#include "common/telemetry/tick_gaps.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
+#include "graphics_client/script/tick_queue.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
@@ -86,17 +88,48 @@ void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   std::cout << jsonText(toJson(message)) << std::endl;
 }
 
+using Clock = std::chrono::steady_clock;
+
+Clock::time_point endOf(const WatchOptions& options) {
+  if (!options.duration_s) return Clock::time_point::max();
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*options.duration_s));
+}
+
+int watchEveryTick(const CommonOptions& common, const WatchOptions& options) {
+  TickQueue queue;
+  Connection connection(common, {.onTicks = [&queue](const v1::TelemetryBatch& batch) { queue.put(batch); }});
+  if (const auto view = connection.open(); !view) return fail(kNoConnection, view.error());
+  const auto end = endOf(options);
+  TickGaps gaps;
+  std::uint64_t ticks = 0;
+  while (Clock::now() < end) {
+    const auto taken = queue.take(std::min<Clock::duration>(end - Clock::now(), connection.timeout()));
+    const auto view = connection.link().latest();
+    if (taken.empty() && view->link != LinkState::kLive)
+      return fail(kNoConnection, connection.noConnection(*view).value());
+    for (const auto& [tick, tellsAll] : taken) {
+      if (const auto gap = gaps.next(tick.tick(), tick.missed_ticks()))
+        std::fprintf(stderr, "hapticctl: gap %s\n", gap->inWords().c_str());
+      ++ticks;
+      common.json ? void(std::cout << jsonText(toJson(tick)) << '\n') : printForPeople(*view, fromWire(tick));
+    }
+    std::cout.flush();
+  }
+  std::fprintf(stderr, "hapticctl: %llu ticks; %llu missed by the servo, %llu lost on the way\n",
+               static_cast<unsigned long long>(ticks), static_cast<unsigned long long>(gaps.missed()),
+               static_cast<unsigned long long>(gaps.lost()));
+  return kDone;
+}
+
 }  // namespace
 
 int watch(const CommonOptions& common, const WatchOptions& options) {
-  using Clock = std::chrono::steady_clock;
+  if (options.everyTick) return watchEveryTick(common, options);
   Connection connection(common, {.telemetryRate_Hz = options.rate_Hz, .meshes = false, .datagrams = options.datagrams});
   auto view = connection.open();
   if (!view) return fail(kNoConnection, view.error());
 
-  const auto end = options.duration_s ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                                           std::chrono::duration<double>(*options.duration_s))
-                                      : Clock::time_point::max();
+  const auto end = endOf(options);
   std::uint64_t seen = 0;
   std::string said;
   while (Clock::now() < end) {

@@ -9,7 +9,7 @@
 #include "common/interruption/interruption.h"
 #include "common/telemetry/fault_words.h"
 #include "common/text/printable.h"
-#include "graphics_client/mirror/mirror.h"
+#include "graphics_client/session/replay_mirror.h"
 #include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/recording/recording_reader.h"
 
@@ -65,9 +65,7 @@ class RecordedSession::Reader {
   RecordedSession& session_;
   const std::stop_token& stop_;
   const std::function<void(double)>& progress_;
-  Mirror mirror_;
-  const std::uint64_t epoch_ = epochOfRecording();
-  std::uint64_t number_ = 0;
+  ReplayMirror mirror_{epochOfRecording()};
   std::optional<std::uint64_t> first_;
   std::uint64_t lastTick_ = 0, missed_ = 0;
   double period_s_ = 1e-3;
@@ -83,43 +81,22 @@ class RecordedSession::Reader {
 
   /// False: it cannot be held.
   bool takeScene(const RemadeScene* remade, double time_s) {
-    const std::uint64_t number = remade == nullptr ? 0 : remade->scene->number;
-    if (!session_.scenes_.empty() && number == number_) return true;
     const bool isFirst = session_.scenes_.empty();
-    number_ = number;
-    const SceneVersion empty;
-    const SceneVersion& version = remade == nullptr ? empty : remade->version;
-    const std::uint64_t revision = mirror_.scene().revision();
-    auto held = mirror_.replaceScene(epoch_, version, version.root());
-    for (const AssetName& name : held ? mirror_.lackingAssets() : std::vector<AssetName>()) {
-      const auto asset = find(*remade, name);
-      if (!asset) continue;
-      const std::size_t before = mirror_.contents().assetBytes;
-      held = mirror_.addAsset(name, asset->content());
-      if (!held) break;
-      scenes_bytes_ += mirror_.contents().assetBytes - before;
-    }
-    scenes_bytes_ += kObject_bytes * version.objects().size();
-    if (held && scenes_bytes_ > kMaxScenes_bytes) {
-      held = refused("", "its scenes take more than " + std::to_string(kMaxScenes_bytes >> 20) + " MiB");
-    }
-    if (!held) {
-      session_.endedEarly_ = held.error().text();
+    const std::uint64_t revision = isFirst ? 0 : session_.scenes_.back()->scene->revision();
+    auto isNew = mirror_.follow(remade);
+    if (isNew && !*isNew) return true;
+    MirrorView view = mirror_.view();
+    scenes_bytes_ += mirror_.addedBytes() + kObject_bytes * view.scene->objects().size();
+    if (isNew && scenes_bytes_ > kMaxScenes_bytes)
+      isNew = refused("", "its scenes take more than " + std::to_string(kMaxScenes_bytes >> 20) + " MiB");
+    if (!isNew) {
+      session_.endedEarly_ = isNew.error().text();
       return false;
     }
-    mirror_.announce(version.revision(), version.root());
-    session_.scenes_.push_back(std::make_shared<const MirrorView>(mirror_.contents()));
-    if (!isFirst && version.revision() != revision) {
-      mark({time_s, false, "edit: revision " + std::to_string(version.revision())});
-    }
+    session_.scenes_.push_back(std::make_shared<const MirrorView>(std::move(view)));
+    if (const std::uint64_t now = session_.scenes_.back()->scene->revision(); !isFirst && now != revision)
+      mark({time_s, false, "edit: revision " + std::to_string(now)});
     return true;
-  }
-
-  static std::shared_ptr<const Asset> find(const RemadeScene& remade, const AssetName& name) {
-    for (const ServoObjectSource& object : remade.objects) {
-      if (auto asset = object.assets.find(name.hash)) return asset;
-    }
-    return nullptr;
   }
 
   void keep(const ReplayedTick& tick, double time_s) {

@@ -45,6 +45,7 @@ class Connection final : public SessionHost {
 
   [[nodiscard]] const MotionState& motion() const override { return shared_.servo.motion(); }
   [[nodiscard]] EnergySource largestEnergySource() const override { return shared_.servo.largestEnergySource(); }
+  [[nodiscard]] const TickHistory* ticks() override { return &shared_.servo.ticks(); }
   [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override;
   [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
     return shared_.paths.send(number_, telemetry, now_ns());

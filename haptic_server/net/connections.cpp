@@ -104,12 +104,15 @@ bool Connections::drainTelemetry() {
 double Connections::serve_Hz() {
   const bool any = drainTelemetry();
   double highest_Hz = 0;
+  bool everyTick = false;
   each([&](Connection& connection) {
     ServerSession& session = connection.session();
     if (any) session.offerTelemetry(*shared_.servo.last(), shared_.servo.lastOfSecondHand());
     session.poll();
     highest_Hz = std::max(highest_Hz, session.telemetryRate_Hz());
+    everyTick = everyTick || session.wantsEveryTick();
   });
+  shared_.servo.ticks().keep(everyTick);
   return highest_Hz;
 }
 

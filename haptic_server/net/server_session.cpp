@@ -253,6 +253,13 @@ void ServerSession::handle(const v1::Subscribe& subscribe) {
   if (!std::isfinite(rate_Hz) || rate_Hz < 0) return refuse("subscribe.rate_hz", "must be finite and >= 0");
   telemetry_.setRate(std::min(rate_Hz, kMaxTelemetryRate_Hz));
   byDatagram_ = subscribe.datagrams();
+  const TickHistory* ticks = host_.ticks();
+  if (!subscribe.every_tick() || ticks == nullptr) {
+    nextTick_ = std::nullopt;
+  } else if (!nextTick_) {
+    nextTick_ = ticks->end();
+    transport_.preferThroughput();
+  }
 }
 
 void ServerSession::handle(const v1::AssetRequest& request) {
@@ -390,6 +397,7 @@ void ServerSession::pump() {
   if (phase_ != Phase::kLive) return;
   const bool lineIsFree = transport_.backlog() == 0;
   if (lineIsFree || byDatagram_) sendTelemetry(lineIsFree);
+  if (nextTick_) sendTicks();
   if (phase_ != Phase::kLive || !lineIsFree) return;
   // Behind the newest sample one chunk, so that neither starves the other.
   if (!assets_.empty()) {
@@ -405,12 +413,38 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
   if (const TelemetrySample* second = telemetry_.second()) toWireOfSecondHand(*second, message);
+  addAllElse(message);
+  if (byDatagram_ && host_.sendDatagram(message)) return;
+  if (lineIsFree) send(telemetryEnvelope_);
+}
+
+/// What is known as of the newest tick only.
+void ServerSession::addAllElse(v1::Telemetry& message) {
   if (const EnergySource source = host_.largestEnergySource(); source.object != 0)
     toWire(source, *message.add_energy());
   bodies_.add(host_.motion(), message);
   for (const ObjectDent& dent : host_.motion().dents()) toWire(dent, *message.add_dent());
-  if (byDatagram_ && host_.sendDatagram(message)) return;
-  if (lineIsFree) send(telemetryEnvelope_);
+}
+
+void ServerSession::sendTicks() {
+  const TickHistory& ticks = *host_.ticks();
+  const std::uint64_t now_ns = host_.now_ns();
+  while (phase_ == Phase::kLive && transport_.backlog() <= limits_.sendAhead_bytes) {
+    nextTick_ = std::max(*nextTick_, ticks.begin());
+    const std::uint64_t end = std::min(ticks.end(), *nextTick_ + kTicksOfBatch);
+    if (*nextTick_ >= end || (end - *nextTick_ < kTicksOfBatch && now_ns < nextBatch_ns_)) return;
+    v1::TelemetryBatch& batch = *batchEnvelope_.mutable_telemetry_batch();
+    batch.Clear();
+    for (; *nextTick_ < end; ++*nextTick_) {
+      const TickHistory::Tick& tick = ticks.at(*nextTick_);
+      v1::Telemetry& message = *batch.add_sample();
+      toWire(tick.sample, message);
+      if (tick.second) toWireOfSecondHand(*tick.second, message);
+    }
+    if (end == ticks.end()) addAllElse(*batch.mutable_sample(batch.sample_size() - 1));
+    nextBatch_ns_ = now_ns + kBatch_ns;
+    send(batchEnvelope_);
+  }
 }
 
 void ServerSession::sendCommits() {

@@ -57,6 +57,9 @@ class ServerSession {
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
+  /// Ticks go to a client that wants every one so often, or when so many have come together.
+  static constexpr std::uint64_t kBatch_ns = 10'000'000;
+  static constexpr std::uint64_t kTicksOfBatch = 128;
   static constexpr std::size_t kMaxClientName = 64;  ///< Bytes.
 
   /// All three outlive the session.
@@ -85,6 +88,7 @@ class ServerSession {
   void close(const std::string& why);
 
   [[nodiscard]] double telemetryRate_Hz() const noexcept { return telemetry_.rate_Hz(); }  ///< 0: none wanted.
+  [[nodiscard]] bool wantsEveryTick() const noexcept { return nextTick_.has_value() && phase_ == Phase::kLive; }
   [[nodiscard]] bool welcomed() const noexcept { return phase_ == Phase::kLive; }
   [[nodiscard]] SessionId id() const noexcept { return id_; }  ///< 0 until Hello.
   [[nodiscard]] Role role() const noexcept { return role_; }   ///< Once welcomed.
@@ -114,6 +118,9 @@ class ServerSession {
   TelemetrySlot telemetry_;
   BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
+  v1::Envelope batchEnvelope_;             // reused likewise
+  std::optional<std::uint64_t> nextTick_;  // position in the host's ticks; nothing: the client does not want all
+  std::uint64_t nextBatch_ns_ = 0;
   std::array<bool, kMaxLedHands> followsHandLeader_{};
 
   EditGate editGate_;
@@ -140,6 +147,8 @@ class ServerSession {
 
   void pump();
   void sendTelemetry(bool lineIsFree);
+  void sendTicks();
+  void addAllElse(v1::Telemetry& message);
   void sendCommits();
   void sendLive();
   void sendHeartbeat();

@@ -6,6 +6,7 @@
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/net/server_host.h"
+#include "haptic_server/net/tick_history.h"
 
 namespace haptics {
 
@@ -31,6 +32,8 @@ class ServoFeed {
   [[nodiscard]] const TelemetrySample* lastOfSecondHand() const noexcept {
     return second_ && last_ && second_->tick == last_->tick ? &*second_ : nullptr;
   }
+  /// Every sample, while they are kept.
+  [[nodiscard]] TickHistory& ticks() noexcept { return ticks_; }
   /// Of both hands.
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
   /// What the objects gave the hand, of the last 20 ms; and who of them gave most, object 0 for nobody.
@@ -69,6 +72,7 @@ class ServoFeed {
       if (!last_ || sample.sceneRevision != last_->sceneRevision) onAdopted(sample);
       last_ = sample;
       if (HandHost* second = host_.secondHand()) followTo(*second, sample.tick);
+      ticks_.add(sample, lastOfSecondHand());
     }
     return any;
   }
@@ -80,6 +84,7 @@ class ServoFeed {
 
   ServerHost& host_;
   std::optional<TelemetrySample> last_, second_;
+  TickHistory ticks_;
   MotionState motion_;
   MotionState motionOfFirst_, motionOfSecond_;  // where there are two hands
   EnergyState energy_;

@@ -10,6 +10,7 @@
 #include "common/telemetry/energy_state.h"
 #include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
+#include "haptic_server/net/tick_history.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptics/v1/envelope.pb.h"
@@ -53,6 +54,9 @@ class SessionHost : public SceneHost, public UploadHost {
   }
   /// The object and feature that gave the hand most energy; object 0: none gave any, or nothing observes it.
   [[nodiscard]] virtual EnergySource largestEnergySource() const { return {}; }
+
+  /// For a session that wants every tick; null, as by default: nobody keeps them.
+  [[nodiscard]] virtual const TickHistory* ticks() { return nullptr; }
 
   struct DatagramOffer {
     std::uint16_t port;

@@ -40,23 +40,30 @@ RECONNECT_S = (0.05, 0.6)
 REFUSED_RECONNECT_S = 5.0  # a person has to change something first
 
 
+# After that tick so many were missed by the servo, which slept through them, and so many lost on the way here.
+Gap = collections.namedtuple("Gap", "after missed lost")
+
+
 class Refused(Exception):
     """The server turned this client away, or there is none: what to change."""
 
 
 class Client:
-    def __init__(self, address="127.0.0.1:7654", name="python", credentials=None, telemetry_hz=0.0):
-        """`credentials`: the file that `hapticctl credentials` made for clients. `telemetry_hz`: for samples()."""
+    def __init__(self, address="127.0.0.1:7654", name="python", credentials=None, telemetry_hz=0.0, every_tick=False):
+        """`credentials`: the file that `hapticctl credentials` made for clients. `telemetry_hz`: for samples(), of the newest
+        ones; `every_tick`: samples() are of every tick, and gaps says what is missing."""
         host, port = address.rsplit(":", 1)
         self._server = host.strip("[]"), int(port)
         self._credentials = credentials
         self._session = int.from_bytes(os.urandom(8), "little") or 1
         self._hello = envelope_pb2.Hello(session=self._session, client_name=name)
-        self._subscribe = envelope_pb2.Subscribe(rate_hz=telemetry_hz)
+        self._subscribe = envelope_pb2.Subscribe(rate_hz=0 if every_tick else telemetry_hz, every_tick=every_tick)
         self._changed = threading.Condition()  # guards everything below that callers see
         self._edits = EditQueue(lambda: self._trouble)
         self._uploads = UploadQueue()
         self._samples, self._sample_bytes = collections.deque(), 0  # serialised: their memory is then their size
+        self.gaps = []  # of every tick: Gap(after, missed, lost), as samples() came upon them
+        self._last = None  # (tick, missed_ticks) of the sample before, of every tick
         self._bodies = {}  # by object id
         self._welcome = None
         self._hands = [HandLead(self._changed, self._wake, lambda: (self._live, self._end, self._trouble), hand,
@@ -159,7 +166,7 @@ class Client:
 
     def samples(self, seconds=None):
         """Telemetry as it comes, oldest first, until the client is closed. Ticks that the server did not send, or that nobody
-        took here for some seconds, are missing: latest wins."""
+        took here for some seconds, are missing: latest wins. Of a client with every_tick, each that is missing is in gaps."""
         end = None if seconds is None else time.monotonic() + seconds
         while True:
             with self._changed:
@@ -174,7 +181,17 @@ class Client:
                     return
                 if self._end:
                     raise Closed(self._end)
-            yield from map(telemetry_pb2.Telemetry.FromString, ready)
+            for sample in map(telemetry_pb2.Telemetry.FromString, ready):
+                if self._subscribe.every_tick:
+                    self._note_gap(sample)
+                yield sample
+
+    def _note_gap(self, sample):
+        if self._last and sample.tick > self._last[0] + 1:
+            between = sample.tick - self._last[0] - 1
+            missed = min(between, max(0, sample.missed_ticks - self._last[1]))
+            self.gaps.append(Gap(self._last[0], missed, between - missed))
+        self._last = sample.tick, sample.missed_ticks
 
     def hand(self, which=1):
         """The simulated hand 1 or, where the server has two, 2, to be led in a `with` block, with move_to(), press() and
@@ -182,7 +199,7 @@ class Client:
         Closed, TimeoutError."""
         if which not in (1, 2):
             raise ValueError(f"there are hands 1 and 2, no hand {which}")
-        if not self._subscribe.rate_hz:
+        if not (self._subscribe.rate_hz or self._subscribe.every_tick):
             raise ValueError("a hand feels by telemetry; give the client telemetry_hz=100 or more")
         return Hand(lambda seconds: list(self.samples(seconds)), self._hands[which - 1])
 
@@ -354,6 +371,10 @@ class Client:
                 if self._scene.moves(body.object):
                     self._bodies[body.object] = own = telemetry_pb2.BodyPose()
                     own.CopyFrom(body)  # without the sample around it
+
+    def _take_telemetry_batch(self, batch):
+        for sample in batch.sample:
+            self._take_telemetry(sample)
 
     def _keep(self, sample):
         self._samples.append(sample)

@@ -1,0 +1,89 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include "graphics_client/script/interrupt.h"
+#include "graphics_client/script/progress_bar.h"
+#include "graphics_client/script/verbs.h"
+
+namespace haptics {
+namespace {
+
+/// Made, and removed with what is in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string made = (std::filesystem::temp_directory_path() / "hapticctl-XXXXXX").string();
+    if (mkdtemp(made.data()) == nullptr) throw std::system_error(errno, std::generic_category(), made);
+    path_ = made;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The module haptic_plot of the Python client: beside the programs of a build, else where Python finds it.
+[[nodiscard]] Result<void> draw(const std::filesystem::path& session, const PlotOptions& options) {
+  std::error_code ignored;
+  const auto beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "python";
+  const std::string title = options.title.empty() ? options.recording.filename().string() : options.title;
+  const std::string sessionFile = session.string(), out = options.out.string();
+  const std::array arguments{"python3",
+                             "-m",
+                             "haptic_plot",
+                             "--out",
+                             out.c_str(),
+                             "--title",
+                             title.c_str(),
+                             sessionFile.c_str(),
+                             static_cast<const char*>(nullptr)};
+  const pid_t child = fork();
+  if (child == 0) {
+    if (exists(beside / "haptic_plot.py")) setenv("PYTHONPATH", beside.c_str(), 1);
+    execv("/usr/bin/python3", const_cast<char* const*>(arguments.data()));
+    _exit(127);
+  }
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (child < 0 || !WIFEXITED(status) || WEXITSTATUS(status) == 127)
+    return refused("", "a plot needs python3 with the packages python3-matplotlib and python3-h5py");
+  return WEXITSTATUS(status) == 0 ? Result<void>() : refused("", "no plot was made");
+}
+
+}  // namespace
+
+int plot(const CommonOptions& /*common*/, const PlotOptions& options) {
+  const Interrupt interrupt;
+  std::filesystem::path session = options.recording;
+  std::optional<TemporaryFolder> folder;
+  if (options.recording.extension() != ".h5" && options.recording.extension() != ".hdf5") {
+    session = folder.emplace().path() / "session.h5";
+    const auto end = exportRecording(options.recording, session, ExportFormat::kHdf5, [](double share) {
+      showProgress("reading", share);
+      return !Interrupt::interrupted();
+    });
+    endProgress();
+    if (Interrupt::interrupted()) return kInterrupted;
+    if (!end) return fail(kRefused, end.error());
+    if (!end->note.empty()) std::fprintf(stderr, "hapticctl: %s\n", end->note.c_str());
+  }
+  if (const auto drawn = draw(session, options); !drawn) return fail(kRefused, drawn.error());
+  return kDone;
+}
+
+}  // namespace haptics
