@@ -61,6 +61,7 @@ class ReplayedTicks {
   ReplayMirror mirror_{1};
   TickGaps gaps_;
   std::uint64_t ticks_ = 0, missed_ = 0;
+  std::uint64_t revision_ = 0;  // of the scene: the servo may be given one again, with what it made of it
   std::optional<std::uint64_t> last_;
   MotionState motion_;
   std::vector<BodyState> moved_;
@@ -71,7 +72,8 @@ class ReplayedTicks {
     if (ticks_ % kLookEvery == 0 && !progress_(tick.share)) return refused("", "given up");
     const auto isNew = mirror_.follow(tick.scene);
     if (!isNew) return tl::unexpected(isNew.error());
-    if (*isNew) {
+    if (*isNew && (ticks_ == 0 || mirror_.view().scene->revision() != revision_)) {
+      revision_ = mirror_.view().scene->revision();
       if (auto written = sink_.scene(tick.sample.tick, mirror_.view()); !written) return written;
     }
     // The servo that is replayed slept through what is missing: a recording holds every tick that was.

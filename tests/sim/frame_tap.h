@@ -28,6 +28,7 @@ class FrameTap final : public Transport {
   [[nodiscard]] std::size_t backlog() const noexcept override { return line_->backlog(); }
   void close(const std::string& why) override { line_->close(why); }
   [[nodiscard]] std::string peer() const override { return line_->peer(); }
+  void preferThroughput() override { line_->preferThroughput(); }
 
  private:
   std::unique_ptr<Transport> line_;

@@ -27,6 +27,7 @@ class Tap final : public Transport {
   [[nodiscard]] std::size_t backlog() const noexcept override { return inner_->backlog(); }
   void close(const std::string& why) override { inner_->close(why); }
   [[nodiscard]] std::string peer() const override { return inner_->peer(); }
+  void preferThroughput() override { inner_->preferThroughput(); }
 
  private:
   std::unique_ptr<Transport> inner_;

@@ -168,6 +168,7 @@ class SessionWorld : public SessionHost {
     tokens.push_back(token);
     return role;
   }
+  [[nodiscard]] const TickHistory* ticks() override { return &tickHistory; }
   [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override { return DatagramOffer{7654, "cookie"}; }
   [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
     if (datagramPathOpen) datagrams.push_back(telemetry);
@@ -213,6 +214,7 @@ class SessionWorld : public SessionHost {
   std::size_t reserved = 0;
   std::optional<SessionId> claimed;
   Result<Role> role = Role::kEdit;  ///< What the next Hello gets.
+  TickHistory tickHistory;
   bool datagramPathOpen = false;
   std::vector<v1::Telemetry> datagrams;  ///< That were sent.
   std::vector<std::string> tokens;       ///< That came with a Hello.
