@@ -11,6 +11,7 @@
 #include "tests/stress/pinch_run.h"
 #include "tests/stress/report.h"
 #include "tests/stress/run.h"
+#include "tests/stress/ticks_run.h"
 #include "tests/stress/touch_run.h"
 #include "tests/stress/touch_viewer.h"
 
@@ -25,11 +26,12 @@ Examples:
   haptic_stress --seconds 60 --out out
   haptic_stress --relay --seconds 10 --clients 3 --no-viewer --out out
   haptic_stress pinch --rtt-ms 200 --loss-pct 5 --seconds 60 --out out
+  haptic_stress ticks --rtt-ms 200 --loss-pct 5 --seconds 600 --out out
   haptic_stress touch --viewers 4 --rtt-ms 200 --loss-pct 5 --seconds 300 --out out
 
 As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
 --relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg; touch writes DIR/touch.json, pinch
-DIR/pinch.json.
+DIR/pinch.json, ticks DIR/ticks.json.
 Exit status: 0 everything holds, 1 something does not (the JSON says what), 2 wrong usage.)";
 
 void addPlan(CLI::App& app, RunPlan& plan) {
@@ -86,6 +88,13 @@ int pinched(RunPlan plan, const PinchRunOptions& options) {
   return report.at("pass").get<bool>() ? 0 : 1;
 }
 
+int everyTick(RunPlan plan, const TicksRunOptions& options) {
+  const auto report = runTicks(std::move(plan), options);
+  std::ofstream(options.out / "ticks.json") << report.dump(2) << '\n';
+  std::printf("%s\n", report.dump(2).c_str());
+  return report.at("pass").get<bool>() ? 0 : 1;
+}
+
 }  // namespace
 
 namespace haptics::stress {
@@ -136,6 +145,7 @@ int main(int argc, char** argv) {
   auto* asPinch = app.add_subcommand(
       "pinch", "Two clients lead a hand each, which pinch a brick and lift it: is it held, and seen where it is held?");
   asPinch->add_option("--viewers", pinch.viewers, "That look on")->check(CLI::Range(1, 32))->capture_default_str();
+  auto* asTicks = app.add_subcommand("ticks", "A client has every tick: is each there, or named as missing?");
   auto* asTouch = app.add_subcommand(
       "touch",
       "Bodies are pushed and soft objects dented: do viewers see contacts where they are, and the same shapes?");
@@ -172,6 +182,10 @@ int main(int argc, char** argv) {
       pinch.relay = options.relay;
       if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
       return pinched(plan, pinch);
+    }
+    if (asTicks->parsed()) {
+      if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
+      return everyTick(plan, {options.out, options.relay});
     }
     if (asTouch->parsed()) {
       touch.out = options.out;

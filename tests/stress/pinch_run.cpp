@@ -14,6 +14,7 @@
 #include "tests/stress/child.h"
 #include "tests/stress/network.h"
 #include "tests/stress/run_files.h"
+#include "tests/stress/server_process.h"
 
 namespace haptics::stress {
 namespace {
@@ -88,16 +89,19 @@ class HeldBrick {
 /// The processes of one run.
 class PinchCast {
  public:
-  PinchCast(RunPlan& plan, const PinchRunOptions& options, Network& network) : options_(options), network_(network) {
-    startServer();
-    const std::string address = network_.clientAddress(port_);
+  PinchCast(RunPlan& plan, const PinchRunOptions& options, Network& network)
+      : options_(options),
+        network_(network),
+        server_(network, options.out, kScene,
+                {"--hand", "nominal", "--hand", "nominal", "--record", (options.out / "pinch.haptics").string()}) {
+    const std::string address = network_.clientAddress(server_.port());
     plan.began_ns = monotonicNow_ns();
     network_.start();
     for (int number = 0; number < options.viewers; ++number) startViewer(number, address);
     std::thread([this] {
       network_.enterServerSide();
       link_ = std::make_unique<ServerLink>(ServerLink::Options{
-          .server = {network_.serverHost(), port_}, .clientName = "witness", .telemetryRate_Hz = 100});
+          .server = {network_.serverHost(), server_.port()}, .clientName = "witness", .telemetryRate_Hz = 100});
     }).join();
     constexpr std::uint64_t kFirstTargets_ns = 5'000'000'000;
     began_ns_ = monotonicNow_ns() + kFirstTargets_ns;
@@ -116,7 +120,7 @@ class PinchCast {
     const double from_s = kMoments_s.back() + kSettles_s;
     HeldBrick brick;
     while (monotonicNow_ns() < at_ns(from_s + seconds)) {
-      if (!server_.alive()) throw std::runtime_error("the server has ended by itself: see its log");
+      server_.checkAlive();
       if (monotonicNow_ns() > at_ns(from_s)) brick.look(*link_->latest());
       std::this_thread::sleep_for(kLook);
     }
@@ -130,8 +134,8 @@ class PinchCast {
       for (Child& child : *children) child.stop(kPatience_s);
     }
     link_.reset();
-    report["server_ended_well"] = server_.stop(kPatience_s) == 0;
-    const Json server = readJson(options_.out / "server.json");
+    report["server_ended_well"] = server_.stop();
+    const Json server = server_.summary();
     report["server"] = {{"scene_hash", server.at("scene_hash")},
                         {"missed_ticks", server.at("missed_ticks")},
                         {"ticks", server.at("ticks")},
@@ -142,21 +146,6 @@ class PinchCast {
   }
 
  private:
-  void startServer() {
-    const auto scene = options_.out / "pinch.scene", log = options_.out / "server.log";
-    std::ofstream(scene) << kScene;
-    server_ = Child(
-        {(self().parent_path() / "haptic_server").string(), "--scene", scene.string(), "--hand", "nominal", "--hand",
-         "nominal", "--summary", (options_.out / "server.json").string(), "--record",
-         (options_.out / "pinch.haptics").string(), "--allow-insecure-lan", "--listen", network_.serverHost() + ":0"},
-        log, [this] { network_.enterServerSide(); });
-    std::optional<std::string> where;
-    waitUntil(kPatience_s, "the server listens: see " + log.string(),
-              [&] { return (where = lineOf(log, "listening on ")) || !server_.alive(); });
-    if (!where) throw std::runtime_error("the server does not start: see " + log.string());
-    port_ = static_cast<std::uint16_t>(std::stoi(where->substr(where->rfind(':') + 1)));
-  }
-
   void startViewer(int number, const std::string& address) {
     std::vector<std::string> command{self().string(), "look",  "--number",  std::to_string(number),
                                      "--connect",     address, "--summary", file("viewer_", number, ".json").string()};
@@ -176,9 +165,8 @@ class PinchCast {
 
   const PinchRunOptions& options_;
   Network& network_;
-  std::uint16_t port_ = 0;
   std::uint64_t began_ns_ = 0;
-  Child server_;
+  ServerProcess server_;
   std::vector<Child> viewers_, leaders_;
   std::unique_ptr<ServerLink> link_;
 };
@@ -232,24 +220,13 @@ void runHandLeader(const HandLeaderOptions& options) {
 }
 
 Json runPinched(RunPlan plan, const PinchRunOptions& options) {
-  std::filesystem::create_directories(options.out);
-  for (const auto& entry : std::filesystem::directory_iterator(options.out)) {
-    if (entry.path().extension() == ".log" || entry.path().extension() == ".json") std::filesystem::remove(entry);
-  }
-  auto network = options.relay ? nullptr : makeNamespaces(plan);
-  if (!network) network = makeRelay(plan);
-  Json report{{"network", network->kind()}, {"viewers_count", options.viewers},
-              {"rtt_ms", plan.rtt_ms},      {"jitter_ms", plan.jitter_ms},
-              {"loss_pct", plan.loss_pct},  {"seconds", plan.seconds},
-              {"seed", plan.seed}};
+  const auto network = makeNetwork(plan, options.relay, options.out);
+  Json report = headOf(plan, *network);
+  report["viewers_count"] = options.viewers;
   PinchCast cast(plan, options, *network);
   report["brick"] = cast.hold(plan.seconds);
   report.update(cast.finish());
-  const NetworkCounts counts = network->counts();
-  report["packets"] = counts.packets;
-  report["packets_lost"] = counts.lost;
-  report["holds"] = judged(report);
-  report["pass"] = std::ranges::all_of(report["holds"], [](const Json& holds) { return holds.get<bool>(); });
+  conclude(report, *network, judged(report));
   return report;
 }
 

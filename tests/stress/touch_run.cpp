@@ -17,6 +17,7 @@
 #include "tests/stress/child.h"
 #include "tests/stress/network.h"
 #include "tests/stress/run_files.h"
+#include "tests/stress/server_process.h"
 #include "tests/stress/statistics.h"
 #include "tests/stress/touch_scene.h"
 
@@ -95,16 +96,16 @@ bool rests(const MirrorView& view, std::uint64_t sinceRevision) {
 /// The processes of one run.
 class TouchedCast {
  public:
-  TouchedCast(RunPlan& plan, const TouchRunOptions& options, Network& network) : options_(options), network_(network) {
-    startServer();
-    const std::string address = network_.clientAddress(port_);
+  TouchedCast(RunPlan& plan, const TouchRunOptions& options, Network& network)
+      : options_(options), network_(network), server_(network, options.out, touchedSceneText()) {
+    const std::string address = network_.clientAddress(server_.port());
     plan.began_ns = monotonicNow_ns();
     network_.start();
     for (int number = 0; number < options.viewers; ++number) startViewer(number, address);
     std::thread([this] {
       network_.enterServerSide();
       link_ = std::make_unique<ServerLink>(ServerLink::Options{
-          .server = {network_.serverHost(), port_}, .clientName = "witness", .telemetryRate_Hz = 100});
+          .server = {network_.serverHost(), server_.port()}, .clientName = "witness", .telemetryRate_Hz = 100});
     }).join();
     waitUntil(kJoining_s, "every viewer holds the scene", [this] {
       for (int number = 0; number < options_.viewers; ++number) {
@@ -121,7 +122,7 @@ class TouchedCast {
       const auto view = link_->latest();
       witness_.look(*view);
       if (look % kCountEvery == 0) witness_.countMoved(*view);
-      if (!server_.alive()) throw std::runtime_error("the server has ended by itself: see its log");
+      server_.checkAlive();
       std::this_thread::sleep_for(kLook);
     }
   }
@@ -150,8 +151,8 @@ class TouchedCast {
     for (const Child& viewer : viewers_) viewer.signal(SIGTERM);
     for (Child& viewer : viewers_) viewer.stop(kPatience_s);
     link_.reset();
-    report["server_ended_well"] = server_.stop(kPatience_s) == 0;
-    const Json server = readJson(options_.out / "server.json");
+    report["server_ended_well"] = server_.stop();
+    const Json server = server_.summary();
     report["server"] = {{"scene_hash", server.at("scene_hash")},
                         {"deformed_hash", server.at("deformed_hash")},
                         {"dents", server.at("dents")},
@@ -167,20 +168,6 @@ class TouchedCast {
   }
 
  private:
-  void startServer() {
-    const auto scene = options_.out / "touched.scene", log = options_.out / "server.log";
-    std::ofstream(scene) << touchedSceneText();
-    server_ = Child(
-        {(self().parent_path() / "haptic_server").string(), "--scene", scene.string(), "--summary",
-         (options_.out / "server.json").string(), "--allow-insecure-lan", "--listen", network_.serverHost() + ":0"},
-        log, [this] { network_.enterServerSide(); });
-    std::optional<std::string> where;
-    waitUntil(kPatience_s, "the server listens: see " + log.string(),
-              [&] { return (where = lineOf(log, "listening on ")) || !server_.alive(); });
-    if (!where) throw std::runtime_error("the server does not start: see " + log.string());
-    port_ = static_cast<std::uint16_t>(std::stoi(where->substr(where->rfind(':') + 1)));
-  }
-
   void startViewer(int number, const std::string& address) {
     std::vector<std::string> command{self().string(), "look",  "--number",  std::to_string(number),
                                      "--connect",     address, "--summary", file(number, ".json").string()};
@@ -195,8 +182,7 @@ class TouchedCast {
 
   const TouchRunOptions& options_;
   Network& network_;
-  std::uint16_t port_ = 0;
-  Child server_;
+  ServerProcess server_;
   std::vector<Child> viewers_;
   std::unique_ptr<ServerLink> link_;
   Witness witness_;
@@ -233,26 +219,14 @@ Json judged(const Json& report) {
 }  // namespace
 
 Json runTouched(RunPlan plan, const TouchRunOptions& options) {
-  std::filesystem::create_directories(options.out);
-  for (const auto& entry : std::filesystem::directory_iterator(options.out)) {
-    if (entry.path().extension() == ".log" || entry.path().extension() == ".json") std::filesystem::remove(entry);
-  }
-  auto network = options.relay ? nullptr : makeNamespaces(plan);
-  if (!network) network = makeRelay(plan);
-  Json report{{"network", network->kind()}, {"viewers_count", options.viewers},
-              {"rtt_ms", plan.rtt_ms},      {"jitter_ms", plan.jitter_ms},
-              {"loss_pct", plan.loss_pct},  {"seconds", plan.seconds},
-              {"seed", plan.seed}};
+  const auto network = makeNetwork(plan, options.relay, options.out);
+  Json report = headOf(plan, *network);
+  report["viewers_count"] = options.viewers;
   TouchedCast cast(plan, options, *network);
   cast.touch(plan.seconds);
   cast.letGo();
   report.update(cast.finish());
-  const NetworkCounts counts = network->counts();
-  report["packets"] = counts.packets;
-  report["packets_lost"] = counts.lost;
-  report["packets_late_by_this_machine_ms_p99"] = counts.late_ms;
-  report["holds"] = judged(report);
-  report["pass"] = std::ranges::all_of(report["holds"], [](const Json& holds) { return holds.get<bool>(); });
+  conclude(report, *network, judged(report));
   return report;
 }
 
