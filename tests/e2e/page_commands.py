@@ -43,6 +43,9 @@ class PageCommands(harness.EndToEnd):
     def test_clients(self):
         self.follow("graphics_client/README.md")
 
+    def test_analyse_a_session(self):
+        self.follow("graphics_client/export/README.md")
+
     def test_server(self):
         self.follow("haptic_server/README.md")
 

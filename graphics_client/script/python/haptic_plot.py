@@ -81,7 +81,7 @@ def _path(drawing, axes, ticks):
     import numpy
     touching = ticks["object"][:] != 0
     places = 1e3 * ticks["ihip"][:][touching]
-    axes.set(xlabel="along the path's plane (mm)", ylabel="across (mm)", title="IHIP on the surface")
+    axes.set(xlabel="IHIP, along its path (mm)", ylabel="across (mm)")
     if len(places) < 2:
         axes.text(0.5, 0.5, "nothing was touched", ha="center", va="center", transform=axes.transAxes)
         return
