@@ -373,6 +373,8 @@ class Client:
                     own.CopyFrom(body)  # without the sample around it
 
     def _take_telemetry_batch(self, batch):
+        if batch.sample and not self._last:  # from here on each is there, or named
+            self._last = batch.sample[0].tick - 1, batch.sample[0].missed_ticks
         for sample in batch.sample:
             self._take_telemetry(sample)
 

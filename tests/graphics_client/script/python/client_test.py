@@ -340,6 +340,18 @@ class Bounds(ClientTest):
             self.until(lambda: client._tick == 100)
             self.assertEqual([sample.tick for sample in client.samples(0.2)], [*range(101 - kept, 101)])
 
+    def test_of_every_tick_those_that_nobody_takes_are_named(self):
+        self.patch(haptic_client, "MAX_KEPT_SAMPLES", 50)
+        batches = [say(telemetry_batch=telemetry_pb2.TelemetryBatch(sample=[
+            telemetry_pb2.Telemetry(tick=tick, missed_ticks=3 if tick > 40 else 0) for tick in ticks if not 20 < tick <= 23]))
+            for ticks in (range(1, 31), range(31, 101), range(111, 121))]
+        server = self.server(*greeting(), *batches)
+        client = self.client(server, every_tick=True)
+        client.wait_live(SOON_S)
+        self.until(lambda: client._tick == 120)
+        self.assertEqual([sample.tick for sample in client.samples(0.2)], [*range(61, 101), *range(111, 121)])
+        self.assertEqual(client.gaps, [haptic_client.Gap(0, 3, 57), haptic_client.Gap(100, 0, 10)])
+
     def test_of_bodies(self):
         moving = an_object(1)
         moving.motion.mass_kg = 1
