@@ -43,6 +43,9 @@ class PageCommands(harness.EndToEnd):
     def test_clients(self):
         self.follow("graphics_client/README.md")
 
+    def test_experiments(self):
+        self.follow("graphics_client/script/python/haptic_experiment/README.md")
+
     def test_server(self):
         self.follow("haptic_server/README.md")
 

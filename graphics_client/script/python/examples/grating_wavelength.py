@@ -1,7 +1,7 @@
 """Just noticeable difference of a grating's wavelength: which of two gratings is coarser?
 
     grating_wavelength.py --participant anna                                     a person at the device of a running server
-    grating_wavelength.py --participant model --simulated --connect HOST:PORT    the server's simulated hand, with a Weber fraction
+    grating_wavelength.py --participant model --simulated --connect HOST:PORT    the server's simulated hand
     grating_wavelength.py --participant model --simulated --in-process           the same without a server
     grating_wavelength.py --participant anna --resume                            goes on where the last run ended
 

@@ -29,7 +29,8 @@ def parser_of(experiment, documentation):
     parser.add_argument("--resume", action="store_true", help="goes on where the log ends")
     parser.add_argument("--unblind", action="store_true", help="shows level and order of each trial once it is answered")
     parser.add_argument("--answer", choices=("keyboard", "button"), default="keyboard")
-    parser.add_argument("--recording", metavar="FILE", help="that the server writes (haptic_server --record FILE): named in the results")
+    parser.add_argument("--recording", metavar="FILE",
+                        help="that the server writes (haptic_server --record FILE): named in the results")
     parser.add_argument("--simulated", action="store_true", help=f"a {SIMULATED} in place of a person")
     parser.add_argument("--weber", type=float, default=0.1, metavar="W", help="its Weber fraction (0.1)")
     parser.add_argument("--in-process", action="store_true", help="without a server; needs --simulated")
@@ -113,7 +114,8 @@ class Session:
         with TrialLog(self._log_path, self._header(session), self._given.resume) as log:
             if self._given.simulated:
                 print(SIMULATED, flush=True)
-            runner = Runner(self._experiment, self._method, self._given.seed, self._participant, session, log, say, self._given.unblind)
+            runner = Runner(self._experiment, self._method, self._given.seed, self._participant, session, log, say,
+                            self._given.unblind)
             if log.answers:
                 print(f"resumed: {len(log.answers)} of {self._method.trials} trials are answered", flush=True)
                 log.append("resumed", time=now(), server=self._header(session)["server"])

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy
 
-MIN_TOUCHING = 20  # samples, without which nothing is estimated
+MIN_TOUCHING = 15      # samples, without which nothing is estimated,
+MIN_OF_SPECTRUM = 150  # and no wavelength
 
 
 class NothingFelt(Exception):
@@ -54,7 +55,7 @@ def friction_coefficient(felt):
 def wavelength_m(felt):
     """Of the strongest periodic part of the normal force along a straight stroke: the peak of its Fourier transform over
     the distance, in a Hann window, refined by a parabola through the logarithm of three bins. Raises NothingFelt."""
-    check_touched(felt)
+    check_touched(felt, MIN_OF_SPECTRUM)
     way = felt.hip_m[-1] - felt.hip_m[0]
     length = float(numpy.linalg.norm(way))
     along = (felt.hip_m - felt.hip_m[0]) @ way / length if length else numpy.zeros(len(felt.tick))
@@ -72,6 +73,6 @@ def wavelength_m(felt):
     return length * bins / (count - 1) / (peak + (0.5 * (left - right) / bend if bend else 0.0))
 
 
-def check_touched(felt):
-    if len(felt.tick) < MIN_TOUCHING or not math.isfinite(float(felt.force_N.sum())):
-        raise NothingFelt(f"the hand touched the surface in {len(felt.tick)} samples; {MIN_TOUCHING} or more are wanted")
+def check_touched(felt, least=MIN_TOUCHING):
+    if len(felt.tick) < least or not math.isfinite(float(felt.force_N.sum())):
+        raise NothingFelt(f"the hand touched the surface in {len(felt.tick)} samples; {least} or more are wanted")

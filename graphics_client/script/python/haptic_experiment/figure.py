@@ -27,7 +27,8 @@ def draw_function(axes, results):
     levels, n, right = tally([(answer["level"], answer["correct"]) for answer in results.answers])
     axes.scatter(levels, right / n, s=12 + 4 * n, color="tab:blue", alpha=0.7, label="answers (area: n)", zorder=3)
     for level, count, correct in zip(levels, n, right):
-        axes.annotate(f"{int(count)}", (level, correct / count), textcoords="offset points", xytext=(0, 7), ha="center", fontsize=7)
+        axes.annotate(f"{int(count)}", (level, correct / count), textcoords="offset points", xytext=(0, 7), ha="center",
+                      fontsize=7)
     if results.fit:
         draw_fit(axes, results.fit, results.unit, levels)
     else:

@@ -2,6 +2,7 @@
 import math
 import select
 import sys
+import termios
 import time
 from statistics import NormalDist
 
@@ -61,7 +62,7 @@ class SimulatedParticipant:
             estimates = [experiment.estimate(each) * (1 + self._weber * self._noise(experiment.name, trial.number, interval))
                          for interval, each in enumerate(felt, 1)]
         except NothingFelt as error:
-            raise Interrupted(str(error)) from None
+            raise Interrupted(str(error), lost=False) from None
         return 1 if estimates[0] > estimates[1] else 2
 
     def _noise(self, experiment, trial, interval):
@@ -89,7 +90,11 @@ class Person:
     def answer(self, session, experiment, trial, felt):
         """The interval, 1 or 2."""
         self._say(f"{experiment.question} Answer 1 or 2{' by the first or second button' if self._by == 'button' else ''}: ")
-        return self._pressed(session) if self._by == "button" else self._typed(session)
+        if self._by == "button":
+            return self._pressed(session)
+        if sys.stdin.isatty():
+            termios.tcflush(sys.stdin, termios.TCIFLUSH)  # what was typed before the question is no answer
+        return self._typed(session)
 
     def _until_lifted(self, session):
         free_since = None

@@ -76,12 +76,12 @@ def fit(trials, family="weibull"):
     ends = x[0] - REACH, x[-1] + REACH
     best, slope, lapse_rate, least = maximum(family, x, n, right, ends)
     if min(best - ends[0], ends[1] - best) < 0.01:
-        raise NoThreshold(f"the fit puts the threshold beyond the levels, {levels[0]:g} to {levels[-1]:g}, by a factor of 10: the "
-                          "answers do not get better with the level. Let the participant practise, or use larger levels")
+        raise NoThreshold(f"the fit puts the threshold beyond the levels, {levels[0]:g} to {levels[-1]:g}, by a factor of 10: "
+                          "the answers do not get better with the level. Let the participant practise, or use larger levels")
     low, high = (end_of_interval(family, x, n, right, best, end, least) for end in ends)
     if low is None or high is None:
-        raise NoThreshold(f"the 95 % interval has no {'lower' if low is None else 'upper'} end within a factor of 10 of the levels: "
-                          "the answers do not bound the threshold. More trials help, and "
+        raise NoThreshold(f"the 95 % interval has no {'lower' if low is None else 'upper'} end within a factor of 10 of the "
+                          "levels: the answers do not bound the threshold. More trials help, and "
                           f"{'smaller' if low is None else 'larger'} levels")
     return Fit(family, 10 ** best, 10 ** low, 10 ** high, slope, lapse_rate, least - saturated(n, right))
 

@@ -67,10 +67,11 @@ class Results:
         columns = self.columns()
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow([*(f"{name} ({unit})" if unit else name for name, unit, _, _ in columns), "participant", "simulated"])
+            names = [f"{name} ({unit})" if unit else name for name, unit, _, _ in columns]
+            writer.writerow([*names, "participant", "simulated"])
             for row in zip(*(values for *_, values in columns)):
-                writer.writerow([*(int(value) if isinstance(value, bool) else value for value in row), self.header["participant"],
-                                 self.simulated])
+                values = [int(value) if isinstance(value, bool) else value for value in row]
+                writer.writerow([*values, self.header["participant"], self.simulated])
 
     def _write_hdf5(self, path):
         import h5py
@@ -105,8 +106,8 @@ class Results:
                 ("Recording", header.get("recording") or "none")]
         lines = [f"# {header['experiment']}, {header['participant']}", ""]
         if self.simulated:
-            lines += [f"**{SIMULATED}.** No person took part. Its Weber fraction is {header['simulated']['weber_fraction']:g}, which "
-                      f"implies a threshold of {header['simulated']['true_threshold_percent']:.3g} %.", ""]
+            lines += [f"**{SIMULATED}.** No person took part. Its Weber fraction is {header['simulated']['weber_fraction']:g}, "
+                      f"which implies a threshold of {header['simulated']['true_threshold_percent']:.3g} %.", ""]
         lines += ["| | |", "| --- | --- |", *(f"| {key} | {value} |" for key, value in rows), "",
                   self.threshold_words[0].upper() + self.threshold_words[1:] + ".", "", *self._fit_lines(),
                   f"![Proportion correct against level, and the levels trial by trial]({name}.png)", "",

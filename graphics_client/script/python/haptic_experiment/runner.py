@@ -68,7 +68,8 @@ class Runner:
                 why = str(error)
                 self._log.append("interrupted", trial=trial.number, why=why, time=now())
                 self._say(f"trial {trial.number} is repeated: {why}")
-                self._session.recover(RECOVERY_S)
+                if error.lost:
+                    self._session.recover(RECOVERY_S)
         raise GivenUp(f"trial {trial.number} was interrupted {MAX_REPEATS} times; the last time: {why}")
 
     def _interval(self, trial, interval):

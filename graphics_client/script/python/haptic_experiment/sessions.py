@@ -3,6 +3,7 @@
 Both present a stimulus (apply) and have a led hand explore it (explore), which returns what it felt. Interrupted is raised
 where an interval cannot be judged: the trial is repeated with the same stimuli.
 """
+import math
 import tempfile
 import time
 
@@ -18,8 +19,10 @@ from haptics.v1 import scene_pb2, telemetry_pb2
 
 SAMPLES_HZ = 1000.0
 CLEAR_M = 0.01          # above the surface, between intervals
-ENOUGH_SAMPLES = 0.25   # of those asked for, below which an interval is not judged
+ENOUGH_SAMPLES = 0.05   # of those asked for, below which an interval is not judged
+WHOLE = 0.97            # of the computed force is written, or an interval of the led hand is void
 TICKS = 10              # of an in-process hand's command, 10 ms
+COMMAND = numpy.linspace(0, 1, TICKS)[:, None]
 APPROACH_M = 0.003      # of an in-process hand, above the surface at first
 ATTACH_TICKS = 600      # in which the force of a device that was just attached rises
 STIFFEST_N_PER_M = 2000  # on which an in-process hand still presses without overshoot
@@ -28,7 +31,11 @@ LONGEST_LANDING = 150   # commands
 
 
 class Interrupted(Exception):
-    """The interval is void: why."""
+    """The interval is void: why. `lost`: so is the connection, the hand's lead or the scene."""
+
+    def __init__(self, why, lost=True):
+        super().__init__(why)
+        self.lost = lost
 
 
 class SessionRefused(Exception):
@@ -67,8 +74,8 @@ class ServerSession:
         names = objects_of(self._scene)
         there = self._client.objects()
         if others := [name for name in there if name not in names]:
-            raise SessionRefused(printable(f"the server's scene holds {', '.join(others)}; an experiment needs the scene for itself: "
-                                           "start a server without --scene"))
+            raise SessionRefused(printable(f"the server's scene holds {', '.join(others)}; an experiment needs the scene for "
+                                           "itself: start a server without --scene"))
         removals = "".join(f'operations {{ remove {{ object {{ name: "{name}" }} }} }}\n' for name in names if name in there)
         try:
             self._revision = self._client.apply(removals + self._scene)[0].revision
@@ -124,7 +131,10 @@ class ServerSession:
             self._hand.move_to(end)
         except (NotLeading, Closed, TimeoutError) as error:
             raise Interrupted(f"the hand was lost: {error}") from None
-        return self._judged(samples, seconds)
+        felt = self._judged(samples, seconds)
+        if any(math.hypot(*xyz(sample.force.written)) < WHOLE * math.hypot(*xyz(sample.force.contact)) for sample in samples):
+            raise Interrupted("the force was limited, or still rose after a fault", lost=False)
+        return felt
 
     def feel(self, seconds):
         """A person feels the stimulus: what was Felt. Raises Interrupted."""
@@ -147,9 +157,10 @@ class ServerSession:
 
     def _judged(self, samples, seconds):
         if len(samples) < ENOUGH_SAMPLES * seconds * SAMPLES_HZ:
-            raise Interrupted(f"{len(samples)} samples came in {seconds:g} s")
+            raise Interrupted(f"{len(samples)} samples came in {seconds:g} s", lost=not samples)
         if faults := [sample.fault for sample in samples if sample.fault]:
-            raise Interrupted(f"the force was taken away: {telemetry_pb2.Fault.Name(faults[0]).removeprefix('FAULT_').lower()}")
+            fault = telemetry_pb2.Fault.Name(faults[0]).removeprefix("FAULT_").lower()
+            raise Interrupted(f"the force was taken away: {fault}", lost=False)
         if samples[-1].scene_revision != self._revision:
             raise Interrupted("another client changed the scene")
         touching = [sample for sample in samples if sample.object]
@@ -210,7 +221,7 @@ class WorldSession:
         depth = force = 0.0
         for _ in range(LONGEST_LANDING):
             deeper = depth + (force_N - force) / STIFFEST_N_PER_M
-            samples = self._step(place - numpy.linspace(depth, deeper, TICKS)[:, None] * normal)
+            samples = self._step(place - (depth + (deeper - depth) * COMMAND) * normal)
             depth, force = deeper, float(samples["force_N"][-1] @ normal)
             if force >= LANDED_SHARE * force_N:
                 break

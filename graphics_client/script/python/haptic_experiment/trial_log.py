@@ -42,8 +42,8 @@ class TrialLog:
         try:
             events = self._whole_events()
             if events and not resume:
-                raise LogRefused(f"{self.path} is there, with {count(events)} answered trials; go on with --resume, or give another "
-                                 "--out or --participant")
+                raise LogRefused(f"{self.path} is there, with {count(events)} answered trials; go on with --resume, or give "
+                                 "another --out or --participant")
             if events:
                 compare(events[0], header, self.path)
                 self.answers = [event for event in events if event["event"] == "answer"]
@@ -112,8 +112,8 @@ def compare(logged, header, path):
     """Raises LogRefused, which names the first field that differs."""
     for field, there, here in differences(logged, header):
         if field.split(".")[0] not in LOOSE:
-            raise LogRefused(f"{path} is of another session: {field} is {shown(there)} there and {shown(here)} here; to resume it "
-                             f"would have to be {shown(there)}")
+            raise LogRefused(f"{path} is of another session: {field} is {shown(there)} there and {shown(here)} here; to resume "
+                             f"it would have to be {shown(there)}")
 
 
 def differences(there, here, prefix=""):
