@@ -119,11 +119,6 @@ class Interleaved:
         self._staircases, self._seed, self._answers = staircases, seed, 0
         self.trials = sum(staircase.trials for staircase in staircases)
 
-    @property
-    def reversals(self):
-        """Of each staircase in turn."""
-        return [level for staircase in self._staircases for level in staircase.reversals]
-
     def describe(self):
         return {"method": "interleaved staircases",
                 "staircases": [staircase.describe() for staircase in self._staircases]}
