@@ -52,7 +52,7 @@ wait "$server"
 
 say "Libraries"
 python3 -c '
-import haptics, haptic_client, numpy
+import haptics, haptic_client, haptic_experiment, numpy
 world = haptics.SceneWorld("/usr/share/haptics/scenes/demo.scene", folders=["/usr/share/inventor/data"])
 positions = numpy.zeros((2000, 3))
 positions[:, 0] = [body.pose.position_m[0] for body in world.bodies() if body.name == "box"][0]

@@ -19,7 +19,8 @@ GENERATED = ("build/", "out/")
 EXPECTED = ["README.md", "haptic_server/README.md", "haptic_server/contact/README.md", "haptic_server/surface/README.md",
             "haptic_server/motion/README.md", "haptic_server/step/README.md", "haptic_server/world/README.md",
             "haptic_server/device/plugin/README.md",
-            "graphics_client/README.md", "graphics_client/export/README.md", "proto/README.md",
+            "graphics_client/README.md", "graphics_client/export/README.md",
+            "graphics_client/script/python/haptic_experiment/README.md", "proto/README.md",
             "tests/README.md", "deploy/README.md", "deploy/CHANGELOG.md", ".github/CONTRIBUTING.md"]
 
 

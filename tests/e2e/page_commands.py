@@ -46,6 +46,9 @@ class PageCommands(harness.EndToEnd):
     def test_analyse_a_session(self):
         self.follow("graphics_client/export/README.md")
 
+    def test_experiments(self):
+        self.follow("graphics_client/script/python/haptic_experiment/README.md")
+
     def test_server(self):
         self.follow("haptic_server/README.md")
 

@@ -107,6 +107,12 @@ class Client:
             if not self._live:
                 raise Refused(self._end or self._trouble)
 
+    @property
+    def device(self):
+        """What the server drives, as it says: "Phantom Omni (simulated)"; empty before it was live."""
+        with self._changed:
+            return self._welcome.device if self._welcome else ""
+
     def objects(self):
         """{name: ObjectState} as of the newest revision here."""
         with self._changed:
