@@ -135,8 +135,7 @@ int exportSession(const CommonOptions& common, const ExportOptions& options) {
   const auto end = options.live ? exportLive(common, options) : exportRecorded(options);
   if (!end) {
     if (Interrupt::interrupted()) return kInterrupted;
-    return fail(options.live && end.error().field.starts_with("--connect") ? kNoConnection : kRefused,
-                end.error());
+    return fail(options.live && end.error().field.starts_with("--connect") ? kNoConnection : kRefused, end.error());
   }
   print(common, options.out, *end);
   return kDone;
