@@ -299,6 +299,9 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
                    "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
       ->check(moreThanZero())
       ->capture_default_str();
+  verb->add_option("--apply", options.apply,
+                   "Write the advised scene, with its meshes beside it, into this folder; nothing there is replaced")
+      ->type_name("DIR");
   verb->callback([&options] { runAdvise(options); });
 }
 

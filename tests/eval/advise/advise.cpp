@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "tests/eval/advise/advice.h"
+#include "tests/eval/advise/scene_writer.h"
+#include "tests/eval/advise/verdict.h"
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
@@ -86,14 +88,14 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
     std::string note = "not judged: no hand gets there";
     if (o.judged()) {
       const std::string own = std::to_string(o.candidates.front().triangles) + " triangles, ";
-      note = own + (o.advised == 0 ? "all are needed" : std::to_string(o.mesh().triangles) + " are enough");
+      note = own + (o.verdict.use ? std::to_string(o.mesh().triangles) + " are enough" : "kept");
     }
     figure.styles.push_back({o.name, note, kColours[i % kColours.size()], Marker::kDisc, false});
   }
   figure.legendNotes = {"Dashed: what a hand just notices."};
   if (advice.rate) {
-    figure.legendNotes.push_back("Lowest steady rate of all: " + std::to_string(std::lround(kRates_Hz[*advice.rate])) +
-                                 " Hz");
+    figure.legendNotes.push_back("Lowest rate that is steady and feels the same: " +
+                                 std::to_string(std::lround(kRates_Hz[*advice.rate])) + " Hz");
   }
   return figure;
 }
@@ -109,6 +111,20 @@ void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
            << ',' << c.difference.epsilon_p99 << ',' << c.difference.epsilon_max << ',' << c.hot_ns << ',' << c.cold_ns
            << ',' << c.memory_MB << ',' << c.good() << '\n';
     }
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+void writeObjectsCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
+  std::ofstream file(path);
+  file << "object,verdict,not_judged,not_felt\n";
+  if (advice.tool) {
+    file << advice.tool->name << ',' << std::quoted(verdictOf(*advice.tool), '"', '"') << ",mesh,\n";
+  }
+  for (const ObjectAdvice& o : advice.objects) {
+    file << o.name << ',' << std::quoted(o.verdict.text, '"', '"') << ',' << std::quoted(notJudgedOf(o), '"', '"')
+         << ',' << std::quoted(notFeltOf(o), '"', '"') << '\n';
   }
   file.close();
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
@@ -134,15 +150,22 @@ void runAdvise(const AdviseOptions& options) {
   const auto found = findDevicePreset(options.devicePreset);
   if (!found) throw std::invalid_argument("--device-preset: " + found.error().text());
   const DevicePreset& device = *found;
+  if (!options.apply.empty()) checkApply(options.scene, options.apply);
   const SceneAdvice advice = adviceFor(orThrow(loadScene(options.scene, options.assets)), device, options.tolerance);
   print(advice, device);
+  if (!options.apply.empty()) {
+    writeAdvised(advice, options.scene, options.assets, options.apply);
+    const std::filesystem::path written = options.apply / std::filesystem::path(options.scene).filename();
+    std::printf("the advised scene: %s\n", written.c_str());
+  }
   writeRecords(options.out, "advise", recordsOf(advice, device));
   writeCsv(options.out / "advise.csv", advice);
+  writeObjectsCsv(options.out / "advise_objects.csv", advice);
   if (advice.tool) writeToolCsv(options.out / "advise_tool.csv", *advice.tool);
   const auto display = orThrow(VirtualDisplay::ensure());
   orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
-  std::printf("written to %s: advise.json, advise.csv, %sadvise.png, advise.svg\n", options.out.c_str(),
-              advice.tool ? "advise_tool.csv, " : "");
+  std::printf("written to %s: advise.json, advise.csv, advise_objects.csv, %sadvise.png, advise.svg\n",
+              options.out.c_str(), advice.tool ? "advise_tool.csv, " : "");
 }
 
 }  // namespace haptics::eval
