@@ -118,7 +118,7 @@ SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& devic
   for (std::size_t i = 0; i < scene.size(); ++i) {
     if (!advice.objects[i].judged()) continue;
     tell("rates and options of", scene[i].name);
-    advice.objects[i].options = optionsFor(scene, advised, i, strokes[i], device);
+    advice.objects[i].options = optionsFor(advised, i, strokes[i], device);
   }
   advice.rate = lowestRate(advice.objects);
   return advice;

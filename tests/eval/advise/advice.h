@@ -23,10 +23,15 @@ struct ObjectAdvice {
   std::size_t advised = 0;            ///< The mesh to use.
   Verdict verdict;
   std::vector<Feature> features;
-  double textureRate_Hz = 0;            ///< That its finest felt pattern asks for (patternRate_Hz()); 0: none.
-  std::vector<MaterialOption> options;  ///< None where there are no candidates.
+  std::optional<ForceDifference> checked;  ///< The written scene, by other strokes than it was advised by.
+  double textureRate_Hz = 0;               ///< That its finest felt pattern asks for (patternRate_Hz()); 0: none.
+  std::vector<MaterialOption> options;     ///< None where there are no candidates.
 
   [[nodiscard]] bool judged() const noexcept { return !candidates.empty(); }
+  /// No check, or one that the hand felt in no more than 1 % of the ticks.
+  [[nodiscard]] bool checkedWell() const noexcept {
+    return !checked || (checked->felt_ratio <= 0.01 && checked->wrongSideTicks == 0);
+  }
   [[nodiscard]] const Candidate& mesh() const { return candidates[advised]; }
   /// The scene's own material.
   [[nodiscard]] const MaterialOption& ownOption() const;

@@ -30,6 +30,19 @@ Record meshRecord(const ObjectAdvice& object, std::size_t i) {
   return record;
 }
 
+Record verdictRecord(const ObjectAdvice& object) {
+  Record record{{"method", "ours"},
+                {"scene", object.name},
+                {"verdict", object.verdict.text},
+                {"replaces_mesh", object.verdict.use},
+                {"pass", object.checkedWell()}};
+  if (object.checked) {
+    record.update(
+        {{"checked_ticks", object.checked->ticks}, {"checked_below_1_ratio", 1 - object.checked->felt_ratio}});
+  }
+  return record;
+}
+
 Record featureRecord(const ObjectAdvice& object, const Feature& feature) {
   Record record{{"method", "ours"}, {"scene", object.name}, {"feature", feature.name}, {"judged", feature.judged()}};
   if (!feature.judged()) {
@@ -112,10 +125,7 @@ std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& dev
     records.push_back(spacingRecord(*advice.tool, i));
   }
   for (const ObjectAdvice& object : advice.objects) {
-    records.push_back({{"method", "ours"},
-                       {"scene", object.name},
-                       {"verdict", object.verdict.text},
-                       {"replaces_mesh", object.verdict.use}});
+    records.push_back(verdictRecord(object));
     for (const Feature& feature : object.features) records.push_back(featureRecord(object, feature));
     for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(meshRecord(object, i));
     for (const MaterialOption& option : object.options) {

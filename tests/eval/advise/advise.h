@@ -22,7 +22,8 @@ struct AdviseOptions {
 /// points that a hand cannot tell from the scene's, and what a tick takes. Prints it, writes DIR/advise.json, advise.csv
 /// (the meshes), advise_tool.csv (the spacings), advise.png, advise.svg and
 /// advise_objects.csv (a line for each object). With `apply`, writes the advised scene too (scene_writer.h).
+/// @return False where the written scene is felt to differ on other strokes than it was advised by.
 /// Throws std::runtime_error naming the file or field that is wrong.
-void runAdvise(const AdviseOptions& options);
+bool runAdvise(const AdviseOptions& options);
 
 }  // namespace haptics::eval

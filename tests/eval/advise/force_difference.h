@@ -13,6 +13,7 @@ using Forces = std::vector<Vec3>;
 struct ForceDifference {
   double epsilon_p99 = 0;  ///< Error in what a hand can notice, not exceeded in 99 % of the ticks.
   double epsilon_max = 0;
+  double felt_ratio = 0;   ///< Part of the ticks with an error of 1 or more.
   int ticks = 0;           ///< With contact in either.
   int missedTicks = 0;     ///< Without contact where the scene as it is has one, for more than one tick on end.
   int wrongSideTicks = 0;  ///< Pushed the other way.

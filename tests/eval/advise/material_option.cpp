@@ -92,16 +92,15 @@ std::optional<std::size_t> MaterialOption::steadyFrom() const noexcept {
   return static_cast<std::size_t>(found - trials.begin());
 }
 
-std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene, const std::vector<LoadedObject>& advised,
-                                       std::size_t object, const std::vector<HandStroke>& strokes,
-                                       const DevicePreset& device) {
+std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene, std::size_t object,
+                                       const std::vector<HandStroke>& strokes, const DevicePreset& device) {
   constexpr std::array kOfStiffness{0.5, 1.0, 2.0};
   constexpr std::array kOfDamping{0.0, 0.5, 1.0, 2.0};
   const std::vector<Forces> truth = forcesIn(servoSceneOf(scene), strokes, kRates_Hz.back());
-  const RestingPlace place = levelPlace(advised[object], strokes);
+  const RestingPlace place = levelPlace(scene[object], strokes);
   const Material& own = scene[object].material;
   const double usualDamping = own.damping_Ns_per_m > 0 ? own.damping_Ns_per_m : Material{}.damping_Ns_per_m;
-  ServoScene varied = servoSceneOf(advised);
+  ServoScene varied = servoSceneOf(scene);
   std::vector<MaterialOption> options;
   for (const double stiffness : kOfStiffness) {
     for (const double damping : kOfDamping) {

@@ -16,7 +16,7 @@ namespace haptics::eval {
 inline constexpr std::array kRates_Hz{60.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 10'000.0};
 
 /// A material at one rate: the force of the production step on the advised meshes, held from tick to tick, from that of
-/// the scene as it is at the highest rate. The half a period by which it comes later is no error of it: two events are felt
+/// the own material on them at the highest rate. The half a period by which it comes later is no error of it: two events are felt
 /// as one up to 45 ms apart (Vogels 2004).
 struct Trial {
   ForceDifference tap;               ///< Where the hand comes down on it and where it lifts off, at 0.1 m/s.
@@ -49,11 +49,10 @@ struct MaterialOption {
 
 /// Half, all and twice the object's stiffness; no damping, half of its own, its own and twice as much (of a scene's
 /// default where it has none). By stiffness, then damping.
-/// @param scene  As it is; `advised` the same with the advised meshes.
+/// @param scene  With the advised meshes.
 /// @param object  Index of the object whose material varies.
 /// @param strokes  Over it; not empty.
-[[nodiscard]] std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene,
-                                                     const std::vector<LoadedObject>& advised, std::size_t object,
+[[nodiscard]] std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene, std::size_t object,
                                                      const std::vector<HandStroke>& strokes,
                                                      const DevicePreset& device);
 

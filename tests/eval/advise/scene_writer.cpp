@@ -147,14 +147,15 @@ std::string materialOperation(const std::string& object, const MaterialOption& o
 }
 
 /// The written scene has to hold what was judged.
-void checkWritten(const SceneAdvice& advice, const fs::path& file) {
-  const auto objects = orThrow(loadScene(file.string(), {}));
+std::vector<LoadedObject> readWritten(const SceneAdvice& advice, const fs::path& file) {
+  auto objects = orThrow(loadScene(file.string(), {}));
   for (const ObjectAdvice& object : advice.objects) {
     if (!object.verdict.use) continue;
     const auto written = std::ranges::find(objects, object.name, &LoadedObject::name);
     if (written != objects.end() && *written->mesh == *object.mesh().mesh) continue;
     throw std::runtime_error(file.string() + ": object \"" + object.name + "\" has another mesh than was judged");
   }
+  return objects;
 }
 
 }  // namespace
@@ -170,8 +171,8 @@ void checkApply(const fs::path& scene, const fs::path& folder) {
                            " is there already and is not replaced; remove it, or name another folder");
 }
 
-void writeAdvised(const SceneAdvice& advice, const fs::path& scene, const std::vector<fs::path>& assets,
-                  const fs::path& folder) {
+std::vector<LoadedObject> writeAdvised(const SceneAdvice& advice, const fs::path& scene,
+                                       const std::vector<fs::path>& assets, const fs::path& folder) {
   SceneText text(scene);
   std::vector<fs::path> folders{fs::absolute(scene).parent_path()};
   folders.insert(folders.end(), assets.begin(), assets.end());
@@ -191,7 +192,7 @@ void writeAdvised(const SceneAdvice& advice, const fs::path& scene, const std::v
   }
   const fs::path file = folder / scene.filename();
   writeNew(file, text.text());
-  checkWritten(advice, file);
+  return readWritten(advice, file);
 }
 
 }  // namespace haptics::eval

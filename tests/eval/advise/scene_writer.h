@@ -14,7 +14,9 @@ void checkApply(const std::filesystem::path& scene, const std::filesystem::path&
 /// file beside it (PLY, metres), and an operation more for each object whose own stiffness and damping are not steady; and
 /// every file that the text names still, so that the scene runs by itself. Throws std::runtime_error naming the file or
 /// field that is in the way; nothing is replaced.
-void writeAdvised(const SceneAdvice& advice, const std::filesystem::path& scene,
-                  const std::vector<std::filesystem::path>& assets, const std::filesystem::path& folder);
+/// @return The written scene, read again.
+std::vector<LoadedObject> writeAdvised(const SceneAdvice& advice, const std::filesystem::path& scene,
+                                       const std::vector<std::filesystem::path>& assets,
+                                       const std::filesystem::path& folder);
 
 }  // namespace haptics::eval
