@@ -10,13 +10,14 @@ namespace {
 
 constexpr double kLeastGain_MB = 0.1;
 constexpr double kLeastGain_ratio = 0.05;
+constexpr double kLeastGain_ns = 50;  // less comes and goes with what else the machine does
 
 bool isGained(const Candidate& own, const Candidate& advised) {
   const auto faster = [&](double Candidate::*time_ns) {
     return advised.*time_ns < (1 - kLeastGain_ratio) * own.*time_ns;
   };
   return own.memory_MB - advised.memory_MB >= kLeastGain_MB ||
-         (faster(&Candidate::hot_ns) && faster(&Candidate::cold_ns));
+         (own.hot_ns - advised.hot_ns >= kLeastGain_ns && faster(&Candidate::hot_ns) && faster(&Candidate::cold_ns));
 }
 
 std::string savedText(const Candidate& own, const Candidate& advised) {
