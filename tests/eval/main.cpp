@@ -284,9 +284,14 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
       {"advise",
        "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping, a tool's spacing",
        "deploy/scenes/demo.scene --out results",
-       "It looks at the shape, the stiffness and the damping of each object: no correction of the contact can be\n"
-       "switched off, and force shading, friction and texture are left out. Of a tool it looks at the spacing of its\n"
-       "points; the other objects are judged under a point then too."},
+       "A line for each object says which mesh to use, and what of it is not felt or not judged: what moves, yields or "
+       "is\n"
+       "held. A shaded object is judged by its shaded force. Of a tool it looks at the spacing of its points; the "
+       "other\n"
+       "objects are judged under a point then too. --apply writes the advised scene, ready for haptic_server, and "
+       "tries it\n"
+       "on other strokes; exit status 1: it is felt to differ.\n"
+       "  haptic_eval advise deploy/scenes/demo.scene --out results --apply results/advised"},
       arguments.advise.out);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
   verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
@@ -299,7 +304,10 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
                    "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
       ->check(moreThanZero())
       ->capture_default_str();
-  verb->callback([&options] { runAdvise(options); });
+  verb->add_option("--apply", options.apply,
+                   "Write the advised scene, with its meshes beside it, into this folder; nothing there is replaced")
+      ->type_name("DIR");
+  verb->callback([&arguments, &options] { arguments.good = runAdvise(options); });
 }
 
 void addReplay(CLI::App& app, Arguments& arguments) {

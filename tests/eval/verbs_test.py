@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -388,7 +389,11 @@ class Advise(Verb):
     def test_keeps_a_balls_roundness_and_not_a_boxs_grid(self):
         said = self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
         records = self.records("advise")
-        for name, least, most in (("ball", 100, 1728), ("box", 12, 100)):
+        self.assertRegex(said, r"\nball: use ball.ply, [0-9,]+ of 12,288 triangles, saves 0.[0-9] MB\n")
+        self.assertIn("\nbox: keep; nothing is to be gained\n", said)
+        good = [r["triangles"] for r in records if r["scene"] == "box" and r.get("pass") and "triangles" in r]
+        self.assertEqual(good, [192, 12], "flat faces need no more")
+        for name, least, most in (("ball", 100, 12288), ("box", 192, 193)):
             meshes = [r for r in records if r["scene"] == name and "triangles" in r]
             advised = [r for r in meshes if r["advised"]]
             self.assertEqual(len(advised), 1)
@@ -397,7 +402,7 @@ class Advise(Verb):
             self.assertGreaterEqual(advised[0]["triangles"], least)
             self.assertLess(advised[0]["triangles"], most)
             self.assertTrue(any(not r["pass"] for r in meshes), "went on until it would not do")
-            (coarser,) = [r for r in meshes if r.get("step") == "down"]
+            coarser = meshes[meshes.index(advised[0]) + 1]
             self.assertEqual(coarser["memory_step_MB"], coarser["memory_MB"] - advised[0]["memory_MB"])
             materials = [r for r in records if r["scene"] == name and "stiffness_N_per_m" in r]
             (here,) = [r for r in materials if r["advised"]]
@@ -412,6 +417,12 @@ class Advise(Verb):
         self.assertIn("Ns/m more damping; steady from", said)
         rates = [r for r in records if r["scene"] == "all objects"]
         (advised,) = [r for r in rates if r["advised"]]
+        self.assertGreater(advised["rate_Hz"], 250)
+        self.assertRegex(advised["decided_by"], r"Hz fails: .*tap on ")
+        below = rates[rates.index(advised) - 1]
+        self.assertFalse(below["pass"])
+        self.assertIn("rest on ball", rates[0]["fails"], "60 Hz")
+        self.assertIn("is enough; ", said)
         for r in rates:
             if "step" in r:
                 self.assertAlmostEqual(r["processor_step_ratio"], r["processor_ratio"] - advised["processor_ratio"])
@@ -424,12 +435,12 @@ class Advise(Verb):
         options = [r for r in self.records("advise") if "stiffness_N_per_m" in r]
         advised = [r for r in options if r["advised"]]
         self.assertEqual(len(advised), 1)
-        own_steady = [r["rate_Hz"] for r in options if r["own_material"] and r["steady"]]
+        own_good = [r["rate_Hz"] for r in options if r["own_material"] and r["pass"]]
         self.assertTrue(advised[0]["own_material"])
         self.assertEqual(advised[0]["stiffness_N_per_m"], 2000)
         self.assertEqual(advised[0]["damping_Ns_per_m"], 0)
         self.assertLess(advised[0]["epsilon_p99_ratio"], 1)
-        self.assertEqual(advised[0]["rate_Hz"], own_steady[0])
+        self.assertEqual(advised[0]["rate_Hz"], own_good[0])
         for option in options:
             if option["stiffness_N_per_m"] != 2000:
                 self.assertGreater(option["epsilon_p99_ratio"], 1, "half or twice as stiff is felt")
@@ -455,6 +466,67 @@ class Advise(Verb):
         self.assertEqual([int(row["points"]) for row in rows], points)
         self.assertEqual([row["advised"] for row in rows].count("1"), 1)
         self.assertFalse([r for r in records if r["scene"] == "knob" and "triangles" in r], "it is no object to touch")
+
+    def apply(self, scene, *options):
+        self.applied = self.out.parent / "applied"
+        return run("advise", str(scene), "--out", str(self.out), "--apply", str(self.applied), *options)
+
+    def test_writes_the_advised_scene_which_feels_the_same_on_other_strokes(self):
+        scene = self.out.parent / "own" / "apply_test.scene"
+        scene.parent.mkdir()
+        shutil.copy(HERE / "advise" / "apply_test.scene", scene)
+        shutil.copy(HERE.parents[1] / "deploy" / "scenes" / "sprinkles.png", scene.parent / "dots.png")
+        done = self.apply(scene)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        before, after = scene.read_text(), (self.applied / scene.name).read_text()
+        replaced = "mesh { box { size_m { x: 0.1 y: 0.06 z: 0.02 } segments: 24 } }"
+        self.assertEqual(after, before.replace(replaced, 'mesh { file: "plate.ply" }'))
+        self.assertEqual({p.name for p in self.applied.iterdir()}, {scene.name, "plate.ply", "dots.png"})
+        ply = (self.applied / "plate.ply").read_bytes()
+        self.assertIn(b"element face 12\n", ply)
+        self.assertEqual(len(ply.split(b"end_header\n", 1)[1]), 8 * 12 + 12 * 13)
+        for said in ("plate: use plate.ply, 12 of 6,912 triangles",
+                     "foam: keep; 12 of 4,800 triangles would do for a rigid body at rest, but its softness",
+                     "not judged: softness (judged as rigid)", "but its creases name its vertices",
+                     "not felt: texture, which costs", "but its pattern is mapped"):
+            self.assertIn(said, done.stdout)
+        (plate,) = [r for r in self.records("advise") if r["scene"] == "plate" and "verdict" in r]
+        self.assertTrue(plate["pass"] and plate["replaces_mesh"])
+        self.assertGreaterEqual(plate["checked_below_1_ratio"], 0.99)
+        self.assertGreater(plate["checked_ticks"], 1000)
+        again = self.apply(scene)
+        self.assertEqual(again.returncode, 1)
+        self.assertIn(f"--apply: {self.applied / scene.name} is there already", again.stderr)
+        (self.applied / scene.name).unlink()
+        (self.applied / "plate.ply").write_text("mine")
+        again = self.apply(scene)
+        self.assertIn("plate.ply is there already and holds something else", again.stderr)
+        self.assertEqual((self.applied / "plate.ply").read_text(), "mine")
+
+    def test_judges_a_texture_and_the_rate_that_it_needs(self):
+        self.run_well("advise", str(HERE / "advise" / "texture_test.scene"))
+        records = self.records("advise")
+        fine, faint, collision = [r for r in records if "feature" in r]
+        self.assertEqual([r["scene"] for r in (fine, faint, collision)], ["fine", "faint", "faint"])
+        self.assertTrue(fine["felt"] and fine["epsilon_p99_ratio"] > 1)
+        self.assertFalse(faint["felt"] or faint["epsilon_p99_ratio"] > 1)
+        self.assertEqual((collision["feature"], collision["judged"]), ("collision", False))
+        self.assertIn("hand alone", collision["why"])
+        rates = {r["rate_Hz"]: r for r in records if r["scene"] == "all objects"}
+        for rate, at in rates.items():
+            self.assertEqual("pattern of fine" in at["fails"], rate < 10 * 0.1 / 0.0003)
+            self.assertNotIn("pattern of faint", at["fails"])
+        rows = {r["object"]: r for r in csv.DictReader((self.out / "advise_objects.csv").read_text().splitlines())}
+        self.assertEqual(rows["fine"]["not_felt"], "")
+        self.assertIn("texture, which costs", rows["faint"]["not_felt"])
+        self.assertEqual(rows["faint"]["not_judged"], "collision (judged by the hand alone)")
+        self.assertEqual(rows["faint"]["verdict"], "keep; every triangle is needed")
+
+    def test_judges_a_shaded_object_by_its_shading(self):
+        self.run_well("advise", str(HERE.parents[1] / "deploy" / "scenes" / "cylinder.scene"))
+        meshes = {name: [r["epsilon_p99_ratio"] for r in self.records("advise") if r["scene"] == name and "triangles" in r]
+                  for name in ("smooth-side", "faceted")}
+        self.assertNotEqual(meshes["smooth-side"], meshes["faceted"])
 
     def test_names_the_field_that_is_wrong(self):
         self.out.mkdir()

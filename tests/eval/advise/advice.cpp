@@ -5,19 +5,18 @@
 #include <cstdio>
 #include <tuple>
 
+#include "tests/eval/advise/verdict.h"
+
 namespace haptics::eval {
 namespace {
-
-std::size_t advisedOf(const std::vector<Candidate>& candidates) {
-  const auto bad = std::find_if(candidates.begin() + 1, candidates.end(), [](const Candidate& c) { return !c.good(); });
-  return static_cast<std::size_t>(bad - candidates.begin()) - 1;
-}
 
 /// The lowest rate at which every judged object has a good option.
 std::optional<std::size_t> lowestRate(const std::vector<ObjectAdvice>& objects) {
   if (std::ranges::none_of(objects, &ObjectAdvice::judged)) return std::nullopt;
   for (std::size_t rate = 0; rate < kRates_Hz.size(); ++rate) {
-    const auto serves = [&](const ObjectAdvice& o) { return !o.judged() || o.optionAt(rate) != nullptr; };
+    const auto serves = [&](const ObjectAdvice& o) {
+      return !o.judged() || (o.optionAt(rate) != nullptr && kRates_Hz[rate] >= o.textureRate_Hz);
+    };
     if (std::ranges::all_of(objects, serves)) return rate;
   }
   return std::nullopt;
@@ -34,6 +33,7 @@ const MaterialOption& ObjectAdvice::ownOption() const {
 
 const MaterialOption* ObjectAdvice::optionAt(std::size_t rate) const {
   const MaterialOption& own = ownOption();
+  if (own.trials[rate].steady) return own.trials[rate].good() ? &own : nullptr;
   const auto farFromOwn = [&](const MaterialOption& option) {
     return std::tuple(std::abs(std::log(option.stiffness_N_per_m / own.stiffness_N_per_m)),
                       std::abs(option.damping_Ns_per_m - own.damping_Ns_per_m));
@@ -67,8 +67,14 @@ RateSummary summaryAt(const SceneAdvice& advice, std::size_t rate, const DeviceP
     if (!object.judged()) continue;
     const MaterialOption* good = object.optionAt(rate);
     const Trial& trial = (good != nullptr ? *good : object.ownOption()).trials[rate];
-    summary.good = summary.good && good != nullptr;
-    summary.epsilon_p99 = std::max(summary.epsilon_p99, trial.difference.epsilon_p99);
+    const auto fails = [&](bool does, const char* criterion) {
+      if (does) summary.fails.push_back(criterion + object.name);
+    };
+    fails(!trial.steady, "rest on ");
+    fails(trial.tap.epsilon_p99 >= 1, "tap on ");
+    fails(trial.stroke.epsilon_p99 >= 1 || trial.stroke.wrongSideTicks > 0, "stroke over ");
+    fails(kRates_Hz[rate] < object.textureRate_Hz, "pattern of ");
+    summary.epsilon_p99 = std::max(summary.epsilon_p99, trial.epsilon_p99());
     summary.worstCycle_um = std::max(summary.worstCycle_um, trial.worstCycle_um);
     for (const std::string& what : trial.happens) summary.unsteady.push_back(object.name + ", " + what);
     slowest_ns = std::max(slowest_ns, object.mesh().hot_ns);
@@ -81,30 +87,38 @@ RateSummary summaryAt(const SceneAdvice& advice, std::size_t rate, const DeviceP
 
 SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& device, double tolerance) {
   SceneAdvice advice;
-  const auto held = std::ranges::find_if(scene, [](const LoadedObject& object) { return object.tool.has_value(); });
+  const auto held = std::ranges::find_if(scene, &LoadedObject::held);
   if (held != scene.end()) {
     tell("spacing of", held->name);
     const LoadedObject tool = *held;
     scene.erase(held);
     advice.tool = toolAdviceFor(tool, scene);
   }
+  const std::vector<LoadedObject> whole = scene;
+  for (LoadedObject& object : scene) object.detail = shadingOf(object.material, *object.surface);
   std::vector<LoadedObject> advised = scene;
   std::vector<std::vector<HandStroke>> strokes;
   for (std::size_t i = 0; i < scene.size(); ++i) {
     tell("meshes of", scene[i].name);
-    ObjectAdvice object{scene[i].name, {}, 0, {}};
+    ObjectAdvice object;
+    object.name = scene[i].name;
     strokes.push_back(strokesOver(scene[i]));
     if (!strokes[i].empty()) {
       object.candidates = candidatesFor(scene, i, strokes[i], tolerance);
-      object.advised = advisedOf(object.candidates);
+    }
+    decide(object, scene[i]);
+    object.features = featuresOf(whole, i, strokes[i]);
+    object.textureRate_Hz = patternRate_Hz(scene[i].material.surface, object.features);
+    if (object.verdict.use) {
       advised[i].surface = object.mesh().surface;
+      advised[i].detail = shadingOf(scene[i].material, *object.mesh().surface);
     }
     advice.objects.push_back(std::move(object));
   }
   for (std::size_t i = 0; i < scene.size(); ++i) {
     if (!advice.objects[i].judged()) continue;
     tell("rates and options of", scene[i].name);
-    advice.objects[i].options = optionsFor(scene, advised, i, strokes[i], device);
+    advice.objects[i].options = optionsFor(advised, i, strokes[i], device);
   }
   advice.rate = lowestRate(advice.objects);
   return advice;

@@ -30,6 +30,30 @@ Record meshRecord(const ObjectAdvice& object, std::size_t i) {
   return record;
 }
 
+Record verdictRecord(const ObjectAdvice& object) {
+  Record record{{"method", "ours"},
+                {"scene", object.name},
+                {"verdict", object.verdict.text},
+                {"replaces_mesh", object.verdict.use},
+                {"pass", object.checkedWell()}};
+  if (object.checked) {
+    record.update(
+        {{"checked_ticks", object.checked->ticks}, {"checked_below_1_ratio", 1 - object.checked->felt_ratio}});
+  }
+  return record;
+}
+
+Record featureRecord(const ObjectAdvice& object, const Feature& feature) {
+  Record record{{"method", "ours"}, {"scene", object.name}, {"feature", feature.name}, {"judged", feature.judged()}};
+  if (!feature.judged()) {
+    record["why"] = feature.whyNot;
+    return record;
+  }
+  record.update(
+      {{"felt", feature.felt()}, {"epsilon_p99_ratio", feature.epsilon_p99}, {"tick_cost_ns", feature.cost_ns}});
+  return record;
+}
+
 Record optionRecord(const SceneAdvice& advice, const ObjectAdvice& object, const MaterialOption& option,
                     std::size_t rate) {
   const Trial& trial = option.trials[rate];
@@ -41,8 +65,13 @@ Record optionRecord(const SceneAdvice& advice, const ObjectAdvice& object, const
                 {"rate_Hz", kRates_Hz[rate]},
                 {"advised", advice.rate == rate && &option == &advice.optionOf(object)},
                 {"depth_of_1_N_mm", option.depth_mm()}};
-  addDifference(record, trial.difference);
-  record.update({{"limit_cycle_um", trial.worstCycle_um}, {"steady", trial.steady}, {"pass", trial.good()}});
+  record.update({{"epsilon_p99_ratio", trial.epsilon_p99()},
+                 {"tap_epsilon_p99_ratio", trial.tap.epsilon_p99},
+                 {"stroke_epsilon_p99_ratio", trial.stroke.epsilon_p99},
+                 {"wrong_side_ticks", trial.stroke.wrongSideTicks},
+                 {"limit_cycle_um", trial.worstCycle_um},
+                 {"steady", trial.steady},
+                 {"pass", trial.good()}});
   const MaterialOption& advised = advice.optionOf(object);
   if (const std::string step = object.stepBetween(advised, option); !step.empty()) {
     record.update({{"step", step},
@@ -59,11 +88,13 @@ Record rateRecord(const SceneAdvice& advice, std::size_t rate, const DevicePrese
                 {"rate_Hz", kRates_Hz[rate]},
                 {"advised", advice.rate == rate},
                 {"epsilon_p99_ratio", at.epsilon_p99},
+                {"fails", at.fails},
                 {"limit_cycle_um", at.worstCycle_um},
                 {"unsteady", at.unsteady},
                 {"passive_to_N_per_m", at.passiveTo_N_per_m},
                 {"processor_ratio", at.core_ratio},
-                {"pass", at.good}};
+                {"pass", at.good()}};
+  if (advice.rate == rate) record["decided_by"] = decidedBy(advice, device);
   const std::size_t advised = advice.rate.value_or(rate);
   if (rate + 1 == advised || rate == advised + 1) {
     record.update({{"step", rate > advised ? "up" : "down"},
@@ -94,6 +125,8 @@ std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& dev
     records.push_back(spacingRecord(*advice.tool, i));
   }
   for (const ObjectAdvice& object : advice.objects) {
+    records.push_back(verdictRecord(object));
+    for (const Feature& feature : object.features) records.push_back(featureRecord(object, feature));
     for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(meshRecord(object, i));
     for (const MaterialOption& option : object.options) {
       for (std::size_t i = 0; i < kRates_Hz.size(); ++i) records.push_back(optionRecord(advice, object, option, i));

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "tests/eval/advise/advice.h"
+#include "tests/eval/advise/verdict.h"
 
 namespace haptics::eval {
 namespace {
@@ -13,7 +13,7 @@ const char* verdict(const Candidate& c) {
   if (c.strayed) return "strays too far";
   if (c.difference.missedTicks > 0) return "loses contact";
   if (c.difference.wrongSideTicks > 0) return "pushes the wrong way";
-  return c.difference.epsilon_p99 < 1 ? "" : "is felt";
+  return c.good() ? "" : "is felt";
 }
 
 void printCandidates(const ObjectAdvice& object) {
@@ -27,6 +27,20 @@ void printCandidates(const ObjectAdvice& object) {
   }
 }
 
+void printFeatures(const ObjectAdvice& object) {
+  for (const Feature& feature : object.features) {
+    if (!feature.judged()) {
+      std::printf("  %s: not judged: %s.\n", feature.name.c_str(), feature.whyNot.c_str());
+    } else {
+      std::printf("  %s: without it the error is %.2f: it is %s; it costs %.0f ns a tick.\n", feature.name.c_str(),
+                  feature.epsilon_p99, feature.felt() ? "felt" : "not felt", feature.cost_ns);
+    }
+  }
+  if (object.textureRate_Hz > 0) {
+    std::printf("  Its finest pattern asks for %.0f Hz.\n", object.textureRate_Hz);
+  }
+}
+
 void printMeshSteps(const ObjectAdvice& object) {
   const Candidate& here = object.mesh();
   if (object.advised > 0) {
@@ -37,8 +51,10 @@ void printMeshSteps(const ObjectAdvice& object) {
   }
   if (object.advised + 1 < object.candidates.size()) {
     const Candidate& down = object.candidates[object.advised + 1];
-    std::printf("  A step down, %zu triangles: %+.3f MB, %+.0f ns; but it %s: error %.3f.\n", down.triangles,
-                down.memory_MB - here.memory_MB, down.hot_ns - here.hot_ns, verdict(down), down.difference.epsilon_p99);
+    std::printf("  A step down, %zu triangles: %+.3f MB, %+.0f ns; %s: error %.3f.\n", down.triangles,
+                down.memory_MB - here.memory_MB, down.hot_ns - here.hot_ns,
+                down.good() ? "it is not felt" : (std::string("but it ") + verdict(down)).c_str(),
+                down.difference.epsilon_p99);
   }
 }
 
@@ -63,7 +79,7 @@ void printOptions(const SceneAdvice& advice, const ObjectAdvice& object) {
       std::printf("\n%s %10.0f  %10.3f", row == advised.stiffness_N_per_m ? " >" : "  ", row, option.depth_mm());
     }
     std::printf("  %s%8s (%6.2f)", &option == &advised ? "> " : "  ", steadyFromText(option).c_str(),
-                option.firstSteady().difference.epsilon_p99);
+                option.atBest().epsilon_p99());
   }
   std::printf("\n");
 }
@@ -82,10 +98,10 @@ void printMaterialSteps(const SceneAdvice& advice, const ObjectAdvice& object) {
       std::printf("%.3g Ns/m: %.3g Ns/m %s damping", other.damping_Ns_per_m,
                   std::abs(other.damping_Ns_per_m - here.damping_Ns_per_m), up ? "more" : "less");
     }
-    const ForceDifference& difference = other.firstSteady().difference;
+    const Trial& best = other.atBest();
     const std::string rate = steadyFromText(other);
     std::printf("; steady from %s%s; it is %s: error %.2f.\n", rate.c_str(), rate == steadyFromText(here) ? " too" : "",
-                difference.good() ? "not felt" : "felt", difference.epsilon_p99);
+                best.sameFeel() ? "not felt" : "felt", best.epsilon_p99());
   }
   if (!here.own) {
     std::printf("  Its own damping, %.3g Ns/m, is steady from %s.\n", object.ownOption().damping_Ns_per_m,
@@ -93,37 +109,37 @@ void printMaterialSteps(const SceneAdvice& advice, const ObjectAdvice& object) {
   }
 }
 
+std::string listed(const std::vector<std::string>& items) {
+  std::string list;
+  for (const std::string& item : items) list += (list.empty() ? "" : ", ") + item;
+  return list;
+}
+
 void printRates(const SceneAdvice& advice, const DevicePreset& device) {
-  std::printf("\nrate, a %s resting with 1 N on each object as advised, no hand and a light one\n",
-              device.title.data());
-  std::printf("  %10s  %8s  %14s  %15s  %17s\n", "Hz", "error", "limit cycle um", "passive to N/m",
+  std::printf(
+      "\nrate, a %s on each object as advised: rest with 1 N, with no hand and a light one; tap and stroke at 0.1 m/s, "
+      "the force\nheld from tick to tick, against %.0f Hz; pattern: ten ticks to a wave of the finest that is felt, at "
+      "0.1 m/s\n",
+      device.title.data(), kRates_Hz.back());
+  std::printf("  %10s  %8s  %14s  %17s  %17s\n", "Hz", "error", "limit cycle um", "passive alone N/m",
               "contact, % of core");
   for (std::size_t i = 0; i < kRates_Hz.size(); ++i) {
     const RateSummary at = summaryAt(advice, i, device);
     const bool advised = advice.rate == i;
-    std::printf("%s %10.0f  %8.3f  %14.1f  %15.0f  %17.4f  %s%s\n", advised ? " >" : "  ", kRates_Hz[i], at.epsilon_p99,
+    std::printf("%s %10.0f  %8.3f  %14.1f  %17.0f  %17.4f  %s%s\n", advised ? " >" : "  ", kRates_Hz[i], at.epsilon_p99,
                 at.worstCycle_um, at.passiveTo_N_per_m, 100 * at.core_ratio,
-                at.good               ? ""
-                : at.unsteady.empty() ? "is felt"
-                                      : "UNSTEADY",
-                advised ? "<- advised" : "");
+                at.good() ? "" : ("fails: " + listed(at.fails)).c_str(), advised ? "<- advised" : "");
     for (const std::string& where : at.unsteady) std::printf("              %s\n", where.c_str());
   }
+  std::printf(
+      "  Passive alone: up to where the device needs neither stabiliser nor hand to rest (Abbott and Okamura 2005). It "
+      "is "
+      "steady\n  on stiffer surfaces by the stabiliser, which every server has.\n");
   if (!advice.rate) {
-    std::printf("  No rate is steady on every object with a material that feels the same: see the options above.\n");
+    std::printf("  No rate is steady on every object and feels the same: see the options above.\n");
     return;
   }
-  const double core_ratio = summaryAt(advice, *advice.rate, device).core_ratio;
-  for (const auto& [name, step] : {std::pair{"up", 1}, {"down", -1}}) {
-    const std::size_t other = *advice.rate + static_cast<std::size_t>(step);  // below 0: beyond the last
-    if (other >= kRates_Hz.size()) continue;
-    const RateSummary at = summaryAt(advice, other, device);
-    std::printf("  A step %s, %.0f Hz: %+.4f %% of a core%s.\n", name, kRates_Hz[other],
-                100 * (at.core_ratio - core_ratio),
-                at.good               ? ""
-                : at.unsteady.empty() ? "; but it is felt"
-                                      : "; but it is not steady");
-  }
+  std::printf("  %.0f Hz is enough; %s.\n", kRates_Hz[*advice.rate], decidedBy(advice, device).c_str());
 }
 
 const char* verdict(const SpacingCandidate& c) {
@@ -156,6 +172,13 @@ void print(const SceneAdvice& advice, const DevicePreset& device) {
       "it by\n"
       "default; stiffness and damping as set, where the server would take no more than half of what the device "
       "bears\n");
+  std::printf("\n");
+  if (advice.tool) std::printf("%s: %s\n", advice.tool->name.c_str(), verdictOf(*advice.tool).c_str());
+  for (const ObjectAdvice& object : advice.objects) {
+    std::printf("%s: %s\n", object.name.c_str(), object.verdict.text.c_str());
+    if (const std::string note = notJudgedOf(object); !note.empty()) std::printf("  not judged: %s\n", note.c_str());
+    if (const std::string note = notFeltOf(object); !note.empty()) std::printf("  not felt: %s\n", note.c_str());
+  }
   if (advice.tool) printTool(*advice.tool);
   double all_MB = 0;
   double advised_MB = 0;
@@ -165,6 +188,7 @@ void print(const SceneAdvice& advice, const DevicePreset& device) {
       std::printf("  No hand gets to it from above: not judged.\n");
       continue;
     }
+    printFeatures(object);
     printCandidates(object);
     printMeshSteps(object);
     printOptions(advice, object);

@@ -1,5 +1,6 @@
 #include "tests/eval/advise/advise.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -8,6 +9,9 @@
 #include <stdexcept>
 
 #include "tests/eval/advise/advice.h"
+#include "tests/eval/advise/independent_check.h"
+#include "tests/eval/advise/scene_writer.h"
+#include "tests/eval/advise/verdict.h"
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
@@ -86,14 +90,14 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
     std::string note = "not judged: no hand gets there";
     if (o.judged()) {
       const std::string own = std::to_string(o.candidates.front().triangles) + " triangles, ";
-      note = own + (o.advised == 0 ? "all are needed" : std::to_string(o.mesh().triangles) + " are enough");
+      note = own + (o.verdict.use ? std::to_string(o.mesh().triangles) + " are enough" : "kept");
     }
     figure.styles.push_back({o.name, note, kColours[i % kColours.size()], Marker::kDisc, false});
   }
   figure.legendNotes = {"Dashed: what a hand just notices."};
   if (advice.rate) {
-    figure.legendNotes.push_back("Lowest steady rate of all: " + std::to_string(std::lround(kRates_Hz[*advice.rate])) +
-                                 " Hz");
+    figure.legendNotes.push_back("Lowest rate that is steady and feels the same: " +
+                                 std::to_string(std::lround(kRates_Hz[*advice.rate])) + " Hz");
   }
   return figure;
 }
@@ -114,6 +118,20 @@ void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+void writeObjectsCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
+  std::ofstream file(path);
+  file << "object,verdict,not_judged,not_felt\n";
+  if (advice.tool) {
+    file << advice.tool->name << ',' << std::quoted(verdictOf(*advice.tool), '"', '"') << ",mesh,\n";
+  }
+  for (const ObjectAdvice& o : advice.objects) {
+    file << o.name << ',' << std::quoted(o.verdict.text, '"', '"') << ',' << std::quoted(notJudgedOf(o), '"', '"')
+         << ',' << std::quoted(notFeltOf(o), '"', '"') << '\n';
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
 void writeToolCsv(const std::filesystem::path& path, const ToolAdvice& tool) {
   std::ofstream file(path);
   file << "tool,spacing_mm,points,advised,epsilon_p99_ratio,epsilon_max_ratio,torque_epsilon_p99_ratio,hot_tick_p50_ns,"
@@ -128,21 +146,41 @@ void writeToolCsv(const std::filesystem::path& path, const ToolAdvice& tool) {
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+void apply(const AdviseOptions& options, const std::vector<LoadedObject>& scene, SceneAdvice& advice) {
+  constexpr std::uint64_t kSeed = 20;
+  const auto written = writeAdvised(advice, options.scene, options.assets, options.apply);
+  const auto checks = checkedAgainst(written, scene, kSeed);
+  std::printf("the advised scene: %s\n", (options.apply / std::filesystem::path(options.scene).filename()).c_str());
+  for (ObjectAdvice& object : advice.objects) {
+    if (!object.verdict.use || !checks.contains(object.name)) continue;
+    object.checked = checks.at(object.name);
+    std::printf("  %s: on other strokes the error is below 1 in %.2f %% of %s ticks%s\n", object.name.c_str(),
+                100 * (1 - object.checked->felt_ratio),
+                grouped(static_cast<std::size_t>(object.checked->ticks)).c_str(),
+                object.checkedWell() ? "" : ": IT IS FELT");
+  }
+}
+
 }  // namespace
 
-void runAdvise(const AdviseOptions& options) {
+bool runAdvise(const AdviseOptions& options) {
   const auto found = findDevicePreset(options.devicePreset);
   if (!found) throw std::invalid_argument("--device-preset: " + found.error().text());
   const DevicePreset& device = *found;
-  const SceneAdvice advice = adviceFor(orThrow(loadScene(options.scene, options.assets)), device, options.tolerance);
+  if (!options.apply.empty()) checkApply(options.scene, options.apply);
+  const auto scene = orThrow(loadScene(options.scene, options.assets));
+  SceneAdvice advice = adviceFor(scene, device, options.tolerance);
   print(advice, device);
+  if (!options.apply.empty()) apply(options, scene, advice);
   writeRecords(options.out, "advise", recordsOf(advice, device));
   writeCsv(options.out / "advise.csv", advice);
+  writeObjectsCsv(options.out / "advise_objects.csv", advice);
   if (advice.tool) writeToolCsv(options.out / "advise_tool.csv", *advice.tool);
   const auto display = orThrow(VirtualDisplay::ensure());
   orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
-  std::printf("written to %s: advise.json, advise.csv, %sadvise.png, advise.svg\n", options.out.c_str(),
-              advice.tool ? "advise_tool.csv, " : "");
+  std::printf("written to %s: advise.json, advise.csv, advise_objects.csv, %sadvise.png, advise.svg\n",
+              options.out.c_str(), advice.tool ? "advise_tool.csv, " : "");
+  return std::ranges::all_of(advice.objects, &ObjectAdvice::checkedWell);
 }
 
 }  // namespace haptics::eval

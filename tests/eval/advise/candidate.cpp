@@ -2,13 +2,18 @@
 
 #include <algorithm>
 
+#include "common/mesh/import.h"
 #include "haptic_server/contact/contact.h"
 #include "tests/eval/advise/decimate.h"
+#include "tests/eval/advise/felt_forces.h"
 #include "tests/eval/advise/fit.h"
+#include "tests/eval/advise/ply_file.h"
 #include "tests/eval/timing.h"
 
 namespace haptics::eval {
 namespace {
+
+constexpr double kJudged_Hz = 1000;  // as the strokes are sampled
 
 /// The contact core over the scene, one object's surface exchanged.
 class SceneContact {
@@ -34,16 +39,6 @@ class SceneContact {
   std::vector<Body> bodies_;
   ContactState state_;
 };
-
-std::vector<Forces> forcesOn(SceneContact contact, const std::vector<HandStroke>& strokes) {
-  std::vector<Forces> all;
-  for (const HandStroke& hand : strokes) {
-    Forces& forces_N = all.emplace_back();
-    contact.place(hand.down.front());
-    for (const Vec3 hip : hand.places()) forces_N.push_back(contact.tick(hip));
-  }
-  return all;
-}
 
 /// The stroke to and fro, as often as `ticks` takes.
 std::vector<Vec3> toAndFro(const std::vector<Vec3>& stroke, std::size_t ticks) {
@@ -92,11 +87,13 @@ double longestSide(const CollisionMesh& surface) {
 std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std::size_t object,
                                      const std::vector<HandStroke>& strokes, double tolerance) {
   const LoadedObject& own = scene[object];
-  const std::vector<Forces> truth = forcesOn({scene, object, *own.surface}, strokes);
+  ServoScene felt = servoSceneOf(scene);
+  const std::vector<Forces> truth = forcesIn(felt, strokes, kJudged_Hz);
 
   std::vector<Candidate> candidates;
-  const auto judge = [&](std::shared_ptr<const CollisionMesh> surface) {
+  const auto judge = [&](std::shared_ptr<const TriMesh> mesh, std::shared_ptr<const CollisionMesh> surface) {
     Candidate candidate;
+    candidate.mesh = std::move(mesh);
     candidate.surface = std::move(surface);
     candidate.triangles = candidate.surface->triangleCount();
     candidate.memory_MB = static_cast<double>(candidate.surface->memory_bytes()) * 1e-6;
@@ -104,18 +101,28 @@ std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std
     const double deviation_m = deviationOf(*own.mesh, *candidate.surface);
     candidate.deviation_mm = deviation_m * 1e3;
     candidate.strayed = deviation_m > tolerance * longestSide(*own.surface);
-    const SceneContact contact(scene, object, *candidate.surface);
-    candidate.difference = differenceOf(forcesOn(contact, strokes), truth);
-    price(contact, strokes.front(), candidate);
+    candidate.exact = deviation_m <= kExact_of_longest * longestSide(*own.surface);
+    felt.objects[object].surface = candidate.surface;
+    felt.objects[object].detail = shadingOf(own.material, *candidate.surface);
+    candidate.difference = differenceOf(forcesIn(felt, strokes, kJudged_Hz), truth);
+    price({scene, object, *candidate.surface}, strokes.front(), candidate);
     candidates.push_back(std::move(candidate));
   };
-  judge(own.surface);
+  const auto judgeCopy = [&](const TriMesh& copy) {
+    // As import takes it from its file: what is judged is what a server gets.
+    auto imported = importMesh(plyOf(copy), MeshFormat::kPly, {});
+    if (!imported || imported->mesh.triangles.size() >= candidates.back().triangles) return;
+    auto mesh = std::make_shared<const TriMesh>(std::move(imported->mesh));
+    auto surface = buildCollisionMesh(mesh->vertices, mesh->triangles);
+    judge(std::move(mesh), std::move(surface));
+  };
+  judge(own.mesh, own.surface);
+  judgeCopy(merged(*own.mesh));
+  if (!candidates.back().exact || !candidates.back().good()) candidates.resize(1);
   constexpr double kStep = 0.7071;  // two steps are a half
   constexpr double kFewest = 4;
-  for (double wanted = kStep * static_cast<double>(own.mesh->triangles.size()); wanted >= kFewest; wanted *= kStep) {
-    const TriMesh copy = fitted(decimated(*own.mesh, static_cast<std::size_t>(wanted)), *own.mesh);
-    if (copy.triangles.size() >= candidates.back().triangles) continue;  // no edge was left to collapse
-    judge(buildCollisionMesh(copy.vertices, copy.triangles));
+  for (double wanted = kStep * static_cast<double>(candidates.back().triangles); wanted >= kFewest; wanted *= kStep) {
+    judgeCopy(fitted(decimated(*own.mesh, static_cast<std::size_t>(wanted)), *own.mesh));
     const std::size_t count = candidates.size();
     if (count > 2 && !candidates[count - 1].good() && !candidates[count - 2].good()) break;
   }

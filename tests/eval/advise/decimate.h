@@ -11,4 +11,10 @@ namespace haptics::eval {
 /// OpenMesh leaves out faces at which the mesh is not manifold.
 [[nodiscard]] TriMesh decimated(const TriMesh& mesh, std::size_t triangles);
 
+/// A copy that strays no farther, of its longest side, is the same shape.
+inline constexpr double kExact_of_longest = 1e-6;
+/// A copy whose surface is the same within kExact_of_longest: flat faces, and lines between them, of no more triangles
+/// than they need.
+[[nodiscard]] TriMesh merged(const TriMesh& mesh);
+
 }  // namespace haptics::eval

@@ -1,5 +1,7 @@
 #include "tests/eval/advise/loaded_scene.h"
 
+#include <algorithm>
+
 #include "common/wire/convert.h"
 #include "haptic_server/scene/scene_service.h"
 
@@ -16,14 +18,24 @@ Result<std::vector<LoadedObject>> loadScene(const std::string& file, std::vector
   auto reports = sceneService.loadStartScene(*transaction);
   if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
 
+  const ServoScene* servoScene = mailbox.newest();
   std::vector<LoadedObject> objects;
   for (const auto& record : sceneService.history()->version.objects()) {
     const auto asset = as<MeshAsset>(sceneService.findAsset(record->mesh));
-    const auto tool = record->motion ? record->motion->tool : std::nullopt;
-    objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface, tool});
+    objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface, record->motion,
+                       record->deformation});
+    const auto felt = std::ranges::find(servoScene->objects, record->id, &ServoObject::id);
+    if (felt != servoScene->objects.end()) objects.back().detail = felt->detail;
   }
   if (objects.empty()) return refused(file, "holds no object that could be touched");
   return objects;
+}
+
+std::shared_ptr<const SurfaceDetail> shadingOf(const Material& material, const CollisionMesh& surface) {
+  if (!material.surface.shading) return nullptr;
+  SurfaceProperties properties;
+  properties.shading = Shading{material.surface.shading->crease_rad, {}};
+  return makeSurfaceDetail(surface, properties, {});
 }
 
 ServoScene servoSceneOf(const std::vector<LoadedObject>& objects) {
@@ -31,7 +43,7 @@ ServoScene servoSceneOf(const std::vector<LoadedObject>& objects) {
   scene.revision = 1;
   for (const LoadedObject& object : objects) {
     scene.objects.push_back({scene.objects.size() + 1, object.surface, object.pose, object.material.stiffness_N_per_m,
-                             object.material.damping_Ns_per_m, false});
+                             object.material.damping_Ns_per_m, false, object.detail});
   }
   return scene;
 }

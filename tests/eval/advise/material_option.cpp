@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptic_server/step/haptic_step.h"
+#include "tests/eval/advise/felt_forces.h"
 #include "tests/eval/advise/steadiness.h"
 
 namespace haptics::eval {
@@ -32,30 +32,46 @@ RestingPlace levelPlace(const LoadedObject& object, const std::vector<HandStroke
   return best;
 }
 
-Vec3 placeAt(const std::vector<Vec3>& places, double time_ms) {
-  const auto before = std::min(static_cast<std::size_t>(time_ms), places.size() - 2);
-  return glm::mix(places[before], places[before + 1], time_ms - static_cast<double>(before));
-}
-
-/// The production step along each stroke, before the limit of a device, as it is at every second millisecond: those are
-/// ticks at every rate. A lower rate's force comes later, by less than a hand notices; what is compared is the force.
-std::vector<Forces> forcesIn(const ServoScene& scene, const std::vector<HandStroke>& strokes, double rate_Hz) {
-  const StepConfig config{.period_s = 1 / rate_Hz, .maxForce_N = 1e9};
-  const auto apart = static_cast<std::size_t>(rate_Hz / 500);
-  std::vector<Forces> all;
-  for (const HandStroke& hand : strokes) {
-    Forces& forces_N = all.emplace_back();
-    const std::vector<Vec3> places = hand.places();
-    HapticState state(config);
-    (void)adoptScene(scene, state, 0);  // the first is always taken
-    const auto ticks = static_cast<std::size_t>(static_cast<double>(places.size() - 1) * 1e-3 * rate_Hz);
-    for (std::size_t tick = 0; tick <= ticks; ++tick) {
-      const Vec3 hip = placeAt(places, 1e3 * static_cast<double>(tick) / rate_Hz);
-      const TelemetrySample sample = hapticStep(scene, state, config, {tick, 0, {hip, DeviceState::kReady}});
-      if (tick % apart == 0) forces_N.push_back(sample.force.contact);
+/// What the device holds in each tick of the highest rate, as if holding did not delay it: of the nearest tick.
+std::vector<Forces> heldIn(const ServoScene& scene, const std::vector<HandStroke>& strokes, double rate_Hz) {
+  const double ticks = rate_Hz / kRates_Hz.back();
+  std::vector<Forces> all = forcesIn(scene, strokes, rate_Hz);
+  for (Forces& forces_N : all) {
+    Forces held_N(static_cast<std::size_t>(static_cast<double>(forces_N.size() - 1) / ticks) + 1);
+    for (std::size_t i = 0; i < held_N.size(); ++i) {
+      held_N[i] =
+          forces_N[std::min(static_cast<std::size_t>(static_cast<double>(i) * ticks + 0.5), forces_N.size() - 1)];
     }
+    forces_N = std::move(held_N);
   }
   return all;
+}
+
+/// Of each stroke what is along the surface, or what is not.
+std::vector<Forces> partOf(const std::vector<Forces>& all, const std::vector<HandStroke>& strokes, bool along) {
+  const auto perPlace = static_cast<std::size_t>(1e-3 * kRates_Hz.back());
+  std::vector<Forces> parts;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::size_t begin = perPlace * strokes[i].down.size();
+    const std::size_t end = begin + perPlace * strokes[i].stroke.size();
+    Forces& part = parts.emplace_back();
+    for (std::size_t k = 0; k < all[i].size(); ++k) {
+      if ((k >= begin && k < end) == along) part.push_back(all[i][k]);
+    }
+  }
+  return parts;
+}
+
+/// As long as the shorter of them: at a lower rate a stroke may end before its last place.
+void compare(std::vector<Forces> felt, std::vector<Forces> truth, const std::vector<HandStroke>& strokes,
+             Trial& trial) {
+  for (std::size_t i = 0; i < felt.size(); ++i) {
+    const std::size_t size = std::min(felt[i].size(), truth[i].size());
+    felt[i].resize(size);
+    truth[i].resize(size);
+  }
+  trial.tap = differenceOf(partOf(felt, strokes, false), partOf(truth, strokes, false));
+  trial.stroke = differenceOf(partOf(felt, strokes, true), partOf(truth, strokes, true));
 }
 
 void rest(const ServoScene& scene, const RestingPlace& at, const DevicePreset& device, double rate_Hz, Trial& trial) {
@@ -76,16 +92,15 @@ std::optional<std::size_t> MaterialOption::steadyFrom() const noexcept {
   return static_cast<std::size_t>(found - trials.begin());
 }
 
-std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene, const std::vector<LoadedObject>& advised,
-                                       std::size_t object, const std::vector<HandStroke>& strokes,
-                                       const DevicePreset& device) {
+std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene, std::size_t object,
+                                       const std::vector<HandStroke>& strokes, const DevicePreset& device) {
   constexpr std::array kOfStiffness{0.5, 1.0, 2.0};
   constexpr std::array kOfDamping{0.0, 0.5, 1.0, 2.0};
   const std::vector<Forces> truth = forcesIn(servoSceneOf(scene), strokes, kRates_Hz.back());
-  const RestingPlace place = levelPlace(advised[object], strokes);
+  const RestingPlace place = levelPlace(scene[object], strokes);
   const Material& own = scene[object].material;
   const double usualDamping = own.damping_Ns_per_m > 0 ? own.damping_Ns_per_m : Material{}.damping_Ns_per_m;
-  ServoScene varied = servoSceneOf(advised);
+  ServoScene varied = servoSceneOf(scene);
   std::vector<MaterialOption> options;
   for (const double stiffness : kOfStiffness) {
     for (const double damping : kOfDamping) {
@@ -97,7 +112,7 @@ std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene, c
       varied.objects[object].damping_Ns_per_m = option.damping_Ns_per_m;
       for (std::size_t i = 0; i < kRates_Hz.size(); ++i) {
         Trial& trial = option.trials[i];
-        trial.difference = differenceOf(forcesIn(varied, strokes, kRates_Hz[i]), truth);
+        compare(heldIn(varied, strokes, kRates_Hz[i]), truth, strokes, trial);
         rest(varied, place, device, kRates_Hz[i], trial);
       }
       options.push_back(std::move(option));

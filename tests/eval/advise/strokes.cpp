@@ -1,5 +1,6 @@
 #include "tests/eval/advise/strokes.h"
 
+#include <array>
 #include <numbers>
 
 #include "haptic_server/device/exploration_planner.h"
@@ -8,7 +9,6 @@ namespace haptics::eval {
 namespace {
 
 constexpr double kStep_m = 1e-4;
-constexpr double kPress_N = 1;
 constexpr double kLift_m = 0.003;
 const Vec3 kUp(0, 0, 1);
 
@@ -43,17 +43,22 @@ std::vector<Vec3> HandStroke::places() const {
 }
 
 std::vector<HandStroke> strokesOver(const LoadedObject& object) {
-  constexpr int kDirections = 3;
+  constexpr std::array kTurns_rad{0.0, std::numbers::pi / 3, 2 * std::numbers::pi / 3};
+  constexpr double kPress_N = 1;
+  return strokesOver(object, kTurns_rad, kPress_N);
+}
+
+std::vector<HandStroke> strokesOver(const LoadedObject& object, std::span<const double> turns_rad, double press_N) {
   std::vector<HandStroke> strokes;
-  for (int i = 0; i < kDirections; ++i) {
+  for (const double turn_rad : turns_rad) {
     // The planner looks along its own axes: another direction is the same object turned about the vertical.
-    const Quat turn = glm::angleAxis(i * std::numbers::pi / kDirections, kUp);
+    const Quat turn = glm::angleAxis(turn_rad, kUp);
     const ExploredObject turned{1, object.surface, {turn * object.pose.rotation, turn * object.pose.position}};
     const ExplorationPlan plan = ExplorationPlanner().plan({&turned, 1});
     for (const Stroke& stroke : plan.strokes) {
       std::vector<Vec3> points;
       for (const Vec3 p : stroke.points) points.push_back(glm::conjugate(turn) * p);
-      strokes.push_back(along(points, kPress_N / object.material.stiffness_N_per_m));
+      strokes.push_back(along(points, press_N / object.material.stiffness_N_per_m));
     }
   }
   return strokes;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "tests/eval/advise/loaded_scene.h"
@@ -18,5 +19,10 @@ struct HandStroke {
 /// Along the object's upper side, as the simulated hand of the server would choose it if the object stood alone, in
 /// three directions. Empty when it cannot be reached from above.
 [[nodiscard]] std::vector<HandStroke> strokesOver(const LoadedObject& object);
+/// The same in other directions.
+/// @param turns_rad  About the vertical.
+/// @param press_N  Decides the depth.
+[[nodiscard]] std::vector<HandStroke> strokesOver(const LoadedObject& object, std::span<const double> turns_rad,
+                                                  double press_N);
 
 }  // namespace haptics::eval

@@ -36,7 +36,7 @@ struct Felt {
 class ToolInScene {
  public:
   ToolInScene(const LoadedObject& tool, ToolShell shell, double spacing_m, const std::vector<LoadedObject>& scene)
-      : coupling_{tool.material.stiffness_N_per_m, tool.tool->torsion_Nm_per_rad},
+      : coupling_{tool.material.stiffness_N_per_m, tool.motion->tool->torsion_Nm_per_rad},
         tool_{tool.surface, std::move(shell)},
         bodies_(scene.size()) {
     std::vector<ToolContact::Obstacle> obstacles;
@@ -124,7 +124,7 @@ ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObjec
   std::vector<ToolStroke> strokes;
   Felt truth;
   for (const double times : kCoarser) {
-    const double spacing_m = times * tool.tool->spacing_m;
+    const double spacing_m = times * tool.motion->tool->spacing_m;
     ToolShell shell = makeToolShell(*tool.surface, spacing_m).value();  // the own one was taken, the others are smaller
     if (!advice.candidates.empty() && shell.points.size() >= advice.candidates.back().points) break;
     if (advice.candidates.empty()) {
