@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/collision/collision_points.h"
 #include "tests/eval/baselines/distance_field_shell.h"
 #include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/moeller_trumbore.h"
+#include "tests/eval/baselines/spring_world.h"
 #include "tests/eval/baselines/swept_sphere.h"
 #include "tests/eval/corrections_off.h"
+#include "tests/eval/moving_world.h"
 #include "tests/eval/random.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
@@ -136,6 +139,68 @@ TEST(DistanceFieldShell, SinksIntoAThickPlateAndPassesOneThatIsThinnerThanACell)
   EXPECT_GT(sunk_m, 1e-4) << "springs give way";
   EXPECT_LT(sunk_m, 3e-3);
   EXPECT_LT(lowestOnPlate(0.0005, 128), -0.002);
+}
+
+constexpr double kBrick_kg = 0.1;
+
+/// Springs between a table and a brick of 60 x 30 x 20 mm that stands on it, the hand far away.
+class BrickOnSprings : public ::testing::Test {
+ protected:
+  SpringWorld world_;
+  std::uint64_t brick_ = 0;
+
+  void begin(Vec3 gravity_m_per_s2) {
+    add({0.5, 0.5, 0.02}, {0, 0, -0.01}, false, Vec3(0));
+    brick_ = add({0.06, 0.03, 0.02}, {0, 0, 0.01}, true, gravity_m_per_s2);
+    world_.publish();
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) world_.tick({0, 0, 1});
+  }
+  [[nodiscard]] Vec3 velocity_m_per_s() const { return world_.stateOf(brick_).momentum_Ns / kBrick_kg; }
+
+ private:
+  std::uint64_t add(Vec3 size_m, Vec3 place, bool moves, Vec3 gravity_m_per_s2) {
+    MovingSolid solid = solidFrom(makeBox(size_m, 1).value(), kBrick_kg);
+    solid.body.gravity_m_per_s2 = gravity_m_per_s2;
+    const std::uint64_t id = world_.add(solid, {{1, 0, 0, 0}, place}, moves);
+    world_.object(id).collision = std::make_shared<const CollisionPoints>(makeCollisionPoints(*solid.surface));
+    return id;
+  }
+};
+
+TEST_F(BrickOnSprings, SinksUntilItsFourCornersBearItAndSleeps) {
+  begin({0, 0, -9.81});
+  run(2'000);
+  const double sunk_m = kBrick_kg * 9.81 / (4 * springStiffness_N_per_m(kBrick_kg));
+  EXPECT_NEAR(world_.poseOf(brick_).position.z, 0.01 - sunk_m, 1e-8);
+  EXPECT_EQ(world_.stateOf(brick_).condition, BodyCondition::kAsleep);
+}
+
+TEST_F(BrickOnSprings, CreepsWithinTheConeOfFriction) {
+  begin({1, 0, -9.81});
+  run(500);
+  const double begun_m = world_.poseOf(brick_).position.x;
+  run(1'000);
+  const double crept_m = world_.poseOf(brick_).position.x - begun_m;
+  // Points of an edge may bear it beside the four corners.
+  const double byOne_m = kBrick_kg / springDamping_Ns_per_m(kBrick_kg);
+  EXPECT_LT(crept_m, byOne_m / 4 + 1e-6);
+  EXPECT_GT(crept_m, byOne_m / kPointsOfPair);
+}
+
+TEST_F(BrickOnSprings, SlidesAgainstCoulombsFrictionBeyondIt) {
+  begin({7, 0, -9.81});
+  run(200);
+  EXPECT_NEAR(velocity_m_per_s().x, 0.2 * (7 - 0.5 * 9.81), 0.01);
+}
+
+TEST_F(BrickOnSprings, IsPushedByTheOppositeOfWhatTheHandFeels) {
+  begin(Vec3(0));
+  Vec3 given_Ns(0);
+  for (int i = 0; i < 20; ++i) given_Ns -= kPeriod_s * world_.tick({-0.029, 0.001, 0.01}).force.contact;
+  EXPECT_GT(given_Ns.x, 0.005);
+  EXPECT_NEAR(glm::distance(world_.stateOf(brick_).momentum_Ns, given_Ns), 0, 1e-12);
 }
 
 }  // namespace

@@ -40,6 +40,11 @@ struct Expectation {
 ///   force where the IHIP jumps from facet to facet, and knows no depth that is too deep (S14); it chatters (S15).
 /// bump_mapping: the same, and rings more (S13).
 /// surface_after_contact: loses the contact of a hand that draws back, for the surface is where it was (S16).
+/// springs_between_bodies: as stiff as a tick bears (springStiffness_N_per_m()) is too soft. A stack sinks by more than
+///   0.2 mm, leans and falls, also on softer ones (S26). A squeezed brick enters the wall, by up to 0.4 mm, and the hand
+///   feels that much less; mostly it slips out of the hand aside, where its surface is nearest (S27). Momentum it keeps to
+///   the last digits (S28). Whether one of 32 bodies sinks too deep into the bowl, or gets through, depends on how they
+///   fall (S30).
 /// ours_without_*: what the correction is for.
 ///   feature_codes: as pseudocode_closed but for the corrections that it has (S1, S2, S6, S7, S10, S11, S12).
 ///   pseudonormals: falls out at the bottom of a gash or a pit when the HIP goes about below it (S12).
@@ -75,6 +80,7 @@ inline constexpr std::array kExpectedFailures{
     Expectation{"surface_as_printed", "S13 S14 S15 ", ""},
     Expectation{"bump_mapping", "S13 S14 S15 ", ""},
     Expectation{"surface_after_contact", "S16 ", ""},
+    Expectation{"springs_between_bodies", "S26 S27 ", "S30 "},
     Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
     Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S1 S8 S22 "},
     Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 S21 S31 S32 ", "S22 "},

@@ -42,7 +42,7 @@ std::string_view expectedOutcome(std::string_view method, std::string_view scene
 /// All when no name is given.
 std::vector<Method> chosenMethods(std::string_view name) {
   std::vector<Method> all(methods().begin(), methods().end());
-  for (const auto& more : {ablatedMethods(), surfaceMethods()}) all.insert(all.end(), more.begin(), more.end());
+  for (const auto& more : {ablatedMethods(), singleConcernMethods()}) all.insert(all.end(), more.begin(), more.end());
   if (name.empty()) return all;
   return {findMethod(name, all)};
 }

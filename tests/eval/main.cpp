@@ -127,8 +127,8 @@ void addFailures(CLI::App& app, Arguments& arguments) {
       app,
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
        "The scenes are S1 to S32; S13 to S15 are for methods that have surface properties, S16\n"
-       "for those whose bodies yield, S18 to S20, S23 to S30 for ours. Ten seeds wander a million ticks\n"
-       "in S20."},
+       "for those whose bodies yield, S18 to S20, S23 to S30 for ours, of these S26 to S28 and S30 for\n"
+       "springs_between_bodies too. Ten seeds wander a million ticks in S20."},
       arguments.failures.out);
   FailuresOptions& options = arguments.failures;
   addSeed(verb, options.seed);

@@ -10,6 +10,7 @@
 #include "tests/eval/baselines/god_object.h"
 #include "tests/eval/baselines/intermediate_plane.h"
 #include "tests/eval/baselines/pseudocode.h"
+#include "tests/eval/baselines/spring_world.h"
 #include "tests/eval/baselines/surface_after_contact.h"
 #include "tests/eval/baselines/surface_as_printed.h"
 #include "tests/eval/corrections_off.h"
@@ -24,7 +25,7 @@ std::unique_ptr<Renderer> make() {
 }
 
 constexpr std::array kMethods{
-    Method{kOurs, "the production step", make<RuntimeMethod>, true, true, true, true, true},
+    Method{kOurs, "the production step", make<RuntimeMethod>, true, true, true, true, true, true},
     Method{"ours_shaded", "the same with force shading on every body", make<ShadedMethod>, true, true, true},
     Method{"ours_float", "its contact core with the search in float", oursUnder<kInFloat>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
@@ -55,17 +56,19 @@ constexpr std::array kAblatedMethods{
     Method{"ours_without_watertight_test", "the usual ray test", oursUnder<kWithoutWatertightTest>, true, false},
 };
 
-constexpr std::array kSurfaceMethods{
+constexpr std::array kSingleConcernMethods{
     Method{"ours_without_gain_clamp", "K as it was set", make<MethodWithoutGainClamp>, false, false, true},
     Method{"surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>, false, false, true},
     Method{"bump_mapping", "the same with bump mapping", make<BumpMapping>, false, false, true},
     Method{"surface_after_contact", "soft bodies moved by the force of the tick before", make<SurfaceAfterContact>,
            false, false, false, false, true},
+    Method{"springs_between_bodies", "bodies that meet pushed apart by springs and dampers", make<SpringsBetweenBodies>,
+           false, false, false, false, false, true},
 };
 
 }  // namespace
 
-std::span<const Method> surfaceMethods() { return kSurfaceMethods; }
+std::span<const Method> singleConcernMethods() { return kSingleConcernMethods; }
 std::span<const Method> ablatedMethods() { return kAblatedMethods; }
 std::span<const Method> methods() { return kMethods; }
 std::span<const Method> chartMethods() {

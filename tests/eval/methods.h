@@ -18,6 +18,7 @@ struct Method {
   bool surfaces = false;
   bool motion = false;
   bool softness = false;
+  bool bodies = false;
 
   [[nodiscard]] constexpr bool isFor(Concern concern) const {
     switch (concern) {
@@ -31,6 +32,8 @@ struct Method {
         return motion;
       case Concern::kSoftness:
         return softness;
+      case Concern::kBodies:
+        return bodies;
     }
     return false;
   }
@@ -46,8 +49,8 @@ inline constexpr std::string_view kOurs = "ours";
 [[nodiscard]] std::span<const Method> ablatedMethods();
 
 /// Ours without the clamp of K, and section 4 of the paper as printed: only for scenes with surface properties. Soft bodies
-/// as usually written: only for those.
-[[nodiscard]] std::span<const Method> surfaceMethods();
+/// as usually written: only for those. Springs between bodies: only where these meet.
+[[nodiscard]] std::span<const Method> singleConcernMethods();
 
 /// Throws std::invalid_argument, listing the names of `among`, when there is none called so.
 [[nodiscard]] const Method& findMethod(std::string_view name, std::span<const Method> among);

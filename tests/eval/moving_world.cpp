@@ -105,6 +105,11 @@ const Pose& MovingWorld::poseOf(std::uint64_t id) const {
   return state_.bodies[static_cast<std::size_t>(indexOf(id))].current;
 }
 
+const RigidState& MovingWorld::stateOf(std::uint64_t id) const {
+  const auto body = static_cast<std::size_t>(indexOf(id));
+  return std::ranges::find(state_.moving, body, &MovingBody::body)->state;
+}
+
 double MovingWorld::depthIn(std::size_t index, Vec3 point) const {
   const Body& body = state_.bodies[index];
   const CollisionMesh& surface = *body.surface;

@@ -7,6 +7,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/motion/rigid_body.h"
 #include "haptic_server/step/haptic_step.h"
+#include "tests/eval/body_world.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {
@@ -19,19 +20,18 @@ struct MovingSolid {
 [[nodiscard]] MovingSolid solidFrom(const TriMesh& mesh, double mass_kg = 1);
 
 /// The production step on bodies that it moves by itself, under a HIP that a scene leads. SI, world frame.
-class MovingWorld {
+class MovingWorld final : public BodyWorld {
  public:
-  /// @return Its id; they count up from 1.
-  std::uint64_t add(const MovingSolid& solid, const Pose& pose, bool moves = true);
-  [[nodiscard]] ServoObject& object(std::uint64_t id);  ///< As the next publish() gives it to the step.
+  std::uint64_t add(const MovingSolid& solid, const Pose& pose, bool moves = true) override;
+  [[nodiscard]] ServoObject& object(std::uint64_t id) override;
   void setBody(std::uint64_t id, const RigidBody& body) { object(id).motion = std::make_shared<RigidBody>(body); }
   void setPose(std::uint64_t id, const Pose& pose);  ///< As an edit does, also to the same pose.
   void remove(std::uint64_t id);
   [[nodiscard]] const std::vector<ServoObject>& objects() const noexcept { return objects_; }
 
   /// What was changed is an edit, adopted with the next ticks. Removed objects stay until the contact on them has faded.
-  void publish();
-  TelemetrySample tick(Vec3 hip);
+  void publish() override;
+  TelemetrySample tick(Vec3 hip) override;
   /// With a second hand, which comes with the first such tick and stays.
   struct HandSamples {
     TelemetrySample first, second;
@@ -42,11 +42,12 @@ class MovingWorld {
   /// Its index into the state's bodies, -1 while the step does not have it.
   [[nodiscard]] int indexOf(std::uint64_t id) const noexcept;
   /// Where the step has it; it must be there.
-  [[nodiscard]] const Pose& poseOf(std::uint64_t id) const;
+  [[nodiscard]] const Pose& poseOf(std::uint64_t id) const override;
+  [[nodiscard]] const RigidState& stateOf(std::uint64_t id) const override;
   /// How deep a point is inside one of the step's bodies, judged by all of its triangles (m); 0 outside.
   [[nodiscard]] double depthIn(std::size_t index, Vec3 point) const;
-  /// Of what moves, kinetic and potential.
-  [[nodiscard]] double energyOf(std::uint64_t id) const;
+  [[nodiscard]] double energyOf(std::uint64_t id) const override;
+  [[nodiscard]] std::uint64_t waitedTicks() const override { return state_.report.allowanceSpent; }
 
  private:
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};

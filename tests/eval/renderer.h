@@ -52,8 +52,8 @@ struct EditedScene {
   double spring_N_per_m;
 };
 
-/// What a scene is about, and a method made for.
-enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion, kSoftness };
+/// What a scene is about, and a method made for. Bodies: that meet one another.
+enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion, kSoftness, kBodies };
 
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {
@@ -81,6 +81,9 @@ class Renderer {
   [[nodiscard]] virtual std::vector<Dent> dents(std::size_t /*body*/) const { return {}; }
   /// The smooth surface of force shading is nowhere farther off the body's polygons (m).
   [[nodiscard]] virtual double highestBulge_m(std::size_t /*body*/) const { return 0; }
+
+  /// How bodies that meet are kept apart: by springs, not by the production step.
+  [[nodiscard]] virtual bool pushesBodiesBySprings() const { return false; }
 
  protected:
   [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }

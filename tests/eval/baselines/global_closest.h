@@ -6,7 +6,7 @@ namespace haptics::eval {
 
 /// The penalty method (Massie and Salisbury, The PHANToM haptic interface, 1994): inside a body the force points to its
 /// closest surface point. It remembers nothing. Of several bodies the one that the HIP is deepest in.
-class GlobalClosest final : public Baseline {
+class GlobalClosest : public Baseline {
  public:
   void place(Vec3 /*hip*/) override {}
   Felt tick(std::span<const Pose> poses, Vec3 hip) override {

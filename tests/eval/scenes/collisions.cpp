@@ -1,4 +1,4 @@
-// Bodies that meet one another: S26, S27, S28, S30.
+// Bodies that meet one another: S26, S27, S28, S30. Beside ours springs between them.
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,8 @@
 
 #include "common/mesh/generators.h"
 #include "haptic_server/collision/collision_points.h"
+#include "tests/eval/baselines/spring_world.h"
+#include "tests/eval/body_world.h"
 #include "tests/eval/moving_world.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
@@ -21,7 +23,12 @@ const Vec3 kBrick_m{0.06, 0.03, 0.02};
 TriMesh boxMesh(Vec3 size_m) { return makeBox(size_m, 1).value(); }
 Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
 
-std::uint64_t add(MovingWorld& world, const TriMesh& mesh, double mass_kg, const Pose& pose, Vec3 gravity_m_per_s2) {
+std::unique_ptr<BodyWorld> worldOf(const Renderer& method) {
+  if (method.pushesBodiesBySprings()) return std::make_unique<SpringWorld>();
+  return std::make_unique<MovingWorld>();
+}
+
+std::uint64_t add(BodyWorld& world, const TriMesh& mesh, double mass_kg, const Pose& pose, Vec3 gravity_m_per_s2) {
   MovingSolid solid = solidFrom(mesh, std::max(mass_kg, 1e-3));
   solid.body.gravity_m_per_s2 = gravity_m_per_s2;
   const std::uint64_t id = world.add(solid, pose, mass_kg > 0);
@@ -29,13 +36,8 @@ std::uint64_t add(MovingWorld& world, const TriMesh& mesh, double mass_kg, const
   return id;
 }
 
-std::uint64_t addTable(MovingWorld& world) {
+std::uint64_t addTable(BodyWorld& world) {
   return add(world, boxMesh({0.5, 0.5, 0.02}), 0, at({0, 0, -0.01}), Vec3(0));
-}
-
-const MovingBody& movingOf(const MovingWorld& world, std::uint64_t id) {
-  const auto body = static_cast<std::size_t>(world.indexOf(id));
-  return *std::ranges::find(world.state().moving, body, &MovingBody::body);
 }
 
 /// Open upwards, its foot at z = 0: part of a sphere of 80 mm, 5 mm thick.
@@ -81,32 +83,32 @@ TriMesh bowlMesh() {
 }  // namespace
 
 /// Five bricks on one another stand for 60 s, fall asleep, and are poked.
-SceneResult standOnOneAnother(Renderer& /*ours*/, Random& random) {
+SceneResult standOnOneAnother(Renderer& method, Random& random) {
   constexpr int kTicks = 60'000, kPoke = 1'500;
-  MovingWorld world;
-  addTable(world);
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  addTable(*world);
   std::vector<std::uint64_t> bricks;
   std::vector<Vec3> begun;
   for (int i = 0; i < 5; ++i) {
     const Quat turned = glm::angleAxis(random.between(-0.2, 0.2), Vec3(0, 0, 1));
     begun.emplace_back(random.between(-0.002, 0.002), random.between(-0.002, 0.002), 0.01 + 0.02 * i);
-    bricks.push_back(add(world, boxMesh(kBrick_m), random.between(0.05, 0.2), {turned, begun.back()}, kGravity));
+    bricks.push_back(add(*world, boxMesh(kBrick_m), random.between(0.05, 0.2), {turned, begun.back()}, kGravity));
   }
-  world.publish();
-  for (int i = 0; i < kTicks; ++i) world.tick(kFarAway);
+  world->publish();
+  for (int i = 0; i < kTicks; ++i) world->tick(kFarAway);
   double moved_m = 0;
   int awake = 0, notFinite = 0;
   for (std::size_t i = 0; i < bricks.size(); ++i) {
-    moved_m = std::max(moved_m, glm::distance(world.poseOf(bricks[i]).position, begun[i]));
-    awake += movingOf(world, bricks[i]).state.condition == BodyCondition::kAsleep ? 0 : 1;
+    moved_m = std::max(moved_m, glm::distance(world->poseOf(bricks[i]).position, begun[i]));
+    awake += world->stateOf(bricks[i]).condition == BodyCondition::kAsleep ? 0 : 1;
   }
   double given_N = 0;
   for (int i = 0; i < kPoke; ++i) {
-    const TelemetrySample sample = world.tick({-0.05 + 4e-5 * i, 0, 0.09});
+    const TelemetrySample sample = world->tick({-0.05 + 4e-5 * i, 0, 0.09});
     given_N = std::max(given_N, glm::length(sample.force.contact));
     notFinite += isFinite(sample.force.contact) ? 0 : 1;
   }
-  const double pushed_m = glm::distance(world.poseOf(bricks[4]).position, begun[4]);
+  const double pushed_m = glm::distance(world->poseOf(bricks[4]).position, begun[4]);
   SceneResult result;
   result.measures = {{"moved_in_60_s_mm", 1e3 * moved_m},
                      {"awake_after_60_s", awake},
@@ -118,20 +120,20 @@ SceneResult standOnOneAnother(Renderer& /*ours*/, Random& random) {
 }
 
 /// A brick between the hand and a wall: it goes no farther, and the hand feels its own spring.
-SceneResult squeezeAgainstWall(Renderer& /*ours*/, Random& random) {
+SceneResult squeezeAgainstWall(Renderer& method, Random& random) {
   constexpr int kTicks = 4'000, kSettled = 2'500;
   const double depth_m = random.between(0.002, 0.01), gap_m = random.between(0, 0.01);
-  MovingWorld world;
-  add(world, boxMesh({0.02, 0.2, 0.2}), 0, at({0.04 + gap_m, 0, 0}), Vec3(0));
-  const std::uint64_t brick = add(world, boxMesh(kBrick_m), 0.1, at(Vec3(0)), Vec3(0));
-  world.publish();
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  add(*world, boxMesh({0.02, 0.2, 0.2}), 0, at({0.04 + gap_m, 0, 0}), Vec3(0));
+  const std::uint64_t brick = add(*world, boxMesh(kBrick_m), 0.1, at(Vec3(0)), Vec3(0));
+  world->publish();
   const Vec3 aside(0, random.between(-0.01, 0.01), random.between(-0.006, 0.006));
   double entered_m = -1, change_N = 0, error_N = 0;
   Vec3 before_N(0);
   for (int i = 0; i < kTicks; ++i) {
     const double x = std::min(-0.035 + 2e-5 * i, -0.03 + gap_m + depth_m);
-    const TelemetrySample sample = world.tick(Vec3(x, 0, 0) + aside);
-    entered_m = std::max(entered_m, world.poseOf(brick).position.x - gap_m);
+    const TelemetrySample sample = world->tick(Vec3(x, 0, 0) + aside);
+    entered_m = std::max(entered_m, world->poseOf(brick).position.x - gap_m);
     if (i >= kSettled) {
       change_N = std::max(change_N, glm::distance(sample.force.contact, before_N));
       error_N = std::max(error_N, std::abs(-sample.force.contact.x - kSpring_N_per_m * depth_m));
@@ -145,68 +147,68 @@ SceneResult squeezeAgainstWall(Renderer& /*ours*/, Random& random) {
 }
 
 /// Bricks that float, pushed one into the next: what the hand gives, but in ticks in which bodies wait, they have together.
-SceneResult passMomentumOn(Renderer& /*ours*/, Random& random) {
+SceneResult passMomentumOn(Renderer& method, Random& random) {
   constexpr int kTicks = 1'500;
-  MovingWorld world;
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
   std::vector<std::uint64_t> bricks;
   for (int i = 0; i < 4; ++i) {
     const Pose pose{glm::angleAxis(random.between(-0.3, 0.3), Vec3(0, 0, 1)),
                     {0.075 * i, random.between(-0.01, 0.01), 0}};
-    bricks.push_back(add(world, boxMesh(kBrick_m), random.between(0.05, 0.3), pose, Vec3(0)));
+    bricks.push_back(add(*world, boxMesh(kBrick_m), random.between(0.05, 0.3), pose, Vec3(0)));
   }
-  world.publish();
+  world->publish();
   Vec3 given(0);
   const double y = random.between(-0.005, 0.005);
   for (int i = 0; i < kTicks; ++i) {
-    const std::uint64_t waited = world.state().report.allowanceSpent;
-    const TelemetrySample sample = world.tick({-0.05 + 1.2e-4 * i, y, 0});
-    if (world.state().report.allowanceSpent == waited) given -= kPeriod_s * sample.force.contact;
+    const std::uint64_t waited = world->waitedTicks();
+    const TelemetrySample sample = world->tick({-0.05 + 1.2e-4 * i, y, 0});
+    if (world->waitedTicks() == waited) given -= kPeriod_s * sample.force.contact;
   }
   Vec3 momentum(0);
   int moving = 0;
   for (const std::uint64_t brick : bricks) {
-    momentum += movingOf(world, brick).state.momentum_Ns;
-    moving += glm::length(movingOf(world, brick).state.momentum_Ns) > 1e-4 ? 1 : 0;
+    momentum += world->stateOf(brick).momentum_Ns;
+    moving += glm::length(world->stateOf(brick).momentum_Ns) > 1e-4 ? 1 : 0;
   }
   const double error = glm::distance(momentum, given) / glm::length(given);
   SceneResult result;
   result.measures = {{"given_Ns", glm::length(given)},
                      {"momentum_error", error},
                      {"bricks_that_move", moving},
-                     {"ticks_that_waited", world.state().report.allowanceSpent}};
+                     {"ticks_that_waited", world->waitedTicks()}};
   result.pass = error < 1e-3 && moving >= 2;
   return result;
 }
 
 /// 32 marbles and blocks are let into a bowl.
-SceneResult fillBowl(Renderer& /*ours*/, Random& random) {
+SceneResult fillBowl(Renderer& method, Random& random) {
   constexpr int kTicks = 12'000;
   constexpr double kRadius_m = 0.008;
-  MovingWorld world;
-  add(world, bowlMesh(), 0, at(Vec3(0)), Vec3(0));
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  add(*world, bowlMesh(), 0, at(Vec3(0)), Vec3(0));
   std::vector<std::uint64_t> bodies;
   for (int i = 0; i < 32; ++i) {
     const bool round = random.below(2) == 0;
     const TriMesh mesh = round ? makeSphere(kRadius_m, 16).value() : boxMesh(Vec3(0.011, 0.009, 0.008));
     const Vec3 place(0.02 * (i % 3 - 1) + random.between(-1e-3, 1e-3), 0.02 * (i / 3 % 3 - 1), 0.06 + 0.02 * (i / 9));
-    bodies.push_back(add(world, mesh, 0.01, {random.rotation(), place}, kGravity));
+    bodies.push_back(add(*world, mesh, 0.01, {random.rotation(), place}, kGravity));
   }
-  world.publish();
-  world.tick(kFarAway);
+  world->publish();
+  world->tick(kFarAway);
   const auto energy = [&] {
     double sum = 0;
-    for (const std::uint64_t body : bodies) sum += world.energyOf(body);
+    for (const std::uint64_t body : bodies) sum += world->energyOf(body);
     return sum;
   };
   const double begun_J = energy();
   double gained_J = 0, deepest_m = 0;
   int notFinite = 0, through = 0;
   for (int i = 0; i < kTicks; ++i) {
-    world.tick(kFarAway);
+    world->tick(kFarAway);
     if (i % 50 != 0) continue;
     gained_J = std::max(gained_J, energy() - begun_J);
     for (const std::uint64_t body : bodies) {
-      const Vec3 place = world.poseOf(body).position;
+      const Vec3 place = world->poseOf(body).position;
       notFinite += isFinite(place) ? 0 : 1;
       const Vec3 fromMiddle = place - Vec3(0, 0, kInner_m + kWall_m);
       const bool over = std::atan2(std::hypot(fromMiddle.x, fromMiddle.y), -fromMiddle.z) < kHalfAngle_rad;
@@ -217,14 +219,13 @@ SceneResult fillBowl(Renderer& /*ours*/, Random& random) {
     }
   }
   int awake = 0;
-  for (const std::uint64_t body : bodies)
-    awake += movingOf(world, body).state.condition == BodyCondition::kAwake ? 1 : 0;
+  for (const std::uint64_t body : bodies) awake += world->stateOf(body).condition == BodyCondition::kAwake ? 1 : 0;
   SceneResult result;
   result.measures = {{"energy_gained_uJ", 1e6 * gained_J},
                      {"deepest_um", 1e6 * deepest_m},
                      {"through_the_bowl", through},
                      {"awake_at_the_end", awake},
-                     {"ticks_that_waited", world.state().report.allowanceSpent},
+                     {"ticks_that_waited", world->waitedTicks()},
                      {"non_finite_ticks", notFinite}};
   result.pass = gained_J < 1e-6 && through == 0 && deepest_m < 5e-4 && notFinite == 0;
   return result;
