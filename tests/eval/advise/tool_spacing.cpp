@@ -131,7 +131,7 @@ ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObjec
       strokes = toolStrokes(tool, reachDown_m(tool, shell), scene);
       if (strokes.empty()) return advice;
     }
-    SpacingCandidate candidate{.spacing_m = spacing_m, .points = shell.points.size()};
+    SpacingCandidate candidate{.spacing_m = spacing_m, .points = shell.points.size(), .difference = {}};
     Felt felt = ToolInScene(tool, std::move(shell), spacing_m, scene).feel(strokes);
     candidate.hot_ns = felt.hot_ns;
     if (advice.candidates.empty()) truth = felt;
