@@ -132,16 +132,16 @@ class ClosedLoop(UsbTest):
             self.assertEqual(unhomed_force, 0, "before it was homed")
             self.assertEqual(sample.device_state, v1.DEVICE_STATE_READY, server.text())
             for _ in range(TRIES):
-                before, sent_before = server.status(), bench.tell("state")["replies"]
+                before, bench_before = server.status(), bench.tell("state")
                 time.sleep(SECONDS)
                 after, bench_after = server.status(), bench.tell("state")
-                sent = bench_after["replies"] - sent_before
+                sent, late = (bench_after[key] - bench_before[key] for key in ("replies", "late"))
                 said = {key: int(after["device_exchange"][key]) - int(before["device_exchange"].get(key, 0))
                         for key in ("commands", "replies", "replies_used")}
                 ticks = int(after["ticks"]) - int(before["ticks"])
                 print(f"\n{kind}: {ticks} ticks, {said}, {sent} replies sent by the device, "
                       f"{100 * said['replies_used'] / said['replies']:.3f} % used, {after['missed_ticks']} ticks missed, "
-                      f"the hardware held up {bench_after['held_up']} times")
+                      f"the hardware held up {bench_after['held_up']} times, {100 * late / sent:.3f} % of its replies late")
                 if said["replies"] + 5 >= 0.999 * sent and said["replies_used"] >= 0.99 * said["replies"]:
                     break
                 # Once more: the machine holds threads up for seconds at times, and where the bus's frames begin just when

@@ -21,6 +21,8 @@ namespace {
 
 constexpr std::uint64_t kAwait_ns = 20'000'000;
 constexpr std::uint64_t kHeldUp_ns = 1'000'000;
+/// Later than this a reply may miss the tick that it is for.
+constexpr std::uint64_t kLate_ns = 200'000;
 /// How often the device moves when nobody asks it.
 constexpr std::uint64_t kIdle_ns = 20'000'000;
 constexpr std::uint64_t kFrameShift_ns = 300'000;
@@ -108,6 +110,7 @@ void UsbfsNode::complete(Description& description, std::uint64_t now_ns, std::ui
       return;
     }
     if (now_ns - *ready_ns > kHeldUp_ns) ++heldUp_;
+    if (now_ns - *ready_ns > kLate_ns) ++late_;
     description.waiting.pop_front();
     std::array<std::uint8_t, kMaxNodeData> bytes;
     const int result = device_->in(std::span(bytes).first(std::min<std::size_t>(urb.length, bytes.size())), now_ns);
@@ -267,10 +270,10 @@ std::string UsbfsNode::command(const std::string& line) {
   char answer[300];
   std::snprintf(
       answer, sizeof answer,
-      R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "impulse_Ns": %.6f, "held_up": %llu, "replies": %llu})",
+      R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "impulse_Ns": %.6f, "held_up": %llu, "late": %llu, "replies": %llu})",
       static_cast<unsigned long long>(now_ns), device_->motorsOn() ? "true" : "false",
       static_cast<unsigned long long>(zeroSince_ns_), impulse_Ns_, static_cast<unsigned long long>(heldUp_),
-      static_cast<unsigned long long>(device_->replies()));
+      static_cast<unsigned long long>(late_), static_cast<unsigned long long>(device_->replies()));
   return answer;
 }
 

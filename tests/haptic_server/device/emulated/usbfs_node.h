@@ -63,6 +63,7 @@ class UsbfsNode {
   std::uint64_t zeroSince_ns_ = 0;
   std::uint64_t awaits_ns_ = 0, awaited_ns_ = 0;  // how long the force is added up, and up to when it was
   double impulse_Ns_ = 0;
+  std::uint64_t late_ = 0;    // replies
   std::uint64_t heldUp_ = 0;  // times that the processor let the hardware wait
 };
 
