@@ -106,7 +106,7 @@ SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& devic
     if (!strokes[i].empty()) {
       object.candidates = candidatesFor(scene, i, strokes[i], tolerance);
     }
-    decide(object, scene[i]);
+    decide(object, scene, i);
     object.features = featuresOf(whole, i, strokes[i]);
     object.textureRate_Hz = patternRate_Hz(scene[i].material.surface, object.features);
     if (object.verdict.use) {

@@ -13,7 +13,7 @@ const char* verdict(const Candidate& c) {
   if (c.strayed) return "strays too far";
   if (c.difference.missedTicks > 0) return "loses contact";
   if (c.difference.wrongSideTicks > 0) return "pushes the wrong way";
-  return c.good() ? "" : "is felt";
+  return c.good() ? "" : c.difference.epsilon_p99 < 1 ? "is nearly felt" : "is felt";
 }
 
 void printCandidates(const ObjectAdvice& object) {

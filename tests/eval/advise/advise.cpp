@@ -95,9 +95,14 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
     figure.styles.push_back({o.name, note, kColours[i % kColours.size()], Marker::kDisc, false});
   }
   figure.legendNotes = {"Dashed: what a hand just notices."};
+  for (const ObjectAdvice& o : advice.objects) {
+    std::string names;
+    for (const Feature& feature : o.features) names += feature.judged() ? "" : ' ' + feature.name;
+    if (!names.empty()) figure.legendNotes.push_back(o.name + ", not judged:" + names);
+  }
   if (advice.rate) {
-    figure.legendNotes.push_back("Lowest rate that is steady and feels the same: " +
-                                 std::to_string(std::lround(kRates_Hz[*advice.rate])) + " Hz");
+    figure.legendNotes.push_back("Lowest rate for all: " + std::to_string(std::lround(kRates_Hz[*advice.rate])) +
+                                 " Hz");
   }
   return figure;
 }

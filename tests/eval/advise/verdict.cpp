@@ -1,8 +1,10 @@
 #include "tests/eval/advise/verdict.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <ranges>
 
 namespace haptics::eval {
@@ -65,14 +67,40 @@ std::size_t coarsestGood(const std::vector<Candidate>& candidates) {
   return static_cast<std::size_t>(bad - candidates.begin()) - 1;
 }
 
+/// Low and high corner, world.
+std::array<Vec3, 2> boxOf(const LoadedObject& object) {
+  std::array<Vec3, 2> box{Vec3(std::numeric_limits<double>::infinity()),
+                          Vec3(-std::numeric_limits<double>::infinity())};
+  for (const Vec3f v : object.mesh->vertices) {
+    const Vec3 place = toWorld(object.pose, Vec3(v));
+    box = {glm::min(box[0], place), glm::max(box[1], place)};
+  }
+  return box;
+}
+
+bool boxesMeet(const LoadedObject& a, const LoadedObject& b) {
+  const auto [lowA, highA] = boxOf(a);
+  const auto [lowB, highB] = boxOf(b);
+  for (int k = 0; k < 3; ++k) {
+    if (highA[k] < lowB[k] || highB[k] < lowA[k]) return false;
+  }
+  return true;
+}
+
 /// Why an object's mesh has to stay whatever is felt on it at rest; empty where it need not.
 /// @param exact  The other mesh is of the same shape.
-std::string whyMeshStays(const LoadedObject& object, bool exact) {
+std::string whyMeshStays(const std::vector<LoadedObject>& scene, std::size_t index, bool exact) {
+  const LoadedObject& object = scene[index];
   if (std::string why = whySurfaceStays(object.material.surface); !why.empty()) return why;
   if (object.deformation.residue) return "its residue moves its vertices";
   if (object.deformation.softness) return "its softness moves its vertices, and it was judged as rigid";
   if (object.deformation.lattice) return "its lattice moves its vertices, and it was judged without";
-  if (!object.motion || exact) return "";
+  if (exact) return "";
+  for (const LoadedObject& other : scene) {
+    if (!other.deformation.softness || !boxesMeet(object, other)) continue;
+    return other.name + ", which yields, is where it is, and was judged as rigid";
+  }
+  if (!object.motion) return "";
   if (object.motion->collision) return "other bodies meet it, and it was judged by the hand alone";
   return object.motion->fixed ? "" : "it moves, and it was judged at rest";
 }
@@ -87,7 +115,7 @@ std::string grouped(std::size_t number) {
 
 std::string meshFileOf(const ObjectAdvice& object) { return object.name + ".ply"; }
 
-void decide(ObjectAdvice& advice, const LoadedObject& object) {
+void decide(ObjectAdvice& advice, const std::vector<LoadedObject>& scene, std::size_t object) {
   const auto keep = [&](const std::string& why) { advice.verdict = {false, "keep; " + why}; };
   advice.advised = 0;
   if (!advice.judged()) {
@@ -100,7 +128,7 @@ void decide(ObjectAdvice& advice, const LoadedObject& object) {
   if (enough == 0) return keep("every triangle is needed");
   if (!isGained(own, found)) return keep("nothing is to be gained");
   const std::string counts = grouped(found.triangles) + " of " + grouped(own.triangles) + " triangles";
-  const std::string bound = whyMeshStays(object, found.exact);
+  const std::string bound = whyMeshStays(scene, object, found.exact);
   if (!bound.empty()) return keep(counts + " would do for a rigid body at rest, but " + bound);
   advice.advised = enough;
   advice.verdict = {true, "use " + meshFileOf(advice) + ", " + counts + ", " + savedText(own, found)};
