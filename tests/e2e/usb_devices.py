@@ -120,6 +120,13 @@ class Listing(UsbTest):
 class ClosedLoop(UsbTest):
     """A hand on the emulated device moves over the demo scene."""
 
+    @staticmethod
+    def moment(server, bench):
+        """The server's status, the hardware's state, and how long it took to ask for both."""
+        began = time.monotonic()
+        status, state = server.status(), bench.tell("state")
+        return status, state, time.monotonic() - began
+
     def felt(self, kind):
         bench, server = self.start_with_device(kind)
         with Client(server.address, "watcher", telemetry_hz=200) as client:
@@ -132,9 +139,9 @@ class ClosedLoop(UsbTest):
             self.assertEqual(unhomed_force, 0, "before it was homed")
             self.assertEqual(sample.device_state, v1.DEVICE_STATE_READY, server.text())
             for _ in range(TRIES):
-                before, bench_before = server.status(), bench.tell("state")
+                before, bench_before, took_before_s = self.moment(server, bench)
                 time.sleep(SECONDS)
-                after, bench_after = server.status(), bench.tell("state")
+                after, bench_after, took_after_s = self.moment(server, bench)
                 sent, late = (bench_after[key] - bench_before[key] for key in ("replies", "late"))
                 said = {key: int(after["device_exchange"][key]) - int(before["device_exchange"].get(key, 0))
                         for key in ("commands", "replies", "replies_used")}
@@ -142,17 +149,20 @@ class ClosedLoop(UsbTest):
                 print(f"\n{kind}: {ticks} ticks, {said}, {sent} replies sent by the device, "
                       f"{100 * said['replies_used'] / said['replies']:.3f} % used, {after['missed_ticks']} ticks missed, "
                       f"the hardware held up {bench_after['held_up']} times, {100 * late / sent:.3f} % of its replies late")
-                if said["replies"] + 5 >= 0.999 * sent and said["replies_used"] >= 0.99 * said["replies"]:
+                # Replies on their way at either end are a few, and server and hardware are not asked at the same moment.
+                taken = 0.999 * sent - 5 - 1000 * (took_before_s + took_after_s)
+                # The servo takes the newest: where the machine held one of the threads up, several come at once. The driver's
+                # and the servo's are held up as often as the hardware's, which says when it was late. 99.9 % is asked for in
+                # virtual_loop_test.cpp.
+                used = 0.99 * said["replies"] - 2 * late
+                if said["replies"] >= taken and said["replies_used"] >= used:
                     break
                 # Once more: the machine holds threads up for seconds at times, and where the bus's frames begin just when
                 # the servo ticks, two replies come in one tick and none in the next.
                 bench.tell("shift frames")
         self.assertGreater(said["replies"], 0.9 * 1000 * SECONDS)
-        # Replies on their way at either end are a few.
-        self.assertGreaterEqual(said["replies"] + 5, 0.999 * sent)
-        # The servo takes the newest: where the machine held one of the threads up, several come at once. 99.9 % is asked for
-        # in virtual_loop_test.cpp.
-        self.assertGreaterEqual(said["replies_used"], 0.99 * said["replies"])
+        self.assertGreaterEqual(said["replies"], taken)
+        self.assertGreaterEqual(said["replies_used"], used)
         self.assertGreater(int(after["contact_ticks"]), 100)
         self.assertEqual(int(after.get("allocations_in_servo", 0)), 0)
         # The machine may let the hardware wait: then it is silent, and late after that.
