@@ -12,7 +12,7 @@ struct TickGap {
   std::uint64_t missed = 0;  ///< That the servo slept through: nothing was computed.
   std::uint64_t lost = 0;    ///< That were computed, and lost on the way here.
 
-  /// "after tick 4711: 3 ticks were missed by the servo, 120 lost on the way".
+  /// "after tick 4711: 3 missed by the servo, 120 lost on the way".
   [[nodiscard]] std::string inWords() const {
     std::string words = "after tick " + std::to_string(after) + ": ";
     if (missed > 0) words += std::to_string(missed) + " missed by the servo";

@@ -32,11 +32,10 @@ class Client {
     std::uint64_t time_ns = 0;  ///< The server's monotonic clock when the device was read.
     Vector hip_m{};             ///< Haptic interface point.
     Vector ihip_m{};            ///< Ideal haptic interface point.
-    Vector force_N{};           ///< On the hand, as the device was told.
+    Vector force_N{};           ///< On the hand, as sent to the device.
     std::uint64_t touched = 0;  ///< The body's number; 0: none.
-    std::uint64_t missed = 0;   ///< Ticks before it that the servo slept through,
-    std::uint64_t lost =
-        0;  ///< and that were computed, and lost on the way here: this program is too slow, or the line.
+    std::uint64_t missed = 0;   ///< Ticks before it that the servo slept through.
+    std::uint64_t lost = 0;     ///< Ticks before it that were computed, and lost: the line or this program is too slow.
   };
 
   struct Options {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "graphics_client/editing/scene_text.h"
 #include "graphics_client/export/hdf5_file.h"
@@ -40,54 +41,21 @@ void describe(hid_t set, const char* units, const char* frame, const char* descr
   setAttribute(set, "description", std::string(description));
 }
 
-/// The columns of tickColumns(), of one hand.
-class TickSets {
+/// Data sets of a group that grow together.
+class RowSets {
  public:
-  TickSets(hid_t file, const std::string& name) : group_(makeGroup(file, name)) {
-    for (const char* inner : {"force", "tool", "primitive", "device"}) static_cast<void>(makeGroup(group_, inner));
-    for (const TickColumn& column : tickColumns()) {
-      const std::string path = pathOf(column.name);
-      const hid_t set = column.number != nullptr ? numbers_.emplace_back(group_, path, 1, kTicksOfChunk).set()
-                                                 : reals_.emplace_back(group_, path, column.width, kTicksOfChunk).set();
-      describe(set, column.unit, column.frame, column.description);
-    }
-  }
+  RowSets(hid_t file, const std::string& name, std::size_t rowsOfChunk)
+      : group_(makeGroup(file, name)), rowsOfChunk_(rowsOfChunk) {}
 
-  void add(const TickValues& values) {
-    auto real = reals_.begin();
-    auto number = numbers_.begin();
-    for (const TickColumn& column : tickColumns()) {
-      if (column.number != nullptr) {
-        *(number++)->next() = column.number(values);
-      } else {
-        column.reals(values, (real++)->next());
-      }
-    }
-  }
-  void flush() {
-    for (auto& set : reals_) set.flush();
-    for (auto& set : numbers_) set.flush();
-  }
-
- private:
-  Hdf5Group group_;
-  std::list<Hdf5Rows<double>> reals_;
-  std::list<Hdf5Rows<std::uint64_t>> numbers_;
-};
-
-/// A table of rows that come now and then.
-class EventSets {
- public:
-  EventSets(hid_t file, const std::string& name) : group_(makeGroup(file, name)) {}
-
-  Hdf5Rows<std::uint64_t>& number(const char* name, const char* description) {
-    Hdf5Rows<std::uint64_t>& set = numbers_.emplace_back(group_, name, 1, kRowsOfChunk);
-    describe(set.set(), "1", "", description);
+  [[nodiscard]] hid_t group() const noexcept { return group_; }
+  Hdf5Rows<std::uint64_t>& number(const std::string& name, const char* description, const char* units = "1") {
+    Hdf5Rows<std::uint64_t>& set = numbers_.emplace_back(group_, name, 1, rowsOfChunk_);
+    describe(set.set(), units, "", description);
     return set;
   }
-  Hdf5Rows<double>& reals(const char* name, std::size_t width, const char* units, const char* frame,
+  Hdf5Rows<double>& reals(const std::string& name, std::size_t width, const char* units, const char* frame,
                           const char* description) {
-    Hdf5Rows<double>& set = reals_.emplace_back(group_, name, width, kRowsOfChunk);
+    Hdf5Rows<double>& set = reals_.emplace_back(group_, name, width, rowsOfChunk_);
     describe(set.set(), units, frame, description);
     return set;
   }
@@ -98,8 +66,44 @@ class EventSets {
 
  private:
   Hdf5Group group_;
+  std::size_t rowsOfChunk_;
   std::list<Hdf5Rows<double>> reals_;
   std::list<Hdf5Rows<std::uint64_t>> numbers_;
+};
+
+/// The columns of tickColumns(), of one hand.
+class TickSets {
+ public:
+  TickSets(hid_t file, const std::string& name) : sets_(file, name, kTicksOfChunk) {
+    for (const char* inner : {"force", "tool", "primitive", "device"})
+      static_cast<void>(makeGroup(sets_.group(), inner));
+    for (const TickColumn& column : tickColumns()) {
+      const std::string path = pathOf(column.name);
+      if (column.number != nullptr) {
+        numbers_.push_back(&sets_.number(path, column.description, column.unit));
+      } else {
+        reals_.push_back(&sets_.reals(path, column.width, column.unit, column.frame, column.description));
+      }
+    }
+  }
+
+  void add(const TickValues& values) {
+    auto real = reals_.begin();
+    auto number = numbers_.begin();
+    for (const TickColumn& column : tickColumns()) {
+      if (column.number != nullptr) {
+        *(*number++)->next() = column.number(values);
+      } else {
+        column.reals(values, (*real++)->next());
+      }
+    }
+  }
+  void flush() { sets_.flush(); }
+
+ private:
+  RowSets sets_;
+  std::vector<Hdf5Rows<double>*> reals_;  // in the order of their columns, as the next
+  std::vector<Hdf5Rows<std::uint64_t>*> numbers_;
 };
 
 template <class Vector>
@@ -114,11 +118,11 @@ class Hdf5Sink final : public SessionSink {
       : name_(file.string()),
         file_(create(file), name_),
         ticks_(file_, "ticks"),
-        bodies_(file_, "bodies"),
-        dents_(file_, "dents"),
-        edits_(file_, "edits"),
-        faults_(file_, "faults"),
-        gaps_(file_, "gaps"),
+        bodies_(file_, "bodies", kRowsOfChunk),
+        dents_(file_, "dents", kRowsOfChunk),
+        edits_(file_, "edits", kRowsOfChunk),
+        faults_(file_, "faults", kRowsOfChunk),
+        gaps_(file_, "gaps", kRowsOfChunk),
         scenes_(makeGroup(file_, "scenes")),
         meshes_(makeGroup(file_, "meshes")) {
     if (!facts.secondDevice.empty()) second_.emplace(file_, "second_hand");
@@ -174,7 +178,7 @@ class Hdf5Sink final : public SessionSink {
     return tried([&] {
       ticks_.flush();
       if (second_) second_->flush();
-      for (EventSets* sets : {&bodies_, &dents_, &edits_, &faults_, &gaps_}) sets->flush();
+      for (RowSets* sets : {&bodies_, &dents_, &edits_, &faults_, &gaps_}) sets->flush();
       setAttribute(file_, "ticks", end.ticks);
       setAttribute(file_, "ticks_missed_by_servo", end.missed);
       setAttribute(file_, "ticks_lost", end.lost);
@@ -189,7 +193,7 @@ class Hdf5Sink final : public SessionSink {
   Hdf5File file_;
   TickSets ticks_;
   std::optional<TickSets> second_;
-  EventSets bodies_, dents_, edits_, faults_, gaps_;
+  RowSets bodies_, dents_, edits_, faults_, gaps_;
   Hdf5Group scenes_, meshes_;
   std::set<std::uint64_t> revisions_;
   std::set<std::string> written_;  // meshes
@@ -215,7 +219,7 @@ class Hdf5Sink final : public SessionSink {
   Hdf5Rows<std::uint64_t>& gapLost_ = gaps_.number("lost", "ticks that were computed, and lost on the way");
 
   static hid_t create(const std::filesystem::path& file) {
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are told of by those who ask
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // whoever asks reports failures
     return H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   }
 

@@ -91,9 +91,8 @@ std::uint16_t McapFile::addChannel(std::string_view topic, std::string_view mess
 
 Result<void> McapFile::add(std::uint16_t channel, std::uint64_t time_unix_ns, std::string_view message) {
   Channel& to = channels_[channel - 1U];
-  const bool first = std::ranges::all_of(channels_, [](const Channel& c) { return c.inChunk.empty(); });
-  chunkBegan_ns_ = first ? time_unix_ns : std::min(chunkBegan_ns_, time_unix_ns);
-  chunkEnded_ns_ = first ? time_unix_ns : std::max(chunkEnded_ns_, time_unix_ns);
+  chunkBegan_ns_ = chunkEnded_ns_ == 0 ? time_unix_ns : std::min(chunkBegan_ns_, time_unix_ns);
+  chunkEnded_ns_ = std::max(chunkEnded_ns_, time_unix_ns);
   began_ns_ = messages_ == 0 ? time_unix_ns : std::min(began_ns_, time_unix_ns);
   ended_ns_ = std::max(ended_ns_, time_unix_ns);
   to.inChunk.emplace_back(time_unix_ns, chunk_.size());

@@ -41,7 +41,8 @@ class McapFile {
   std::uint64_t written_ = 0;
   std::vector<Channel> channels_;  // by id - 1
   std::string chunk_;
-  std::uint64_t chunkBegan_ns_ = 0, chunkEnded_ns_ = 0, began_ns_ = 0, ended_ns_ = 0;
+  std::uint64_t chunkBegan_ns_ = 0, chunkEnded_ns_ = 0;  // 0: without a message
+  std::uint64_t began_ns_ = 0, ended_ns_ = 0;
   std::uint64_t messages_ = 0;
   std::uint32_t chunks_ = 0;
   std::string chunkIndexes_, metadata_, metadataName_;  // records, but for the name

@@ -31,7 +31,7 @@ struct SessionTick {
   const TelemetrySample& sample;
   const TelemetrySample* second;     ///< Of the second hand; null: there is none.
   const ToolState& tool;             ///< That the first hand holds; object 0: none.
-  std::span<const BodyState> moved;  ///< Bodies that are no longer where they were told to be last.
+  std::span<const BodyState> moved;  ///< Bodies whose pose or condition is another than in the ticks before.
   const MotionState* dents;          ///< Null: dents are as in the last call.
 };
 

@@ -156,6 +156,7 @@ class ClientSession {
   void handle(const v1::SnapshotEnd& end);
   void handle(const v1::Commit& message);
   void handle(const v1::Heartbeat& heartbeat);
+  void handle(const v1::TelemetryBatch& batch);
   void handle(const v1::AssetChunk& chunk);
   void handle(const v1::ClockReply& reply, std::uint64_t now_ns);
 

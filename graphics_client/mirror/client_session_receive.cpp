@@ -26,10 +26,7 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kTelemetry:
       return show(envelope.telemetry());
     case v1::Envelope::kTelemetryBatch:
-      if (envelope.telemetry_batch().sample().empty()) return;
-      show(*envelope.telemetry_batch().sample().rbegin());
-      if (options_.onTicks) options_.onTicks(envelope.telemetry_batch());
-      return;
+      return handle(envelope.telemetry_batch());
     case v1::Envelope::kEditReply:
       edits_.replied(envelope.edit_reply(), now_ns);
       return pumpEdits();
@@ -231,6 +228,12 @@ void ClientSession::show(const v1::Telemetry& sample) {
   if (mirror_.take(fromWire(sample), bodiesFromWire(sample), dentsFromWire(sample), toolFromWire(sample),
                    secondHandFromWire(sample)))
     ++changes_;
+}
+
+void ClientSession::handle(const v1::TelemetryBatch& batch) {
+  if (batch.sample().empty()) return;
+  if (batch.reaches_newest()) show(*batch.sample().rbegin());
+  if (options_.onTicks) options_.onTicks(batch);
 }
 
 void ClientSession::becomeLive() {

@@ -137,7 +137,7 @@ CLI::App* addExport(CLI::App& app, ExportOptions& options) {
       "listed.\n\n"
       "Examples:\n"
       "  hapticctl export session.recording --out session.h5\n"
-      "  hapticctl export session.recording --out session.mcap      # for Foxglove, PlotJuggler\n"
+      "  hapticctl export session.recording --out session.mcap\n"
       "  hapticctl export --live --seconds 60 --out session.csv");
   return verb;
 }

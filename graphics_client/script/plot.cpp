@@ -1,7 +1,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +8,7 @@
 #include <string>
 #include <system_error>
 
+#include "common/process/spawn.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/progress_bar.h"
 #include "graphics_client/script/verbs.h"
@@ -41,28 +41,16 @@ class TemporaryFolder {
   std::error_code ignored;
   const auto beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "python";
   const std::string title = options.title.empty() ? options.recording.filename().string() : options.title;
-  const std::string sessionFile = session.string(), out = options.out.string();
-  const std::array arguments{"python3",
-                             "-m",
-                             "haptic_plot",
-                             "--out",
-                             out.c_str(),
-                             "--title",
-                             title.c_str(),
-                             sessionFile.c_str(),
-                             static_cast<const char*>(nullptr)};
-  const pid_t child = fork();
-  if (child == 0) {
-    if (exists(beside / "haptic_plot.py")) setenv("PYTHONPATH", beside.c_str(), 1);
-    execv("/usr/bin/python3", const_cast<char* const*>(arguments.data()));
-    _exit(127);
-  }
+  if (exists(beside / "haptic_plot.py")) setenv("PYTHONPATH", beside.c_str(), 1);
+  const auto child =
+      spawn("/usr/bin/python3",
+            {.arguments = {"-m", "haptic_plot", "--out", options.out.string(), "--title", title, session.string()},
+             .descriptors = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}});
+  if (!child) return refused("", "a plot needs python3 with the packages python3-matplotlib and python3-h5py");
   int status = 0;
-  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(*child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (child < 0 || !WIFEXITED(status) || WEXITSTATUS(status) == 127)
-    return refused("", "a plot needs python3 with the packages python3-matplotlib and python3-h5py");
-  return WEXITSTATUS(status) == 0 ? Result<void>() : refused("", "no plot was made");
+  return status == 0 ? Result<void>() : refused("", "no plot was made");
 }
 
 }  // namespace

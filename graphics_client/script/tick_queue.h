@@ -30,7 +30,7 @@ class TickQueue {
     const auto count = std::min(room, static_cast<std::size_t>(batch.sample_size()));
     for (std::size_t i = 0; i < count; ++i) {
       const auto at = static_cast<int>(i);
-      ticks_.push_back({batch.sample(at), at + 1 == batch.sample_size()});
+      ticks_.push_back({batch.sample(at), batch.reaches_newest() && at + 1 == batch.sample_size()});
     }
     some_.notify_all();
   }

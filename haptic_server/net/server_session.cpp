@@ -253,11 +253,9 @@ void ServerSession::handle(const v1::Subscribe& subscribe) {
   if (!std::isfinite(rate_Hz) || rate_Hz < 0) return refuse("subscribe.rate_hz", "must be finite and >= 0");
   telemetry_.setRate(std::min(rate_Hz, kMaxTelemetryRate_Hz));
   byDatagram_ = subscribe.datagrams();
-  const TickHistory* ticks = host_.ticks();
-  if (!subscribe.every_tick() || ticks == nullptr) {
-    nextTick_ = std::nullopt;
-  } else if (!nextTick_) {
-    nextTick_ = ticks->end();
+  if (!subscribe.every_tick()) return batches_.stop();
+  if (const TickHistory* ticks = host_.ticks(); ticks != nullptr && !batches_.wanted()) {
+    batches_.start(*ticks);
     transport_.preferThroughput();
   }
 }
@@ -397,7 +395,7 @@ void ServerSession::pump() {
   if (phase_ != Phase::kLive) return;
   const bool lineIsFree = transport_.backlog() == 0;
   if (lineIsFree || byDatagram_) sendTelemetry(lineIsFree);
-  if (nextTick_) sendTicks();
+  if (batches_.wanted()) sendTicks();
   if (phase_ != Phase::kLive || !lineIsFree) return;
   // Behind the newest sample one chunk, so that neither starves the other.
   if (!assets_.empty()) {
@@ -427,22 +425,10 @@ void ServerSession::addAllElse(v1::Telemetry& message) {
 }
 
 void ServerSession::sendTicks() {
-  const TickHistory& ticks = *host_.ticks();
-  const std::uint64_t now_ns = host_.now_ns();
-  while (phase_ == Phase::kLive && transport_.backlog() <= limits_.sendAhead_bytes) {
-    nextTick_ = std::max(*nextTick_, ticks.begin());
-    const std::uint64_t end = std::min(ticks.end(), *nextTick_ + kTicksOfBatch);
-    if (*nextTick_ >= end || (end - *nextTick_ < kTicksOfBatch && now_ns < nextBatch_ns_)) return;
-    v1::TelemetryBatch& batch = *batchEnvelope_.mutable_telemetry_batch();
-    batch.Clear();
-    for (; *nextTick_ < end; ++*nextTick_) {
-      const TickHistory::Tick& tick = ticks.at(*nextTick_);
-      v1::Telemetry& message = *batch.add_sample();
-      toWire(tick.sample, message);
-      if (tick.second) toWireOfSecondHand(*tick.second, message);
-    }
-    if (end == ticks.end()) addAllElse(*batch.mutable_sample(batch.sample_size() - 1));
-    nextBatch_ns_ = now_ns + kBatch_ns;
+  v1::TelemetryBatch& batch = *batchEnvelope_.mutable_telemetry_batch();
+  while (phase_ == Phase::kLive && transport_.backlog() <= limits_.sendAhead_bytes &&
+         batches_.take(*host_.ticks(), host_.now_ns(), batch)) {
+    if (batch.reaches_newest()) addAllElse(*batch.mutable_sample()->rbegin());
     send(batchEnvelope_);
   }
 }

@@ -18,6 +18,7 @@
 #include "haptic_server/net/session_host.h"
 #include "haptic_server/net/session_uploads.h"
 #include "haptic_server/net/telemetry_slot.h"
+#include "haptic_server/net/tick_batches.h"
 
 namespace haptics {
 
@@ -57,9 +58,6 @@ class ServerSession {
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
-  /// Ticks go to a client that wants every one so often, or when so many have come together.
-  static constexpr std::uint64_t kBatch_ns = 10'000'000;
-  static constexpr std::uint64_t kTicksOfBatch = 128;
   static constexpr std::size_t kMaxClientName = 64;  ///< Bytes.
 
   /// All three outlive the session.
@@ -88,7 +86,7 @@ class ServerSession {
   void close(const std::string& why);
 
   [[nodiscard]] double telemetryRate_Hz() const noexcept { return telemetry_.rate_Hz(); }  ///< 0: none wanted.
-  [[nodiscard]] bool wantsEveryTick() const noexcept { return nextTick_.has_value() && phase_ == Phase::kLive; }
+  [[nodiscard]] bool wantsEveryTick() const noexcept { return batches_.wanted() && phase_ == Phase::kLive; }
   [[nodiscard]] bool welcomed() const noexcept { return phase_ == Phase::kLive; }
   [[nodiscard]] SessionId id() const noexcept { return id_; }  ///< 0 until Hello.
   [[nodiscard]] Role role() const noexcept { return role_; }   ///< Once welcomed.
@@ -118,9 +116,8 @@ class ServerSession {
   TelemetrySlot telemetry_;
   BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
-  v1::Envelope batchEnvelope_;             // reused likewise
-  std::optional<std::uint64_t> nextTick_;  // position in the host's ticks; nothing: the client does not want all
-  std::uint64_t nextBatch_ns_ = 0;
+  v1::Envelope batchEnvelope_;  // reused likewise
+  TickBatches batches_;
   std::array<bool, kMaxLedHands> followsHandLeader_{};
 
   EditGate editGate_;

@@ -56,14 +56,26 @@ constexpr std::array kAblatedMethods{
     Method{"ours_without_watertight_test", "the usual ray test", oursUnder<kWithoutWatertightTest>, true, false},
 };
 
+constexpr Method forSurfaces(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
+  return {.name = name, .about = about, .make = maker, .contact = false, .edits = false, .surfaces = true};
+}
+
 constexpr std::array kSingleConcernMethods{
-    Method{"ours_without_gain_clamp", "K as it was set", make<MethodWithoutGainClamp>, false, false, true},
-    Method{"surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>, false, false, true},
-    Method{"bump_mapping", "the same with bump mapping", make<BumpMapping>, false, false, true},
-    Method{"surface_after_contact", "soft bodies moved by the force of the tick before", make<SurfaceAfterContact>,
-           false, false, false, false, true},
-    Method{"springs_between_bodies", "bodies that meet pushed apart by springs and dampers", make<SpringsBetweenBodies>,
-           false, false, false, false, false, true},
+    forSurfaces("ours_without_gain_clamp", "K as it was set", make<MethodWithoutGainClamp>),
+    forSurfaces("surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>),
+    forSurfaces("bump_mapping", "the same with bump mapping", make<BumpMapping>),
+    Method{.name = "surface_after_contact",
+           .about = "soft bodies moved by the force of the tick before",
+           .make = make<SurfaceAfterContact>,
+           .contact = false,
+           .edits = false,
+           .softness = true},
+    Method{.name = "springs_between_bodies",
+           .about = "bodies that meet pushed apart by springs and dampers",
+           .make = make<SpringsBetweenBodies>,
+           .contact = false,
+           .edits = false,
+           .bodies = true},
 };
 
 }  // namespace

@@ -156,6 +156,30 @@ TEST_F(SessionTraffic, ShowsTheNewestSample) {
   EXPECT_EQ(rig_.view().samplesReceived, 2U);
 }
 
+TEST_F(SessionTraffic, ShowsOfABatchWhatReachesTheNewestTickAlone) {
+  const auto batch = [&](std::uint64_t tick, bool reachesNewest) {
+    v1::Envelope envelope;
+    v1::TelemetryBatch& message = *envelope.mutable_telemetry_batch();
+    message.add_sample()->set_tick(tick);
+    if (reachesNewest) {
+      v1::Dent& dent = *message.mutable_sample(0)->add_dent();
+      dent.set_object(1);
+      for (int i = 0; i < 3; ++i) {
+        dent.add_centre(0);
+        dent.add_displacement(0.001F);
+      }
+    }
+    message.set_reaches_newest(reachesNewest);
+    rig_.server.send(envelope);
+    rig_.settle();
+  };
+  batch(5, true);
+  EXPECT_EQ(rig_.view().dents.size(), 1U);
+  batch(6, false);
+  EXPECT_EQ(rig_.view().sample->tick, 5U);
+  EXPECT_EQ(rig_.view().dents.size(), 1U) << "the batch does not say that there are none";
+}
+
 TEST_F(SessionTraffic, CountsChangesOnlyWhereAViewWouldChange) {
   rig_.server.telemetry(5);
   rig_.settle();

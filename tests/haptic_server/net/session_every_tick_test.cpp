@@ -59,7 +59,7 @@ TEST_F(SessionEveryTick, SendsEachOneOnceInOrderInBatches) {
   tick(1, 5);
   subscribe();
   tick(6, 1000);
-  pass(ServerSession::kBatch_ns);
+  pass(TickBatches::kEvery_ns);
   std::vector<std::uint64_t> all(995);
   std::iota(all.begin(), all.end(), 6);
   EXPECT_EQ(ticks(), all);
@@ -77,18 +77,28 @@ TEST_F(SessionEveryTick, SendsNoneUnaskedNorOnceTheyAreNoLongerWanted) {
   EXPECT_EQ(ticks().size(), before);
 }
 
-TEST_F(SessionEveryTick, TellsWhereEverythingIsWithTheLastOneOfABatch) {
+TEST_F(SessionEveryTick, HoldsWhatASecondHandFeltInTheSameTick) {
   subscribe();
   TelemetrySample sample;
   for (sample.tick = 1; sample.tick <= 3; ++sample.tick) tickHistory.add(sample, nullptr);
   TelemetrySample second = sample;
   second.penetration_m = 0.5;
   tickHistory.add(sample, &second);
-  pass(ServerSession::kBatch_ns);
+  pass(TickBatches::kEvery_ns);
   const auto got = samples();
   ASSERT_EQ(got.size(), 4U);
   EXPECT_FALSE(got[0].has_second_hand());
   EXPECT_EQ(got[3].second_hand().penetration_m(), 0.5);
+}
+
+TEST_F(SessionEveryTick, SaysWhichBatchReachesTheNewestTick) {
+  subscribe();
+  for (std::uint64_t number = 1; number <= 2 * TickBatches::kTicks + 1; ++number) add(number);
+  pass(TickBatches::kEvery_ns);
+  std::vector<bool> reaches;
+  for (const auto& envelope : client.all(Kind::kTelemetryBatch))
+    reaches.push_back(envelope.telemetry_batch().reaches_newest());
+  EXPECT_THAT(reaches, ElementsAre(false, false, true));
 }
 
 TEST_F(SessionEveryTick, ALineThatStandsStillLosesTheOldestAndItsClientCanTell) {

@@ -1,4 +1,4 @@
-"""Just noticeable difference of friction: which of two plates is rougher to stroke?
+"""Just noticeable difference of friction: which of two plates has more friction?
 
     friction_jnd.py --participant anna                                     a person at the device of a running server
     friction_jnd.py --participant model --simulated --connect HOST:PORT    the server's simulated hand, with a Weber fraction
