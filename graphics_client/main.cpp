@@ -17,6 +17,7 @@
 #include "common/text/printable_log.h"
 #include "common/wire/endpoint.h"
 #include "graphics_client/application/application.h"
+#include "graphics_client/audience/audience_link.h"
 #include "graphics_client/embedded_server.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
@@ -37,6 +38,8 @@ Examples:
       shows the server on this machine
   graphics_client --connect 192.168.1.20:7654 --credentials viewer.credentials --size 1600x1000
       shows a server elsewhere
+  graphics_client --nats nats://127.0.0.1:4222 --session lecture
+      watches what haptic_relay publishes under this name
   graphics_client --embedded-server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
       server and viewer in one process
   graphics_client --recording session.haptics
@@ -51,6 +54,7 @@ struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
   std::string credentials, screenshot, sheet, summary, recording;
+  std::string nats, session, natsCredentials;
   bool offscreen = false, udp = false, displacement = false;
   bool embeddedServer = false, isServerGiven = false;
   haptics::ServerOptions serverOptions;  // of the embedded one
@@ -116,10 +120,28 @@ int report(const Arguments& arguments, const Result<haptics::RunSummary>& summar
     return fail({"--recording", arguments.recording + " was not shown; the log says why"}, kFailed);
   }
   if (arguments.seconds && !summary->wasConnected()) {
-    const std::string server = arguments.embeddedServer ? "the server in this process" : arguments.connect;
-    return fail({"--connect", "there never was a connection to " + server + "; " + linkText}, kNeverConnected);
+    const std::string server = arguments.embeddedServer  ? "the server in this process"
+                               : !arguments.nats.empty() ? "session " + arguments.session
+                                                         : arguments.connect;
+    return fail({arguments.nats.empty() ? "--connect" : "--nats",
+                 "there never was a connection to " + server + "; " + linkText},
+                kNeverConnected);
   }
   return kDone;
+}
+
+/// The way to a session that is published; empty where none is asked for.
+Result<haptics::ServerLink::Connect> natsFrom(const Arguments& arguments) {
+  if (arguments.nats.empty()) return haptics::ServerLink::Connect{};
+  auto subjects = haptics::SessionSubjects::of(arguments.session);
+  if (!subjects) return tl::unexpected(std::move(subjects).error());
+  haptics::NatsOptions options{.url = arguments.nats, .clientName = "graphics_client"};
+  if (!arguments.natsCredentials.empty()) {
+    auto read = haptics::readNatsCredentials(arguments.natsCredentials);
+    if (!read) return tl::unexpected(std::move(read).error().within("--nats-credentials: "));
+    options.credentials = *std::move(read);
+  }
+  return haptics::connectThroughNats(std::move(options), *std::move(subjects), arguments.session);
 }
 
 int run(const Arguments& arguments) {
@@ -128,6 +150,8 @@ int run(const Arguments& arguments) {
   const Result<haptics::Endpoint> server = haptics::parseEndpoint(arguments.connect);
   if (!server) return fail(Error(server.error()).within("--connect: "), kBadUsage);
   const bool connects = arguments.recording.empty() || arguments.isServerGiven;
+  const auto nats = natsFrom(arguments);
+  if (!nats) return fail(nats.error(), kBadUsage);
   std::optional<haptics::ClientCredentials> credentials;
   if (!arguments.credentials.empty()) {
     auto read = haptics::readClientCredentials(arguments.credentials);
@@ -149,7 +173,7 @@ int run(const Arguments& arguments) {
                                    .datagrams = arguments.udp,
                                    .followsHand = !arguments.offscreen,
                                    .hand = options->hand,
-                                   .connect = embedded ? embedded->connect() : haptics::ServerLink::Connect{},
+                                   .connect = embedded ? embedded->connect() : *nats,
                                    .sharedAssets = embedded ? embedded->sharedAssets() : haptics::SharedAssets{}});
   HeldScene held;
   std::shared_ptr<const haptics::MirrorView> last = link->latest();
@@ -195,10 +219,22 @@ int main(int argc, char** argv) {
   app.add_option("--credentials", arguments.credentials,
                  "Of a server that has some: its viewer.credentials or editor.credentials")
       ->type_name("FILE");
+  auto* nats =
+      app.add_option("--nats", arguments.nats, "Watch a session that haptic_relay publishes by this NATS server")
+          ->type_name("URL")
+          ->excludes(connect)
+          ->excludes(embedded);
+  auto* session =
+      app.add_option("--session", arguments.session, "Name of that session")->type_name("NAME")->needs(nats);
+  nats->needs(session);
+  app.add_option("--nats-credentials", arguments.natsCredentials, "Of a NATS server that wants some")
+      ->type_name("FILE")
+      ->needs(nats);
   app.add_option("--recording", arguments.recording,
                  "Show what a server recorded, on a time line; without --connect no server")
       ->type_name("FILE")
-      ->excludes(embedded);
+      ->excludes(embedded)
+      ->excludes(nats);
   app.add_option("--hand", arguments.hand, "Which hand of a server with two the mouse leads")
       ->type_name("1|2")
       ->check(CLI::Range(1, 2))

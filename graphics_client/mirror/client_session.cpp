@@ -12,7 +12,12 @@ ClientSession::ClientSession(Options options)
     : options_(std::move(options)),
       random_(options_.session),
       edits_(options_.frames.frame_bytes),
-      uploads_(options_.frames.chunk_bytes) {}
+      uploads_(options_.frames.chunk_bytes) {
+  if (!options_.held) return;
+  HeldScene held = *std::exchange(options_.held, std::nullopt);
+  const ContentHash root = held.scene.root();
+  (void)mirror_.replaceScene(held.epoch, std::move(held.scene), root);
+}
 
 void ClientSession::connected(Transport& transport, std::uint64_t now_ns) {
   transport_ = &transport;

@@ -17,6 +17,7 @@
 #include "graphics_client/mirror/edit_outbox.h"
 #include "graphics_client/mirror/hand_lead.h"
 #include "graphics_client/mirror/mirror.h"
+#include "graphics_client/mirror/session_follower.h"
 
 namespace haptics {
 
@@ -58,6 +59,8 @@ class ClientSession {
     TicksCallback onTicks = {};      ///< Every tick is wanted. Empty: the newest samples alone.
     SharedAssets sharedAssets = {};  ///< Asked before an asset is fetched. Empty: the server is in another process.
     FrameLimits frames = {};         ///< Others than the protocol's are for tests.
+    SessionFollower follower = {};
+    std::optional<HeldScene> held = {};  ///< Resumed with where the server still can.
   };
 
   explicit ClientSession(Options options);

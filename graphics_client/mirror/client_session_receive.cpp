@@ -24,6 +24,7 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kAssetUnavailable:
       return assets_.unavailable(envelope.asset_unavailable().hash());
     case v1::Envelope::kTelemetry:
+      if (options_.follower.telemetry) options_.follower.telemetry(envelope.telemetry());
       return show(envelope.telemetry());
     case v1::Envelope::kTelemetryBatch:
       return handle(envelope.telemetry_batch());
@@ -87,6 +88,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   refused_ = false;
   needsSnapshot_ = needsSnapshot_ || !welcome.resumed();  // until the snapshot is whole
   welcome_ = welcome;
+  if (options_.follower.welcomed) options_.follower.welcomed(welcome);
   ++connections_;
   ++changes_;
   if (options_.datagrams) {
@@ -153,6 +155,7 @@ void ClientSession::handle(const v1::SnapshotEnd& end) {
     return resync(replaced.error());
   }
   needsSnapshot_ = false;
+  if (options_.follower.snapshot) options_.follower.snapshot(mirror_.scene());
   sceneChanged();
 }
 
@@ -162,6 +165,7 @@ void ClientSession::handle(const v1::Commit& message) {
   if (!commit) return resync(commit.error());
   if (auto applied = mirror_.apply(*commit); !applied) return resync(applied.error());
   if (commit->revision > mirror_.contents().serverRevision) mirror_.announce(commit->revision, commit->root);
+  if (options_.follower.commit) options_.follower.commit(message, mirror_.scene());
   sceneChanged();
 }
 

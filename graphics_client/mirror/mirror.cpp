@@ -208,6 +208,15 @@ bool MirrorView::holds(const AssetName& asset) const {
   return isHeld;
 }
 
+std::optional<AssetContent> MirrorView::contentOf(const AssetName& asset) const {
+  std::optional<AssetContent> content;
+  forEachKind(*this, [&](AssetKind kind, const auto& held) {
+    const auto at = kind == asset.kind ? held.find(asset.hash) : held.end();
+    if (at != held.end()) content = at->second;
+  });
+  return content;
+}
+
 Pose MirrorView::poseOf(const ObjectRecord& object) const {
   const auto at = bodies.find(object.id);
   return at == bodies.end() ? object.pose : at->second.pose;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/assets/asset_content.h"
 #include "common/error/error.h"
 #include "common/mesh/moved_vertices.h"
 #include "common/mesh/tri_mesh.h"
@@ -80,6 +81,7 @@ struct MirrorView {
   /// nothing while its mesh or residue is not here, or has no such triangle.
   [[nodiscard]] std::optional<std::array<Vec3, 3>> cornersOf(const ObjectRecord& object, std::uint32_t triangle) const;
   [[nodiscard]] bool holds(const AssetName& asset) const;
+  [[nodiscard]] std::optional<AssetContent> contentOf(const AssetName& asset) const;  ///< Nothing: it is not here.
   /// Whether everything that the object's record names is here.
   [[nodiscard]] bool isComplete(const ObjectRecord& object) const;
   /// Age of `sample` at a later moment of this host's monotonic clock (monotonicNow_ns()).

@@ -38,10 +38,19 @@ struct ServerLink::Worker {
       : server(options.server),
         overOtherWay(options.connect),
         begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
-        session({randomSession(), std::move(options.clientName),
-                 options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
-                 options.fetchAssets, options.datagrams, options.followsHand, options.hand, options.onTicks,
-                 std::move(options.sharedAssets)}) {
+        session({randomSession(),
+                 std::move(options.clientName),
+                 options.credentials ? std::move(options.credentials->token) : "",
+                 options.telemetryRate_Hz,
+                 options.fetchAssets,
+                 options.datagrams,
+                 options.followsHand,
+                 options.hand,
+                 options.onTicks,
+                 std::move(options.sharedAssets),
+                 {},
+                 std::move(options.follower),
+                 std::move(options.held)}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
     if (isClosed()) first.link = LinkState::kClosed;

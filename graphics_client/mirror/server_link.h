@@ -15,6 +15,7 @@
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/client_callbacks.h"
 #include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/mirror/session_follower.h"
 
 namespace haptics {
 
@@ -35,11 +36,13 @@ class ServerLink {
     std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
     double telemetryRate_Hz = 60;                    ///< 0: none.
     bool fetchAssets = true;                         ///< false: records only; hashesEqual then stays false.
-    bool datagrams = false;       ///< Telemetry by UDP where the server offers it and the network lets it through.
-    bool followsHand = false;     ///< Hears who leads the simulated hand without asking for the lead.
-    std::size_t hand = 0;         ///< Which one it leads, below kMaxLedHands.
-    TicksCallback onTicks{};      ///< Gets every tick, on the link's thread. Empty: the newest samples alone.
-    Connect connect{};            ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
+    bool datagrams = false;           ///< Telemetry by UDP where the server offers it and the network lets it through.
+    bool followsHand = false;         ///< Hears who leads the simulated hand without asking for the lead.
+    std::size_t hand = 0;             ///< Which one it leads, below kMaxLedHands.
+    TicksCallback onTicks{};          ///< Gets every tick, on the link's thread. Empty: the newest samples alone.
+    Connect connect{};                ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
+    SessionFollower follower{};       ///< Called on the link's thread.
+    std::optional<HeldScene> held{};  ///< As ClientSession::Options.
     SharedAssets sharedAssets{};  ///< Of a server in this process; called on the link's thread. Empty: all are fetched.
   };
 

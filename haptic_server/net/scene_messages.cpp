@@ -7,13 +7,12 @@
 
 #include "common/wire/convert.h"
 #include "common/wire/framing.h"
+#include "common/wire/snapshot.h"
 #include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
 namespace {
 
-/// Tag and length of an object inside a message, at most.
-constexpr std::size_t kPerObject_bytes = 6;
 static_assert(SceneLimits{}.answer_bytes + kAroundObjects_bytes <= kMaxFrameBytes, "each accepted edit fits a frame");
 /// Longest reason: more is of no help.
 constexpr std::size_t kMaxReason_bytes = 1000;
@@ -43,34 +42,6 @@ void write(const EditConflict& conflict, std::size_t room_bytes, v1::Conflict& m
 }
 
 }  // namespace
-
-void sendSnapshot(const SceneVersion& version, std::size_t chunk_bytes,
-                  const std::function<void(v1::Envelope&)>& send) {
-  v1::Envelope envelope;
-  envelope.mutable_snapshot_begin()->set_revision(version.revision());
-  envelope.mutable_snapshot_begin()->set_object_count(version.objects().size());
-  send(envelope);
-
-  std::size_t bytes = 0;
-  v1::SnapshotObjects* part = envelope.mutable_snapshot_objects();
-  for (const auto& object : version.objects()) {
-    v1::ObjectState state;
-    toWire(*object, state);
-    const std::size_t more = state.ByteSizeLong() + kPerObject_bytes;
-    if (part->object_size() > 0 && bytes + more > chunk_bytes) {
-      send(envelope);
-      part->clear_object();
-      bytes = 0;
-    }
-    *part->add_object() = std::move(state);
-    bytes += more;
-  }
-  if (part->object_size() > 0) send(envelope);
-
-  envelope.mutable_snapshot_end()->set_revision(version.revision());
-  envelope.mutable_snapshot_end()->set_root(version.root().asBytes());
-  send(envelope);
-}
 
 void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& reply) {
   const std::size_t room_bytes = frame_bytes - std::min(frame_bytes, kAroundObjects_bytes);

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 
 #include "common/scene/scene.h"
 #include "haptic_server/scene/scene_history.h"
@@ -13,9 +12,6 @@ namespace haptics {
 
 /// Bytes of a frame around the objects: envelope, numbers, roots and a reason.
 inline constexpr std::size_t kAroundObjects_bytes = 1536;
-
-/// Gives `send` the messages that carry the whole scene, one by one, each of at most chunk_bytes or one object.
-void sendSnapshot(const SceneVersion& version, std::size_t chunk_bytes, const std::function<void(v1::Envelope&)>& send);
 
 /// What became of an edit, in at most frame_bytes with its envelope: of an accepted edit that was made under other
 /// limits, revision and root only; of a conflict's objects as many as fit; the beginning of a long reason.

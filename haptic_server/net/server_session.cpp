@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "common/wire/convert.h"
+#include "common/wire/snapshot.h"
 #include "haptic_server/net/scene_messages.h"
 
 namespace haptics {

@@ -1,0 +1,262 @@
+#include "graphics_client/audience/nats_connection.h"
+
+#include <array>
+#include <charconv>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "common/clock/monotonic.h"
+
+namespace haptics {
+namespace {
+
+constexpr std::int64_t kConnectWithin_ms = 1000;
+/// A server that is cut off is noticed after some pings without an answer.
+constexpr std::int64_t kPing_ms = 1000;
+constexpr int kUnansweredPings = 3;
+constexpr std::int64_t kFlushWithin_ms = 2000;
+/// Longest wait for one stored message: a server under load takes tens of milliseconds.
+constexpr std::uint64_t kReadWithin_ns = 3'000'000'000;
+constexpr std::int64_t kSlice_ms = 50;  // between looks at whether to stop
+
+struct DestroyOptions {
+  void operator()(natsOptions* options) const { natsOptions_Destroy(options); }
+};
+struct DestroyMessage {
+  void operator()(natsMsg* message) const { natsMsg_Destroy(message); }
+};
+using Message = std::unique_ptr<natsMsg, DestroyMessage>;
+
+std::string textOf(natsMsg* message) {
+  return {natsMsg_GetData(message), static_cast<std::size_t>(natsMsg_GetDataLength(message))};
+}
+
+std::string headerOf(natsMsg* message, const char* name) {
+  const char* value = nullptr;
+  return natsMsgHeader_Get(message, name, &value) == NATS_OK && value != nullptr ? value : "";
+}
+
+std::uint64_t numberIn(std::string_view text) {
+  std::uint64_t number = 0;
+  std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
+}
+
+/// The answer to a direct get; nothing where there is no such message.
+Result<std::optional<StoredMessage>> storedIn(natsMsg* answer) {
+  const std::string status = headerOf(answer, "Status");
+  if (status == "404" || status == "503") return std::optional<StoredMessage>();
+  if (!status.empty()) return refused("JetStream", "answers " + status + " " + headerOf(answer, "Description"));
+  return StoredMessage{numberIn(headerOf(answer, "Nats-Sequence")), headerOf(answer, "Nats-Subject"), textOf(answer)};
+}
+
+natsStatus ask(natsConnection* connection, const StoredQuery& query, const std::string& replyTo) {
+  std::string subject = "$JS.API.DIRECT.GET." + query.stream, payload;
+  if (query.sequence == 0) {
+    subject += "." + query.subject;
+  } else {
+    payload = "{\"seq\":" + std::to_string(query.sequence) + "}";
+  }
+  return natsConnection_PublishRequest(connection, subject.c_str(), replyTo.c_str(), payload.data(),
+                                       static_cast<int>(payload.size()));
+}
+
+natsStatus apply(natsOptions* options, const NatsOptions& wanted) {
+  const bool secure =
+      wanted.url.starts_with("tls://") || (wanted.credentials && !wanted.credentials->trustedPem.empty());
+  std::vector<natsStatus> steps{
+      natsOptions_SetURL(options, wanted.url.c_str()),    natsOptions_SetName(options, wanted.clientName.c_str()),
+      natsOptions_SetTimeout(options, kConnectWithin_ms), natsOptions_SetAllowReconnect(options, false),
+      natsOptions_SetPingInterval(options, kPing_ms),     natsOptions_SetMaxPingsOut(options, kUnansweredPings)};
+  if (secure) steps.push_back(natsOptions_SetSecure(options, true));
+  if (const auto& own = wanted.credentials) {
+    if (!own->user.empty()) {
+      steps.push_back(natsOptions_SetUserInfo(options, own->user.c_str(), own->password.c_str()));
+    }
+    if (!own->trustedPem.empty()) {
+      steps.push_back(natsOptions_SetCATrustedCertificates(options, own->trustedPem.c_str()));
+    }
+  }
+  for (const natsStatus step : steps) {
+    if (step != NATS_OK) return step;
+  }
+  return NATS_OK;
+}
+
+}  // namespace
+
+std::string natsErrorText(natsStatus status) {
+  natsStatus last = NATS_OK;
+  const char* detail = nats_GetLastError(&last);
+  std::string text = natsStatus_GetText(status);
+  if (last == status && detail != nullptr && *detail != '\0') text += " (" + std::string(detail) + ")";
+  return text;
+}
+
+std::optional<NatsMessage> NatsSubscription::next(std::chrono::milliseconds timeout) {
+  natsMsg* message = nullptr;
+  if (natsSubscription_NextMsg(&message, subscription_.get(), timeout.count()) != NATS_OK) return std::nullopt;
+  const Message owner(message);
+  return NatsMessage{natsMsg_GetSubject(message), textOf(message)};
+}
+
+Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& options) {
+  natsOptions* made = nullptr;
+  natsStatus status = natsOptions_Create(&made);
+  const std::unique_ptr<natsOptions, DestroyOptions> owner(made);
+  std::unique_ptr<NatsConnection> connection(new NatsConnection);
+  if (status == NATS_OK) status = apply(made, options);
+  if (status == NATS_OK) {
+    status = natsOptions_SetErrorHandler(
+        made,
+        [](natsConnection* which, natsSubscription*, natsStatus error, void* self) {
+          if (error == NATS_SLOW_CONSUMER) return;  // a reader finds the gap
+          const char* detail = nullptr;
+          (void)natsConnection_GetLastError(which, &detail);
+          const std::string text = detail != nullptr && *detail != '\0' ? detail : natsStatus_GetText(error);
+          const bool forbids = error == NATS_NOT_PERMITTED;
+          static_cast<NatsConnection*>(self)->fail(forbids ? std::string(kNatsRefusal) + text : text);
+        },
+        connection.get());
+  }
+  if (status == NATS_OK) {
+    status = natsOptions_SetDisconnectedCB(
+        made,
+        [](natsConnection*, void* self) {
+          static_cast<NatsConnection*>(self)->fail("the connection to the NATS server is lost");
+        },
+        connection.get());
+  }
+  if (status == NATS_OK) {
+    status = natsOptions_SetClosedCB(
+        made, [](natsConnection*, void* self) { static_cast<NatsConnection*>(self)->closed(); }, connection.get());
+  }
+  if (status == NATS_OK) status = natsConnection_Connect(&connection->connection_, made);
+  if (status == NATS_OK) return connection;
+  if (status == NATS_NO_SERVER) return refused(options.url, "no NATS server answers there");
+  if (status == NATS_CONNECTION_AUTH_FAILED || status == NATS_SSL_ERROR) {
+    return refused(options.url, std::string(kNatsRefusal) + natsErrorText(status));
+  }
+  return refused(options.url, natsErrorText(status));
+}
+
+NatsConnection::~NatsConnection() {
+  if (connection_ == nullptr) return;
+  (void)natsConnection_FlushTimeout(connection_, kSlice_ms);
+  natsConnection_Close(connection_);
+  {
+    std::unique_lock lock(mutex_);
+    becameClosed_.wait(lock, [this] { return closed_; });
+  }
+  natsConnection_Destroy(connection_);
+}
+
+void NatsConnection::closed() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  becameClosed_.notify_all();
+}
+
+void NatsConnection::fail(std::string why) {
+  const std::lock_guard lock(mutex_);
+  if (!failure_) failure_ = Error{"NATS", std::move(why)};
+}
+
+std::optional<Error> NatsConnection::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
+}
+
+Result<NatsSubscription> NatsConnection::subscribe(const std::string& subject) {
+  natsSubscription* made = nullptr;
+  natsStatus status = natsConnection_SubscribeSync(&made, connection_, subject.c_str());
+  NatsSubscription subscription(made);
+  if (status == NATS_OK) status = natsConnection_FlushTimeout(connection_, kFlushWithin_ms);
+  if (status != NATS_OK) return refused("NATS subject " + subject, natsErrorText(status));
+  if (auto why = failure()) return tl::unexpected(*std::move(why));
+  return subscription;
+}
+
+Result<void> NatsConnection::publish(const std::string& subject, std::string_view bytes) {
+  const natsStatus status =
+      natsConnection_Publish(connection_, subject.c_str(), bytes.data(), static_cast<int>(bytes.size()));
+  if (status != NATS_OK) return refused("NATS subject " + subject, natsErrorText(status));
+  return {};
+}
+
+std::size_t NatsConnection::unsent_bytes() const {
+  const int bytes = natsConnection_Buffered(connection_);
+  return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+}
+
+Result<std::optional<std::string>> NatsConnection::request(const std::string& subject, std::string_view bytes,
+                                                           std::chrono::milliseconds timeout) {
+  natsMsg* answer = nullptr;
+  const natsStatus status = natsConnection_Request(&answer, connection_, subject.c_str(), bytes.data(),
+                                                   static_cast<int>(bytes.size()), timeout.count());
+  const Message owner(answer);
+  if (status == NATS_NO_RESPONDERS || status == NATS_TIMEOUT) return std::optional<std::string>();
+  if (status != NATS_OK) return refused("NATS subject " + subject, natsErrorText(status));
+  return std::optional(textOf(answer));
+}
+
+Result<void> NatsConnection::readStored(const std::function<std::optional<StoredQuery>()>& next,
+                                        const std::function<bool(std::optional<StoredMessage>)>& take,
+                                        const std::stop_token& stop) {
+  natsInbox* made = nullptr;
+  if (natsInbox_Create(&made) != NATS_OK) return refused("NATS", "has no inbox");
+  const std::string inbox = made;
+  natsInbox_Destroy(made);
+  natsSubscription* subscribed = nullptr;
+  if (const auto status = natsConnection_SubscribeSync(&subscribed, connection_, (inbox + ".*").c_str());
+      status != NATS_OK) {
+    return refused("NATS", natsErrorText(status));
+  }
+  const NatsSubscription answers(subscribed);
+
+  std::map<std::uint64_t, std::optional<StoredMessage>> arrived;
+  std::uint64_t asked = 0, taken = 0;
+  bool isLast = false;
+  std::uint64_t deadline_ns = monotonicNow_ns() + kReadWithin_ns;
+  for (;;) {
+    while (!isLast && asked < taken + kReadAhead) {
+      const auto query = next();
+      if (!query) {
+        isLast = true;
+        break;
+      }
+      const natsStatus status = ask(connection_, *query, inbox + "." + std::to_string(asked));
+      if (status != NATS_OK) return refused("NATS", natsErrorText(status));
+      ++asked;
+    }
+    for (auto at = arrived.find(taken); at != arrived.end(); at = arrived.find(taken)) {
+      ++taken;
+      deadline_ns = monotonicNow_ns() + kReadWithin_ns;
+      const bool goesOn = take(std::move(at->second));
+      arrived.erase(at);
+      if (!goesOn) return {};
+    }
+    if (isLast && taken == asked) return {};
+    if (stop.stop_requested()) return refused("", "stopped");
+    if (auto why = failure()) return tl::unexpected(*std::move(why));
+    if (monotonicNow_ns() > deadline_ns) return refused("JetStream", "does not answer");
+    if (asked < taken + kReadAhead && !isLast) continue;
+    natsMsg* answer = nullptr;
+    const natsStatus status = natsSubscription_NextMsg(&answer, subscribed, kSlice_ms);
+    const Message owner(answer);
+    if (status == NATS_TIMEOUT) continue;
+    if (status == NATS_NO_RESPONDERS) {
+      arrived[taken] = std::nullopt;  // of all that are asked: there is no such stream
+      continue;
+    }
+    if (status != NATS_OK) return refused("NATS", natsErrorText(status));
+    auto stored = storedIn(answer);
+    if (!stored) return tl::unexpected(std::move(stored).error());
+    const std::string_view subject = natsMsg_GetSubject(answer);
+    const std::uint64_t index = numberIn(subject.substr(subject.rfind('.') + 1));
+    if (index >= taken && index < asked) arrived[index] = *std::move(stored);
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,83 @@
+#include "graphics_client/relay/relay.h"
+
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "common/clock/monotonic.h"
+#include "graphics_client/mirror/server_link.h"
+#include "graphics_client/relay/session_publisher.h"
+
+namespace haptics {
+namespace {
+
+constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
+/// Before NATS is tried again.
+constexpr std::chrono::milliseconds kRetryAfter{500};
+/// Between looks at what is new: an asset or a failure waits no longer.
+constexpr std::chrono::milliseconds kLook{20};
+
+/// A round: publishes until something fails.
+class Round {
+ public:
+  Round(const RelayOptions& options, SessionPublisher& publisher, const std::function<void(const std::string&)>& say)
+      : publisher_(publisher),
+        say_(say),
+        link_({.server = options.server,
+               .clientName = "haptic_relay",
+               .credentials = options.credentials,
+               .telemetryRate_Hz = options.sampleRate_Hz,
+               .follower = publisher.follower(),
+               .held = publisher.held()}) {}
+
+  [[nodiscard]] RelayFailure run(const std::atomic<bool>& stop) {
+    while (!stop) {
+      if (auto failure = publisher_.failure()) return *std::move(failure);
+      look(*link_.latest());
+      std::this_thread::sleep_for(kLook);
+    }
+    return {};
+  }
+
+ private:
+  void look(const MirrorView& view) {
+    if (view.linkText != linkText_) say_(linkText_ = view.linkText);
+    if (view.link != LinkState::kLive) return;
+    if (view.scene != scene_ || view.assetBytes != assetBytes_) {
+      scene_ = view.scene;
+      assetBytes_ = view.assetBytes;
+      publisher_.publishAssets(view);
+    }
+    const std::uint64_t now_ns = monotonicNow_ns();
+    if (now_ns < nextHeartbeat_ns_) return;
+    nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
+    publisher_.publishHeartbeat(view);
+  }
+
+  SessionPublisher& publisher_;
+  const std::function<void(const std::string&)>& say_;
+  ServerLink link_;  // its thread ends before the publisher
+  std::string linkText_;
+  std::shared_ptr<const SceneVersion> scene_;
+  std::size_t assetBytes_ = 0;
+  std::uint64_t nextHeartbeat_ns_ = 0;
+};
+
+}  // namespace
+
+Result<void> runRelay(const RelayOptions& options, const std::atomic<bool>& stop,
+                      const std::function<void(const std::string&)>& say) {
+  std::string said;
+  while (!stop) {
+    auto publisher = SessionPublisher::open(options.nats, options.subjects);
+    const RelayFailure failure = publisher ? Round(options, **publisher, say).run(stop) : publisher.error();
+    if (failure.isFinal) return tl::unexpected(failure.why);
+    if (stop) break;
+    if (const std::string text = failure.why.text() + "; trying again"; text != said) say(said = text);
+    if (publisher) said.clear();
+    std::this_thread::sleep_for(kRetryAfter);
+  }
+  return {};
+}
+
+}  // namespace haptics

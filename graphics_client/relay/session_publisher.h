@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/hash/content_hash.h"
+#include "common/mesh/canonical_bytes.h"
+#include "graphics_client/audience/nats_connection.h"
+#include "graphics_client/audience/session_subjects.h"
+#include "graphics_client/audience/stored_session.h"
+#include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/mirror/session_follower.h"
+#include "haptics/v1/audience.pb.h"
+
+namespace haptics {
+
+/// Why a relay cannot go on.
+struct RelayFailure {
+  Error why;
+  bool isFinal = false;  ///< Trying again does not help: somebody has to change something first.
+};
+
+/// Publishes one session (audience.proto). The scene's stream has one writer: each message is stored only behind the one
+/// before it, so that two relays, or a message that was lost, are noticed. After a failure it is of no more use: what was
+/// stored is read anew by the next one.
+class SessionPublisher {
+ public:
+  /// A snapshot is published after so many commits or bytes of them. More: who comes late reads longer. Fewer: more is stored.
+  static constexpr std::uint64_t kCommitsPerSnapshot = 256;
+  static constexpr std::size_t kBytesPerSnapshot = 8U << 20;
+  /// A stream that would grow beyond is full: snapshots of two times the largest scene with the commits between them, and
+  /// all assets that a client holds.
+  static constexpr std::int64_t kMaxScene_bytes = 256LL << 20;
+  static constexpr std::int64_t kMaxAssets_bytes = 1LL << 30;
+  /// Newest-only messages are dropped while more than this waits for the line.
+  static constexpr std::size_t kMaxUnsentForSample_bytes = 64U << 10;
+
+  /// Makes the streams if they are not there, and reads what they hold. Failed: another relay publishes this session, a
+  /// stream is full or may not be written, or NATS does not answer.
+  [[nodiscard]] static tl::expected<std::unique_ptr<SessionPublisher>, RelayFailure> open(
+      const NatsOptions& options, const SessionSubjects& subjects);
+  ~SessionPublisher();
+  SessionPublisher(const SessionPublisher&) = delete;
+  SessionPublisher& operator=(const SessionPublisher&) = delete;
+
+  /// What was published before, to be resumed with; nothing: there is nothing, or nothing that can be read.
+  [[nodiscard]] std::optional<HeldScene> held() const;
+  /// To be called on one thread.
+  [[nodiscard]] SessionFollower follower();
+  /// The view's assets that are not stored yet; those that its scene does not name any more are removed.
+  void publishAssets(const MirrorView& view);
+  void publishHeartbeat(const MirrorView& view);
+  [[nodiscard]] std::optional<RelayFailure> failure() const;
+
+ private:
+  SessionPublisher(std::unique_ptr<NatsConnection> connection, const SessionSubjects& subjects)
+      : connection_(std::move(connection)), subjects_(subjects) {}
+
+  struct DestroyContext {
+    void operator()(jsCtx* context) const { jsCtx_Destroy(context); }
+  };
+  struct DestroySubscription {
+    void operator()(natsSubscription* subscription) const { natsSubscription_Destroy(subscription); }
+  };
+
+  std::unique_ptr<NatsConnection> connection_;
+  SessionSubjects subjects_;
+  std::optional<StoredSession> stored_;
+  std::unique_ptr<natsSubscription, DestroySubscription> claim_;
+  std::unique_ptr<jsCtx, DestroyContext> scene_, assets_;  // apart, so that a commit never waits for room behind assets
+
+  // The follower's thread:
+  v1::Welcome welcome_;
+  std::uint64_t lastSequence_ = 0;      // of the scene's stream
+  std::uint64_t snapshotSequence_ = 0;  // of the newest snapshot; 0: none
+  std::uint64_t commitsSince_ = 0;
+  std::size_t bytesSince_ = 0;
+
+  std::map<std::string, std::uint64_t> storedChunks_;  // by the asset's hash in hexadecimal; of who publishes assets
+
+  mutable std::mutex mutex_;  // guards failure_
+  std::optional<RelayFailure> failure_;
+
+  [[nodiscard]] std::optional<RelayFailure> claim();
+  [[nodiscard]] std::optional<RelayFailure> makeContexts();
+  [[nodiscard]] std::optional<RelayFailure> prepareStreams();
+  [[nodiscard]] std::optional<RelayFailure> readStored();
+  void snapshot(const SceneVersion& scene);
+  void commit(const v1::Commit& commit, const SceneVersion& after);
+  void telemetry(const v1::Telemetry& telemetry);
+  void store(const std::string& subject, const google::protobuf::Message& message, const std::string& id = {});
+  void storeAsset(const AssetName& asset, const CanonicalBytes& bytes);
+  void noteStoredChunks(const jsStreamInfo& info);
+  void purge(const std::string& stream, const std::string& subject, std::uint64_t upTo);
+  void fail(RelayFailure failure);
+  static void acknowledged(jsCtx* context, natsMsg* message, jsPubAck* ack, jsPubAckErr* error, void* self);
+};
+
+}  // namespace haptics

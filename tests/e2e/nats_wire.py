@@ -1,0 +1,137 @@
+"""A NATS server of a test's own, and a client of it that speaks the protocol by hand."""
+import json
+import os
+import socket
+import ssl
+
+import harness
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
+class NatsServer(harness.Process):
+    """nats-server with JetStream; the store in `folder` outlives it. Ready when constructed."""
+
+    def __init__(self, folder, port=None, config="", store="32G"):
+        """`config`: more lines of its file. `store`: what JetStream may take."""
+        self.port = port or free_port()
+        file = harness.Path(folder) / "nats.conf"
+        file.write_text(f'listen: "127.0.0.1:{self.port}"\n'
+                        f'jetstream {{ store_dir: "{folder}/jetstream", max_file_store: {store} }}\n{config}')
+        super().__init__(["nats-server", "-c", file])
+        harness.wait_until(lambda: "Server is ready" in self.text() or not self.alive(), 20, self.text)
+        if not self.alive():
+            raise AssertionError(self.text())
+        self.url = f"nats://127.0.0.1:{self.port}"
+
+
+class SecuredNatsServer(harness.Process):
+    """nats-server as deploy/nats.conf has it, with a certificate of its own."""
+
+    def __init__(self, folder):
+        self.folder, self.port, self.web_port = harness.Path(folder), free_port(), free_port()
+        self.certificate, key = self.folder / "nats.crt", self.folder / "nats.key"
+        harness.subprocess.run(
+            ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2", "-subj",
+             "/CN=nats", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", self.certificate],
+            check=True, capture_output=True)
+        harness.shutil.copy(harness.PROJECT / "deploy/nats.conf", self.folder)
+        (self.folder / "site.conf").write_text(
+            f'LISTEN: "127.0.0.1:{self.port}"\nWEB_LISTEN: "127.0.0.1:{self.web_port}"\nCERTIFICATE: "{self.certificate}"\n'
+            f'KEY: "{key}"\nSTORE: "{self.folder}/secured"\nRELAY_PASSWORD: "long-and-random"\n')
+        super().__init__(["nats-server", "-c", self.folder / "nats.conf"])
+        harness.wait_until(lambda: "Server is ready" in self.text() or not self.alive(), 20, self.text)
+        self.url = f"tls://127.0.0.1:{self.port}"
+        self.relay, self.audience = self.credentials("relay", "long-and-random"), self.certificate
+
+    def credentials(self, user, password):
+        file = self.folder / f"{user}-{password}.nats"
+        file.write_text(f"{self.certificate.read_text()}user: {user}\npassword: {password}\n")
+        return file
+
+
+class Refused(Exception):
+    """What the NATS server said with -ERR."""
+
+
+class NatsWire:
+    """One connection. Messages wait in `messages` as (subject, headers, bytes)."""
+
+    def __init__(self, port, user=None, password=None, tls=None):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=10)
+        self.input = self.socket.makefile("rb")
+        json.loads(self.input.readline().split(b" ", 1)[1])  # INFO
+        if tls:
+            self.socket = ssl.create_default_context(cafile=tls).wrap_socket(self.socket, server_hostname="127.0.0.1")
+            self.input = self.socket.makefile("rb")
+        self.messages = []
+        options = {"verbose": False, "pedantic": False, "headers": True, "no_responders": True, "lang": "test", "version": "1"}
+        if user:
+            options.update(user=user, **{"pass": password})
+        self.inbox = f"_INBOX.{os.urandom(8).hex()}"
+        self.say(f"CONNECT {json.dumps(options)}")
+        self.asked = 0
+        self.say(f"SUB {self.inbox}.* 1")
+        self.flush()
+
+    def close(self):
+        self.socket.close()
+
+    def say(self, line, payload=None):
+        self.socket.sendall(line.encode() + b"\r\n" + (b"" if payload is None else payload + b"\r\n"))
+
+    def subscribe(self, subject, number=2):
+        self.say(f"SUB {subject} {number}")
+        self.flush()
+
+    def publish(self, subject, payload):
+        self.say(f"PUB {subject} {len(payload)}", payload)
+
+    def flush(self):
+        """Until the server has seen all; raises Refused for what it did not permit."""
+        self.say("PING")
+        while self.take() != "PONG":
+            pass
+
+    def take(self):
+        """Reads one line of the server, and what belongs to it."""
+        line = self.input.readline().decode().rstrip()
+        word, *rest = line.split(" ")
+        if word in ("MSG", "HMSG"):
+            total = int(rest[-1])
+            head = int(rest[-2]) if word == "HMSG" else 0
+            data = self.input.read(total + 2)[:-2]
+            self.messages.append((rest[0], data[:head].decode(), data[head:]))
+        elif word == "PING":
+            self.say("PONG")
+        elif word == "-ERR":
+            raise Refused(line)
+        elif not word:
+            raise Refused("the connection is closed")
+        return word
+
+    def request(self, subject, payload=b""):
+        """(headers, bytes) of the answer."""
+        self.asked += 1
+        reply = f"{self.inbox}.{self.asked}"
+        self.say(f"PUB {subject} {reply} {len(payload)}", payload)
+        while True:
+            for i, (to, headers, data) in enumerate(self.messages):
+                if to == reply:
+                    del self.messages[i]
+                    return headers, data
+            self.take()
+
+    def stored(self, stream, sequence):
+        """(subject, bytes), or None."""
+        headers, data = self.request(f"$JS.API.DIRECT.GET.{stream}", json.dumps({"seq": sequence}).encode())
+        if headers.startswith("NATS/1.0 "):
+            return None
+        return headers.split("Nats-Subject: ")[1].split("\r\n")[0], data
+
+    def state(self, stream):
+        """The stream's state, as JetStream tells it."""
+        return json.loads(self.request(f"$JS.API.STREAM.INFO.{stream}")[1])["state"]

@@ -1,0 +1,46 @@
+#include "graphics_client/audience/nats_credentials.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/common/temporary_folder.h"
+
+namespace haptics {
+namespace {
+
+class NatsCredentialsFile : public testing::Test {
+ protected:
+  Result<NatsCredentials> read(const std::string& text) {
+    std::ofstream(folder_.path() / "a.nats") << text;
+    return readNatsCredentials(folder_.path() / "a.nats");
+  }
+  test::TemporaryFolder folder_;
+};
+
+const std::string kCertificate = "-----BEGIN CERTIFICATE-----\nMAAA\n-----END CERTIFICATE-----\n";
+
+TEST_F(NatsCredentialsFile, HasUserPasswordAndPerhapsACertificate) {
+  const auto plain = read("user: relay\npassword: a b: c\n");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->user, "relay");
+  EXPECT_EQ(plain->password, "a b: c");
+  EXPECT_EQ(plain->trustedPem, "");
+  const auto secured = read(kCertificate + "user: relay\npassword: secret\n" + kCertificate);
+  ASSERT_TRUE(secured);
+  EXPECT_EQ(secured->trustedPem, kCertificate + kCertificate);
+  EXPECT_TRUE(read(kCertificate)) << "who may watch without a name";
+}
+
+TEST_F(NatsCredentialsFile, SaysWhatIsMissing) {
+  for (const char* text : {"", "user: relay\n", "password: secret\n", "-----BEGIN CERTIFICATE-----\nMAAA\n",
+                           "-----BEGIN PRIVATE KEY-----\nMAAA\n-----END PRIVATE KEY-----\nuser: a\npassword: b\n"}) {
+    const auto bad = read(text);
+    ASSERT_FALSE(bad) << text;
+    EXPECT_NE(bad.error().field.find("a.nats"), std::string::npos);
+  }
+  EXPECT_FALSE(readNatsCredentials(folder_.path() / "none"));
+}
+
+}  // namespace
+}  // namespace haptics
