@@ -40,17 +40,30 @@ install_packages() {
     fail "could not install ${missing[*]}; see the messages above"
 }
 
-# protobufjs and @mcap/core, which Debian 12 does not have, into build/node, in the versions and with the hashes of
-# tests/e2e/package-lock.json. Without them EndToEnd.Stranger and a test of EndToEnd.SessionData are skipped.
+# fetch_node_modules LOCKED FOLDER: what LOCKED/package-lock.json names into FOLDER/node_modules, in its versions and with its
+# hashes; nothing of it is run. Touches the network only when the lock file has changed.
+fetch_node_modules() {
+  cmp -s "$1/package-lock.json" "$2/node_modules/fetched-by" && return
+  say "Fetching by npm what ${1#"$top/"} needs"
+  { command -v npm >/dev/null || (install_packages npm); } && mkdir -p "$2" && cp "$1"/package{,-lock}.json "$2" &&
+    timeout 120 npm ci --prefix "$2" --silent --ignore-scripts --no-audit --no-fund &&
+    cp "$2/package-lock.json" "$2/node_modules/fetched-by"
+}
+
+# What tests need and Debian 12 does not have: protobufjs and @mcap/core into build/node, the web page's packages into build/web.
+# Without them EndToEnd.Stranger, EndToEnd.WebPage and a test of EndToEnd.SessionData are skipped.
 install_node_modules() {
-  local folder=$top/build/node
-  cmp -s "$top/tests/e2e/package-lock.json" "$folder/node_modules/fetched-by" && return
-  say "Fetching protobufjs and @mcap/core"
-  { command -v npm >/dev/null || (install_packages npm); } && mkdir -p "$folder" &&
-    cp "$top"/tests/e2e/package{,-lock}.json "$folder" &&
-    timeout 120 npm ci --prefix "$folder" --silent --ignore-scripts --no-audit --no-fund &&
-    cp "$folder/package-lock.json" "$folder/node_modules/fetched-by" ||
+  fetch_node_modules "$top/graphics_client/web" "$top/build/web" ||
+    echo "deploy/$(basename "$0"): the web page's packages could not be fetched; EndToEnd.WebPage will be skipped" >&2
+  fetch_node_modules "$top/tests/e2e" "$top/build/node" ||
     echo "deploy/$(basename "$0"): protobufjs and @mcap/core could not be fetched; EndToEnd.Stranger will be skipped" >&2
+}
+
+# build_web_page OUT: the page of graphics_client/web, with its packages in build/web.
+build_web_page() {
+  fetch_node_modules "$top/graphics_client/web" "$top/build/web" &&
+    "$top/graphics_client/web/build" "$top/build/web/node_modules" "$1" ||
+    { echo "deploy/$(basename "$0"): the web page could not be built: its packages could not be fetched" >&2; return 1; }
 }
 
 # build_preset PRESET [TARGET...]: configures and builds below build/PRESET; without tests where their packages are missing.

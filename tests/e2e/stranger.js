@@ -5,6 +5,7 @@
 'use strict';
 const [crypto, dgram, fs, net, path, tls, protobuf] =
   ['crypto', 'dgram', 'fs', 'net', 'path', 'tls', 'protobufjs'].map((name) => require(name));
+const {big, objectBytes, rootBytes} = require('../../graphics_client/web/scene_hash.js');
 
 const MAX_FRAME = 1 << 20, CHUNK = 32768, SILENCE_MS = 3000, HEARTBEAT_MS = 1000, KNOCK_MS = 250;
 const messages = new protobuf.Root();
@@ -15,73 +16,10 @@ const [Envelope, Datagram] = ['Envelope', 'Datagram'].map((name) => messages.loo
 const check = (holds, what) => { if (!holds) throw new Error(what); };
 const sha256 = (bytes) => crypto.createHash('sha256').update(bytes).digest();
 const hex = (bytes) => Buffer.from(bytes).toString('hex');
-const big = (integer) => BigInt(integer.toString());  // 64 bits come as Long
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
-// ---- Hashes: each part is a function from a message to bytes, on a little-endian machine ----
-
-const whole = (value) => Buffer.from(BigUint64Array.of(big(typeof value === 'boolean' ? +value : value)).buffer);
-const double = (value) => Buffer.from(Float64Array.of(value || 0).buffer);  // absent and -0 as +0
-const float = (value) => Buffer.from(Float32Array.of(value || 0).buffer);
-const text = (value) => Buffer.concat([whole(Buffer.byteLength(value)), Buffer.from(value)]);
-const all = (...parts) => (message) => Buffer.concat(parts.map((part) => part(message || {})));
-const each = (bytesOf) => (...names) => (message) => Buffer.concat(names.map((name) => bytesOf(message[name])));
-const [wholes, doubles, floats, texts, raw] = [whole, double, float, text, Buffer.from].map(each);
-const vectors = each(all(doubles('x', 'y', 'z')));
-const quaternions = each(all(doubles('w', 'x', 'y', 'z')));
-const within = (name, ...parts) => (message) => all(...parts)(message[name]);
-const when = (holds, tag, ...parts) => (message) =>
-  holds(message) ? Buffer.concat([whole(tag), all(...parts)(message)]) : Buffer.alloc(0);
-const tagged = (name, tag, ...parts) => when((message) => message[name], tag, within(name, ...parts));
-const list = (name, ...parts) => (message) =>
-  Buffer.concat([whole(message[name].length), ...message[name].map(all(...parts))]);
-/** The first of the alternatives [name, tag, ...parts] that is there; else a tag of 0. */
-const oneOf = (...alternatives) => (message) => {
-  const chosen = alternatives.find(([name]) => message[name]);
-  return chosen ? tagged(...chosen)(message) : whole(0);
-};
-
-const field = (message) => family(message);
-const family = oneOf(
-  ['fourier', 0, list('terms', doubles('amplitude'), vectors('direction'), doubles('wavelength_m', 'phase_rad'))],
-  ['noise', 1, doubles('wavelength_m'), wholes('octaves'), doubles('persistence'), wholes('seed')],
-  ['cellular', 2, doubles('cell_m', 'smoothness'), wholes('seed')],
-  ['grain', 3, doubles('grain_m'), wholes('seed')],
-  ['mapped', 4, raw('asset'), within('mapping', wholes('shape'), vectors('centre'), quaternions('rotation'),
-    vectors('size_m'), doubles('tile_m'))],
-  ['layers', 5, wholes('combination'), list('layer', doubles('weight'), within('field', field))],
-  ['grown', 6, raw('asset')]);
-const map = (prefix = '') => oneOf([`${prefix}field`, 1, field], [`${prefix}per_vertex`, 2, raw('asset')]);
-const dynamicFriction = when((friction) => friction.dynamic_over, 9, doubles('dynamic_variation'), map('dynamic_'));
-const joint = [vectors('anchor_m', 'axis'), doubles('lowest', 'highest')];
-const motion = all(
-  doubles('mass_kg'), oneOf(['inertia', 1, vectors('centre_m', 'moments', 'products')]), vectors('gravity_m_per_s2'),
-  doubles('linear_damping_per_s', 'angular_damping_per_s'),
-  within('spring', doubles('stiffness_N_per_m', 'damping_Ns_per_m', 'stiffness_Nm_per_rad', 'damping_Nms_per_rad')),
-  oneOf(['hinge', 1, ...joint], ['slider', 2, ...joint]),
-  list('planes', vectors('normal'), doubles('offset_m', 'friction', 'rolling_m')),
-  tagged('collision', 10, doubles('friction', 'rolling_m')), when((message) => message.fixed, 11),
-  tagged('tool', 12, doubles('spacing_m', 'torsion_Nm_per_rad')));
-const plastic = when((softness) => softness.plastic > 0, 8, doubles('plastic'));
-const object = all(
-  wholes('id'), texts('name'), wholes('revision'), raw('mesh'), within('pose', quaternions('rotation'), vectors('position')),
-  doubles('stiffness_N_per_m', 'damping_Ns_per_m'), within('color', floats('red', 'green', 'blue')),
-  tagged('shading', 1, doubles('crease_rad'), list('creases', wholes('first', 'second'))),
-  tagged('friction', 2, doubles('mu_static', 'mu_dynamic', 'variation'), map(), dynamicFriction),
-  tagged('texture', 3, wholes('law'), within('field', field), doubles('amplitude_m'), wholes('literal'), doubles('gain_K')),
-  tagged('stiffness_over', 10, doubles('variation'), map()),
-  tagged('softness_over', 11, doubles('variation'), map()),
-  tagged('motion', 4, motion),
-  within('deformation',
-    tagged('softness', 5, doubles('stiffness_N_per_m', 'radius_m'), wholes('degree'), doubles('return_s'), plastic),
-    tagged('lattice', 6, vectors('low_m', 'size_m'), wholes('points_x', 'points_y', 'points_z'),
-      (lattice) => Buffer.concat(lattice.control_m.map(float))),
-    tagged('residue', 7, raw('asset'))));
-
 function rootOf({revision, objects}) {
-  const inOrder = [...objects.values()].sort((a, b) => (big(a.id) < big(b.id) ? -1 : 1));
-  return sha256(Buffer.concat([whole(revision),
-    ...inOrder.flatMap((o) => [whole(o.id), whole(o.revision), sha256(object(o))])]));
+  return sha256(rootBytes(revision, [...objects.values()].map((o) => [o, sha256(objectBytes(o))])));
 }
 
 // ---- The client ----
@@ -279,7 +217,7 @@ async function main([address, credentials]) {
   const [one] = objects, ref = {id: one.id};
   const material = {stiffness_N_per_m: 700, friction: {mu_static: 0.5, mu_dynamic: 0.4}};
   client.edit([{set_material: {object: ref, material}}],
-    [{object: ref, expected_revision: one.revision, expected_hash: sha256(object(one))}]);
+    [{object: ref, expected_revision: one.revision, expected_hash: sha256(objectBytes(one))}]);
   await client.until(() => client.live === first + 1 && client.edits.length === 0);
 
   for (let round = 0; round < 10; ++round) await editThroughACut(client, round);

@@ -1,0 +1,54 @@
+// The page: what it watches is in haptics.json beside it, or in the address (?nats=ws://HOST:PORT&session=NAME).
+import {Picture} from './picture.js';
+import {WatchedSession} from './watched_session.js';
+import {hex} from './scene.js';
+
+const element = (id) => document.getElementById(id);
+const newton = (vector) => Math.hypot(vector?.x || 0, vector?.y || 0, vector?.z || 0);
+
+async function options() {
+  const file = await fetch('haptics.json').then((answer) => (answer.ok ? answer.json() : {})).catch(() => ({}));
+  return {...file, ...Object.fromEntries(new URLSearchParams(location.search))};
+}
+
+function show(chosen) {
+  const picture = new Picture(element('picture'));
+  const session = new WatchedSession(chosen, {
+    scene(scene, welcome) {
+      picture.showScene(scene);
+      element('scene').textContent = `revision ${scene.revision} · ${hex(scene.root).slice(0, 12)} · equal`;
+      element('device').textContent = welcome.device;
+      Object.assign(state, {epoch: scene.epoch, revision: scene.revision, root: hex(scene.root)});
+    },
+    asset: (name, bytes) => picture.addAsset(name, bytes),
+    telemetry(sample) {
+      picture.showSample(sample);
+      state.tick = Number(sample.tick);
+      element('force').textContent = `${newton(sample.force?.written).toFixed(2)} N`;
+    },
+    state(word, sentence) {
+      state.word = word;
+      element('state').className = word;
+      element('state').textContent = sentence;
+    },
+  });
+  // What is shown, for who tests the page.
+  const state = window.haptics = {
+    word: null, epoch: null, revision: 0, root: null, tick: 0,
+    get fps() { return picture.fps(); },
+    get saw() { return session.saw; },
+    /** As it is drawn, in metres. */
+    get ihip() { return picture.hands[0].ihip.getPosition(); },
+    get hip() { return picture.hands[0].hip.getPosition(); },
+    get objects() {
+      return [...picture.objects.values()].map(({state: {id, name}, actor, pose, dents}) =>
+        ({id: String(id), name, isDrawn: Boolean(actor), pose, dents: dents.length}));
+    },
+  };
+  session.run();
+}
+
+options().then((chosen) => {
+  if (chosen.nats && chosen.session) return show(chosen);
+  element('state').textContent = 'haptics.json, or the address, has to name nats and session';
+});

@@ -1,0 +1,252 @@
+// The picture, by vtk.js: objects, where the hand is (HIP, red), where it would be if it could not penetrate (IHIP, blue), and
+// the force (orange, 1 cm a newton).
+import '@kitware/vtk.js/Rendering/Profiles/Geometry';
+import vtkActor from '@kitware/vtk.js/Rendering/Core/Actor';
+import vtkArrowSource from '@kitware/vtk.js/Filters/Sources/ArrowSource';
+import vtkCellArray from '@kitware/vtk.js/Common/Core/CellArray';
+import vtkDataArray from '@kitware/vtk.js/Common/Core/DataArray';
+import vtkInteractor from '@kitware/vtk.js/Rendering/Core/RenderWindowInteractor';
+import vtkMapper from '@kitware/vtk.js/Rendering/Core/Mapper';
+import vtkOpenGLRenderWindow from '@kitware/vtk.js/Rendering/OpenGL/RenderWindow';
+import vtkPolyData from '@kitware/vtk.js/Common/DataModel/PolyData';
+import vtkRenderer from '@kitware/vtk.js/Rendering/Core/Renderer';
+import vtkRenderWindow from '@kitware/vtk.js/Rendering/Core/RenderWindow';
+import vtkSphereSource from '@kitware/vtk.js/Filters/Sources/SphereSource';
+import vtkTrackball from '@kitware/vtk.js/Interaction/Style/InteractorStyleTrackballCamera';
+
+import {decodeMesh, decodeMoved, dent, normalsOf, restShape} from './shapes.js';
+import {hex} from './scene.js';
+
+const BACKGROUND = [0.93, 0.94, 0.96], HIP = [0.85, 0.1, 0.1], IHIP = [0.1, 0.3, 0.9], FORCE = [1, 0.55, 0];
+const LEAST_FPS = 25, LEAST_SCALE = 0.4, SETTLED_MS = 2500;
+const BALL_M = 0.004, METRES_PER_NEWTON = 0.01, LEAST_FORCE_N = 0.02;
+
+/** Whether WebGL is computed by the processor, where smooth edges cost four times the time. */
+function isDrawnInSoftware() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const names = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+/** Of a linear colour, as a screen wants it. */
+const shown = ({red, green, blue}) => [red, green, blue].map((x) => Math.min(Math.max(x || 0, 0), 1) ** (1 / 2.2));
+const xyz = (vector) => [vector?.x || 0, vector?.y || 0, vector?.z || 0];
+const IDENTITY = {w: 1, x: 0, y: 0, z: 0};
+
+/** Column by column, as vtk.js has it. */
+function matrixOf({position, rotation}) {
+  const {w, x, y, z} = rotation || IDENTITY;
+  return [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0,
+    2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0,
+    2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0, ...xyz(position), 1];
+}
+
+function actorOf(source, color) {
+  const mapper = vtkMapper.newInstance(), actor = vtkActor.newInstance();
+  mapper.setInputConnection(source.getOutputPort());
+  actor.setMapper(mapper);
+  actor.getProperty().setColor(...color);
+  actor.setVisibility(false);
+  return actor;
+}
+
+/** One object: its data is made once its mesh is here. */
+class Shown {
+  constructor(state) {
+    this.state = state;
+    this.actor = null;
+    this.dents = [];
+  }
+
+  make(mesh, moved) {
+    this.mesh = mesh;
+    this.rest = restShape(mesh, this.state.deformation, moved);
+    this.data = vtkPolyData.newInstance();
+    const cells = new Uint32Array(mesh.triangles.length / 3 * 4);
+    for (let from = 0, to = 0; from < mesh.triangles.length; from += 3, to += 4) {
+      cells[to] = 3;
+      cells.set(mesh.triangles.subarray(from, from + 3), to + 1);
+    }
+    this.data.setPolys(vtkCellArray.newInstance({values: cells}));
+    this.setPoints(this.rest);
+    const mapper = vtkMapper.newInstance();
+    mapper.setInputData(this.data);
+    mapper.setScalarVisibility(false);
+    this.actor = vtkActor.newInstance();
+    this.actor.setMapper(mapper);
+    const property = this.actor.getProperty();
+    property.setColor(...shown(this.state.color || {}));
+    property.setAmbient(0.25);
+    property.setDiffuse(0.75);
+    if (!this.state.shading) property.setInterpolationToFlat();
+    this.place(this.state.pose);
+  }
+
+  setPoints(points) {
+    this.data.getPoints().setData(points, 3);
+    const normals = vtkDataArray.newInstance({name: 'Normals', values: normalsOf(points, this.mesh.triangles), numberOfComponents: 3});
+    this.data.getPointData().setNormals(normals);
+    this.data.modified();
+  }
+
+  place(pose) {
+    this.pose = pose;
+    this.actor?.setUserMatrix(matrixOf(pose || {}));
+  }
+
+  /** Dents as of now; nothing is computed while there are none. */
+  setDents(dents) {
+    const softness = this.state.deformation?.softness;
+    if (!this.actor || !softness || (dents.length === 0 && this.dents.length === 0)) return;
+    this.dents = dents;
+    const points = this.rest.slice();
+    dent(points, dents, softness);
+    this.setPoints(points);
+  }
+}
+
+export class Picture {
+  constructor(container) {
+    this.container = container;
+    this.window = vtkRenderWindow.newInstance();
+    this.renderer = vtkRenderer.newInstance({background: BACKGROUND});
+    this.window.addRenderer(this.renderer);
+    this.view = vtkOpenGLRenderWindow.newInstance();
+    // The first to ask for the context says how it is.
+    this.view.getCanvas().getContext('webgl2',
+      {antialias: !isDrawnInSoftware(), depth: true, alpha: true, powerPreference: 'high-performance'});
+    this.view.setContainer(container);
+    this.window.addView(this.view);
+    const interactor = vtkInteractor.newInstance();
+    interactor.setInteractorStyle(vtkTrackball.newInstance());
+    interactor.setView(this.view);
+    interactor.initialize();
+    interactor.bindEvents(container);
+    this.objects = new Map();  // by id, as text
+    this.assets = new Map();   // by hash
+    this.hands = [0, 1].map(() => this.addHand());
+    this.frames = [];          // when they were drawn
+    this.isChanged = true;
+    this.isFitted = false;
+    this.scale = 1;            // of the picture's pixels to those of the screen
+    container.addEventListener('pointerdown', () => { this.isFitted = true; });
+    interactor.onAnimation(() => this.count());
+    new ResizeObserver(() => this.resize()).observe(container);
+    this.resize();
+    const draw = () => {
+      requestAnimationFrame(draw);
+      if (!this.isChanged) return;
+      this.isChanged = false;
+      this.renderer.resetCameraClippingRange();
+      this.window.render();
+      this.count();
+      this.keepUp();
+    };
+    draw();
+  }
+
+  count() {
+    const now = performance.now();
+    this.frames = this.frames.filter((at) => now - at < 2000);
+    this.frames.push(now);
+  }
+
+  /** Frames a second, over the last two. */
+  fps() {
+    return this.frames.length / 2;
+  }
+
+  /** A machine that draws too slowly gets fewer pixels. */
+  keepUp() {
+    const now = performance.now();
+    this.judged ??= now + SETTLED_MS;
+    if (now < this.judged) return;
+    this.judged = now + SETTLED_MS;
+    if (this.fps() >= LEAST_FPS || this.scale <= LEAST_SCALE) return;
+    this.scale = Math.max(LEAST_SCALE, 0.75 * this.scale);
+    this.resize();
+  }
+
+  resize() {
+    const {clientWidth, clientHeight} = this.container;
+    const pixels = this.scale * (window.devicePixelRatio || 1);
+    this.view.setSize(
+      Math.max(1, Math.floor(pixels * clientWidth)), Math.max(1, Math.floor(pixels * clientHeight)));
+    if (!this.isFitted) this.fit();
+    this.isChanged = true;
+  }
+
+  addHand() {
+    const ball = vtkSphereSource.newInstance({radius: BALL_M, thetaResolution: 16, phiResolution: 16});
+    const arrow = vtkArrowSource.newInstance({tipResolution: 12, shaftResolution: 12});
+    const hand = {hip: actorOf(ball, HIP), ihip: actorOf(ball, IHIP), force: actorOf(arrow, FORCE)};
+    for (const actor of Object.values(hand)) this.renderer.addActor(actor);
+    return hand;
+  }
+
+  showScene(scene) {
+    for (const [id, object] of this.objects) {
+      const state = scene.objects.get(id)?.state;
+      if (state === object.state) continue;
+      if (object.actor) this.renderer.removeActor(object.actor);
+      this.objects.delete(id);
+    }
+    for (const [id, {state}] of scene.objects) {
+      if (!this.objects.has(id)) this.objects.set(id, new Shown(state));
+    }
+    this.makeObjects();
+  }
+
+  addAsset(name, bytes) {
+    this.assets.set(name, String.fromCharCode(...bytes.subarray(0, 4)) === 'HMSH' ? decodeMesh(bytes) : decodeMoved(bytes));
+    this.makeObjects();
+  }
+
+  makeObjects() {
+    for (const object of this.objects.values()) {
+      const residue = object.state.deformation?.residue?.asset;
+      const mesh = this.assets.get(hex(object.state.mesh)), moved = residue?.length ? this.assets.get(hex(residue)) : null;
+      if (object.actor || !mesh || moved === undefined) continue;
+      object.make(mesh, moved);
+      this.renderer.addActor(object.actor);
+      if (!this.isFitted) this.fit();
+    }
+    this.isChanged = true;
+  }
+
+  /** All objects, seen from the front and above; until somebody turns the picture. */
+  fit() {
+    const camera = this.renderer.getActiveCamera();
+    camera.setViewUp(0, 0, 1);
+    camera.setFocalPoint(0, 0, 0);
+    camera.setPosition(0, -1, 0.6);
+    this.renderer.resetCamera();
+    camera.dolly(1.2 * Math.min(1, this.container.clientWidth / this.container.clientHeight));  // it fits the height
+    this.isChanged = true;
+  }
+
+  showSample(sample) {
+    [sample, sample.second_hand].forEach((felt, i) => this.showHand(this.hands[i], felt));
+    for (const body of sample.body) this.objects.get(String(body.object))?.place(body.pose);
+    for (const [id, object] of this.objects) object.setDents(sample.dent.filter((d) => String(d.object) === id));
+    this.isChanged = true;
+  }
+
+  showHand({hip, ihip, force}, felt) {
+    for (const actor of [hip, ihip, force]) actor.setVisibility(Boolean(felt));
+    if (!felt) return;
+    hip.setPosition(...xyz(felt.hip));
+    ihip.setPosition(...xyz(felt.ihip));
+    const written = xyz(felt.force?.written), length = Math.hypot(...written);
+    force.setVisibility(length > LEAST_FORCE_N);
+    if (length <= LEAST_FORCE_N) return;
+    const [x, y, z] = written.map((k) => k / length), scale = METRES_PER_NEWTON * length;
+    // The arrow points along x: two axes across it make it a turn.
+    const across = Math.abs(z) < 0.9 ? [-y, x, 0] : [0, -z, y];
+    const size = Math.hypot(...across), [bx, by, bz] = across.map((k) => k / size);
+    const [cx, cy, cz] = [y * bz - z * by, z * bx - x * bz, x * by - y * bx];
+    force.setUserMatrix([x, y, z, 0, bx, by, bz, 0, cx, cy, cz, 0, ...xyz(felt.ihip), 1].map((k, i) => i < 12 && i % 4 < 3 ? k * scale : k));
+  }
+}

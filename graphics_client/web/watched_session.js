@@ -1,0 +1,218 @@
+// Follows a session that haptic_relay publishes (audience.proto): joins, goes on with what comes, begins anew after any loss.
+import {connect} from 'nats.ws';
+
+import {readAssetChunk, readLatestSnapshot, readLiveMessage, readPublishedCommit, readSnapshotPart} from './messages.js';
+import {OutOfStep, Scene, hex, sha256} from './scene.js';
+
+const SIGN_MS = 3000;            // without a sign of the relay for so long the session is over
+const POOR_MS = 500;             // a sample that comes later than this says that the link is poor
+const RETRY_MS = [500, 1500];    // between attempts, at random: an audience does not come back at once
+const READ_AHEAD = 32;           // stored messages that are asked for at once
+const CHUNK = 131072;
+const MAX_ASSET = 600 << 20;
+const MAX_HEARTBEATS_AHEAD = 3;
+
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+export class WatchedSession {
+  /**
+   * @param show  Is told of what changes: scene(scene, welcome), asset(hash in hexadecimal, bytes), telemetry(message),
+   *              state(word, sentence) with a word of connecting, live, poor, lost, over.
+   */
+  constructor({nats, session, user, pass}, show) {
+    Object.assign(this, {nats, session, user, pass, show});
+    this.saw = {roots: 0, samples: 0, joins: 0, resyncs: 0};
+    this.assets = new Set();  // hashes of what is held or asked for
+    this.word = null;
+  }
+
+  /** For ever. */
+  async run() {
+    for (;;) {
+      try {
+        await this.watch();
+      } catch (error) {
+        if (error instanceof OutOfStep) this.saw.resyncs++;
+        this.tell(error.isOver ? 'over' : this.saw.joins > 0 ? 'lost' : 'connecting', error.message);
+      }
+      await this.connection?.close().catch(() => {});
+      await pause(RETRY_MS[0] + (RETRY_MS[1] - RETRY_MS[0]) * Math.random());
+    }
+  }
+
+  tell(word, sentence) {
+    if (word === this.word && sentence === this.sentence) return;
+    [this.word, this.sentence] = [word, sentence];
+    this.show.state(word, sentence);
+  }
+
+  async watch() {
+    if (!this.word) this.tell('connecting', `connecting to ${this.nats}`);
+    this.connection = await connect({servers: this.nats, reconnect: false, timeout: 5000, user: this.user, pass: this.pass})
+      .catch(() => { throw new Error(`no NATS server answers at ${this.nats}`); });
+    this.early = [];  // what comes while the stored part is read
+    this.scene = null;
+    this.aheads = 0;
+    this.lastSample = 0;
+    this.ended = null;
+    this.lastSign = performance.now();
+    const signed = new Promise((done) => { this.signed = done; });
+    const taking = this.takeAll(this.connection.subscribe(`haptics.${this.session}.live.*`));
+    const closed = this.connection.closed().then(() => { throw new Error('the connection to the NATS server is lost'); });
+    const looking = this.lookAfter();
+    const joining = signed.then(() => this.join()).then(() => new Promise(() => {}));
+    const all = [taking, closed, looking, joining];
+    for (const one of all) one.catch(() => {});  // of two that fail the second is of no more interest
+    await Promise.race(all);
+  }
+
+  /** Ends, with an exception, once nothing comes any more. */
+  async lookAfter() {
+    const {connection} = this;
+    while (connection === this.connection) {
+      await pause(100);
+      const silent_ms = performance.now() - this.lastSign;
+      if (silent_ms > SIGN_MS) {
+        throw Object.assign(new Error(`session ${this.session} is not published now`), {isOver: true});
+      }
+      if (!this.scene) continue;
+      if (performance.now() - this.lastSample > POOR_MS) this.tell('poor', 'the link is poor: what is shown is late');
+      else this.tell('live', `watching ${this.session}`);
+    }
+  }
+
+  async takeAll(subscription) {
+    for await (const message of subscription) {
+      const isCommit = message.subject.endsWith('.commit');
+      let read;
+      try {
+        read = (isCommit ? readPublishedCommit : readLiveMessage)(message.data);
+      } catch {
+        continue;  // nobody's but a forger's
+      }
+      if (!isCommit) {
+        this.lastSign = performance.now();
+        this.signed();
+      }
+      if (this.early) this.early.push(read);
+      else await this.take(read);
+    }
+  }
+
+  async join() {
+    const stream = `$JS.API.DIRECT.GET.haptics-${this.session}`;
+    const last = await this.stored(`${stream}.haptics.${this.session}.latest`);
+    if (!last) throw new Error(`session ${this.session} has no snapshot yet`);
+    const latest = readLatestSnapshot(last.data);
+    this.welcome = latest.welcome;
+    const epoch = String(latest.welcome.epoch);
+    let scene = null, begun = null;
+    for await (const message of this.storedFrom(stream, Number(latest.sequence))) {
+      const subject = message.headers.get('Nats-Subject');
+      if (subject.endsWith('.snapshot')) {
+        const part = readSnapshotPart(message.data);
+        if (part.begin) begun = {epoch: String(part.epoch), ...part.begin, objects: []};
+        if (part.objects) begun?.objects.push(...part.objects.object);
+        if (part.end && begun) {
+          if (begun.objects.length !== Number(begun.object_count)) throw new OutOfStep('a snapshot is not whole');
+          scene = await Scene.of(begun.epoch, Number(part.end.revision), begun.objects, part.end.root);
+          this.saw.roots++;
+        }
+      } else if (subject.endsWith('.commit')) {
+        const published = readPublishedCommit(message.data);
+        if (!scene || String(published.epoch) !== scene.epoch) throw new OutOfStep('commits without their snapshot');
+        if (Number(published.commit.revision) <= scene.revision) continue;
+        scene = await scene.after(published.commit);
+        this.saw.roots++;
+      }
+    }
+    if (!scene || scene.epoch !== epoch) throw new OutOfStep('the session has changed while it was read');
+    this.saw.joins++;
+    this.adopt(scene);
+    // Commits go on being taken one after the other, also while these are.
+    while (this.early.length > 0) await this.take(this.early.shift());
+    this.early = null;
+  }
+
+  async take(message) {
+    const epoch = String(message.epoch);
+    if (message.telemetry) {
+      if (epoch === this.scene.epoch) this.takeSample(message.telemetry);
+      return;
+    }
+    if (epoch !== this.scene.epoch) throw new OutOfStep('the server was started anew');
+    if (message.heartbeat) return this.takeHeartbeat(message.heartbeat);
+    if (!message.commit || Number(message.commit.revision) <= this.scene.revision) return;
+    const next = await this.scene.after(message.commit);
+    this.saw.roots++;
+    this.aheads = 0;
+    this.adopt(next);
+  }
+
+  takeHeartbeat({revision, root}) {
+    if (Number(revision) > this.scene.revision && ++this.aheads > MAX_HEARTBEATS_AHEAD) throw new OutOfStep('commits were missed');
+    if (Number(revision) === this.scene.revision && hex(root) !== hex(this.scene.root)) throw new OutOfStep('another root');
+  }
+
+  takeSample(sample) {
+    this.lastSample = performance.now();
+    this.saw.samples++;
+    this.show.telemetry(sample);
+  }
+
+  adopt(scene) {
+    this.scene = scene;
+    this.show.scene(scene, this.welcome);
+    for (const {state} of scene.objects.values()) {
+      for (const hash of [state.mesh, state.deformation?.residue?.asset]) {
+        if (!hash?.length || this.assets.has(hex(hash))) continue;
+        this.assets.add(hex(hash));
+        this.fetch(hash).catch(() => this.assets.delete(hex(hash)));  // asked for again with the next scene
+      }
+    }
+  }
+
+  /** All bytes of an asset, whose hash is checked; asked for again as long as it is not stored. */
+  async fetch(hash) {
+    const name = hex(hash), subject = `haptics.${this.session}.asset.${name}`;
+    const chunk = async (index) => {
+      for (;;) {
+        const message = await this.stored(`$JS.API.DIRECT.GET.haptics-${this.session}-assets.${subject}.${index}`);
+        if (message) return readAssetChunk(message.data);
+        await pause(500);
+      }
+    };
+    const first = await chunk(0), total = Number(first.total_size);
+    if (total > MAX_ASSET) throw new Error('too large');
+    const bytes = new Uint8Array(total);
+    const put = ({offset, data}) => bytes.set(data, Number(offset));
+    put(first);
+    const count = Math.ceil(total / CHUNK);
+    for (let index = 1; index < count; index += READ_AHEAD) {
+      const wanted = Array.from({length: Math.min(READ_AHEAD, count - index)}, (_, i) => chunk(index + i));
+      (await Promise.all(wanted)).forEach(put);
+    }
+    if (hex(await sha256(bytes)) !== name) throw new Error(`asset ${name} has another hash`);
+    this.show.asset(name, bytes);
+  }
+
+  /** A message that JetStream keeps, or null. */
+  async stored(subject, query) {
+    const payload = query ? JSON.stringify(query) : '';
+    const message = await this.connection.request(subject, payload, {timeout: 5000}).catch((error) => {
+      if (error.code === '503') return null;
+      throw error;
+    });
+    return message && message.headers?.code === 0 ? message : null;
+  }
+
+  async* storedFrom(stream, sequence) {
+    for (;; sequence += READ_AHEAD) {
+      const asked = Array.from({length: READ_AHEAD}, (_, i) => this.stored(stream, {seq: sequence + i}));
+      for (const message of await Promise.all(asked)) {
+        if (!message) return;
+        yield message;
+      }
+    }
+  }
+}
