@@ -16,7 +16,7 @@ operations { add { name: "soft" mesh { sphere { radius_m: 0.05 segments: 30 } } 
 """
 SESSION = "class"
 STREAM = f"haptics-{SESSION}"
-SOON_S = 30
+SOON_S = 60
 
 
 class Relay(harness.Process):
