@@ -18,7 +18,7 @@ namespace {
 template <class Contact>
 auto ToolContactImage::partsOf(Contact& contact) noexcept {
   return std::tie(contact.cursor_, contact.waited_, contact.proxy_, contact.moved_, contact.travelled_,
-                  contact.bodiesPart_, contact.testCost_, contact.tick_, contact.skin_);
+                  contact.bodiesPart_, contact.testCost_, contact.search_, contact.skin_);
 }
 
 void ToolContactImage::append(const ToolInHand& tool, std::string& image) {

@@ -40,8 +40,12 @@ constexpr int kTouchBudget = 64;
 /// A move that lowers the energy by less than this part of it is the last one of a tick. Smaller lets a point that is held
 /// by an edge go to and fro between its faces.
 constexpr double kRest = 1e-2;
+/// A pose is gone to if it lowers the energy by at least this part of that of the way to it. Over planes that do not turn it
+/// falls by the whole.
+constexpr double kDescent = 0.5;
+/// So many skins farther from the device a pose may be than that: planes lift the points by a skin.
+constexpr double kLifts = 16;
 
-/// As a rotation vector, rad, by the shorter way.
 /// Of the two springs, twice; J.
 [[nodiscard]] double energy(const Pose& proxy, const Pose& device, const ToolCoupling& coupling) noexcept {
   return coupling.stiffness_N_per_m * squaredLength(proxy.position - device.position) +
@@ -144,7 +148,7 @@ void ToolContact::copyInUse(const ToolContact& other) noexcept {
   travelled_ = other.travelled_;
   bodiesPart_ = other.bodiesPart_;
   testCost_ = other.testCost_;
-  tick_ = other.tick_;
+  search_ = other.search_;
   skin_ = other.skin_;
   std::copy_n(other.sharp_.begin(), bodyCount_, sharp_.begin());
   std::copy_n(other.bodyAt_.begin(), bodyCount_, bodyAt_.begin());
@@ -156,8 +160,9 @@ void ToolContact::copyInUse(const ToolContact& other) noexcept {
 
 ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
                                Allowance allowance) noexcept {
-  ++tick_;
+  const Pose start = proxy_;
   gather(bodies, device);
+  if (moved_ > 0) ++search_;
   ToolResult result;
   if (waited_) {
     const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
@@ -182,7 +187,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       static_cast<void>(keepAbovePlanes(coupling, next, allowance));
       bound = farthestMove(next);
     }
-    if (!canTest(bound, allowance)) break;
+    if (!canTest(bound, allowance) || (part < 1 && !descends(next, device, coupling))) break;
     tried = true;
     if (isClear(bodies, next, bound, allowance)) {
       const double before = energy(proxy_, device, coupling);
@@ -205,6 +210,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   for (const Touch& touch : touches()) result.touching += height(touch, tool) < kTouchMargin * skin_ ? 1 : 0;
   bodiesPart_ = moved_ == 0 ? std::min(1.0, 2 * bodiesPart_) : std::max(kMinPart, bodiesPart_ / 2);
   result.waits = waited_ = !settled || !arrived;
+  if (!waited_ || proxy_ != start) ++search_;
   result.allowance = allowance;
   return result;
 }
@@ -279,7 +285,7 @@ void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch
   const auto budget =
       static_cast<int>(std::min<std::int64_t>(kTouchBudget, 1 + allowance.left() / Allowance::kNearTriangle));
   int looked = 0;
-  const ClosestPoint foot = touch.hitIn == tick_
+  const ClosestPoint foot = touch.hitIn == search_
                                 ? onPlaneOf(surface, touch.triangle, at)
                                 : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, budget).foot;
   allowance.spend(Allowance::kNearTriangle * (looked + 1));
@@ -306,6 +312,7 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
                         Allowance& allowance) noexcept {
   LeastDistance held;
   bool lifts = true;
+  Pose first = proxy_;
   double lastBend = std::numeric_limits<double>::infinity();
   for (int turn = 0;; ++turn) {
     Step step = stepTowards(device, coupling, next, lifts, allowance);
@@ -318,21 +325,24 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
     const double part = std::min(1.0, kMaxTurn_rad / angle);
     const double bend = bendOf(part * angle);
     const bool converges = bend <= kConverging * lastBend;
+    bool ends = false;
     if (converges) {
       held = step.nearest;
       next = {glm::normalize(rotationBy(part * step.turn) * next.rotation), next.position + part * step.move};
-      if (bend < kConstraintTolerance * skin_) break;
+      if (turn == 0) first = next;
+      ends = bend < kConstraintTolerance * skin_;
     }
+    if (ends && descends(next, device, coupling)) break;
     lastBend = bend;
-    if (converges && part == 1 && turn + 1 < kMaxTurns) continue;
-    const Pose end = next;
+    if (!ends && converges && part == 1 && turn + 1 < kMaxTurns) continue;
     double whole = 1;
-    while (!keepAbovePlanes(coupling, next, allowance) || raisesEnergy(next, device, coupling)) {
+    while (!keepAbovePlanes(coupling, next, allowance) || !descends(next, device, coupling)) {
+      next = whole < kMinPart ? proxy_ : interpolate(proxy_, first, whole);
+      if (whole < kMinPart) {
+        if (moved_ > 0) return false;
+        break;  // it is where it can be
+      }
       whole /= 4;
-      next = whole < kMinPart ? proxy_ : interpolate(proxy_, end, whole);
-      if (whole >= kMinPart) continue;
-      if (moved_ > 0) return false;
-      break;  // it is where it can be
     }
     break;
   }
@@ -340,10 +350,14 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
   return true;
 }
 
-/// Only bodies that move push the tool away from where the device pulls it. Far from the device the first order may.
-bool ToolContact::raisesEnergy(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept {
-  constexpr double kRounding = 1e-6;
-  return moved_ == 0 && energy(next, device, coupling) > (1 + kRounding) * energy(proxy_, device, coupling);
+/// Is the pose nearer to the device's than the proxy, by the energy, and no farther away than it has to be? Only bodies that
+/// move push the tool away from where the device pulls it. Far from the device the first order may, or take it across a flat
+/// valley of the energy.
+bool ToolContact::descends(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept {
+  if (moved_ > 0) return true;
+  const double most =
+      std::sqrt(energy(proxy_, device, coupling)) + kLifts * skin_ * std::sqrt(coupling.stiffness_N_per_m);
+  return energy(next, device, coupling) + kDescent * energy(next, proxy_, coupling) <= most * most;
 }
 
 /// Moves a pose as little as brings all that touch a skin above their planes, or as high as they are now. False: that was not
@@ -427,7 +441,7 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
       const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
       if (allowance.isSpent()) break;
       if (!crossing) continue;
-      addHit({false, i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, tick_, {}, {}, 0},
+      addHit({false, i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, search_, {}, {}, 0},
              crossing.time, heightOver(*body.surface, crossing.triangle, from));
     }
   }
@@ -460,7 +474,7 @@ void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& too
       if (allowance.isSpent()) return;
       if (!crossing) continue;
       const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
-      addHit({true, point, of, crossing.triangle, crossing.side, tick_, place, {}, 0}, crossing.time,
+      addHit({true, point, of, crossing.triangle, crossing.side, search_, place, {}, 0}, crossing.time,
              heightOver(*tool_->surface, crossing.triangle, from));
     }
   }

@@ -97,7 +97,7 @@ class ToolContact {
     std::uint16_t body = 0;
     std::uint32_t triangle = 0;  // of the surface
     int side = 1;
-    std::uint64_t hitIn = 0;  // tick: until it ends, the point stays above this triangle
+    std::uint64_t hitIn = 0;  // search: until it ends, the point stays above this triangle
     Vec3 place{0};            // of a body's point, world
     Vec3 normal{0};           // of the plane above which the point stays: world, or the tool's frame
     double offset = 0;        // m
@@ -127,10 +127,10 @@ class ToolContact {
   double moved_ = 0;  // m, at most, of any body that is near since the proxy moved last
   double travelled_ =
       0;  // m, at most, of any point against bodies that are near, from adopt() to the proxy's last move
-  double bodiesPart_ = 1;  // of the way of bodies that a tick tries
-  double testCost_ = 500;  // units of the allowance; follows what tests cost
-  std::uint64_t tick_ = 0;
-  double skin_ = 0;  // m
+  double bodiesPart_ = 1;     // of the way of bodies that a tick tries
+  double testCost_ = 500;     // units of the allowance; follows what tests cost
+  std::uint64_t search_ = 0;  // counts; goes on through ticks in which neither the proxy nor a body moves
+  double skin_ = 0;           // m
   std::array<Sharp, kMaxBodies> sharp_;
   std::array<Pose, kMaxBodies> bodyAt_;           // when the proxy moved last
   std::array<double, kMaxBodies> bodyTravelled_;  // likewise, of the tool against that body
@@ -159,7 +159,7 @@ class ToolContact {
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
                            Allowance& allowance) noexcept;
-  [[nodiscard]] bool raisesEnergy(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept;
+  [[nodiscard]] bool descends(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept;
   [[nodiscard]] bool keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept;
   [[nodiscard]] Step stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose, bool lifts,
                                  Allowance& allowance) noexcept;

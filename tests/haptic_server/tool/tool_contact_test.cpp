@@ -73,6 +73,16 @@ ToolResult bring(ToolContact& tool, const std::vector<Body>& bodies, const Pose&
   return result;
 }
 
+/// How far two poses are from each other, as the springs measure it: the square is twice their energy, J.
+double stretch(const Pose& a, const Pose& b, const ToolCoupling& coupling = kCoupling) {
+  return std::sqrt(coupling.stiffness_N_per_m * squaredLength(a.position - b.position) +
+                   coupling.torsion_Nm_per_rad *
+                       squaredLength(rotationVector(a.rotation * glm::conjugate(b.rotation))));
+}
+
+/// A tool that hangs on what rests stretches its springs by no more than the few skins by which planes lift it.
+constexpr double kMaxGain = 1e-6;
+
 /// How deep the deepest point of the tool is in a closed surface, m; 0: none is inside.
 double deepest(const HeldAmong& tool, const Body& body) {
   double depth = 0;
@@ -302,7 +312,9 @@ TEST(ToolContact, IsNeverInsideOfATorusInARandomWalk) {
     device.position += 1e-3 * velocity;
     device.rotation = glm::normalize(
         glm::angleAxis(1e-3 * glm::length(spin) + 1e-12, glm::normalize(spin + Vec3(1e-9))) * device.rotation);
+    const Pose proxyBefore = tool.proxy();
     const ToolResult result = tool.follow(bodies, device, kCoupling);
+    ASSERT_LT(stretch(result.proxy, device), stretch(proxyBefore, device) + kMaxGain) << "tick " << i;
     waits += result.waits ? 1 : 0;
     touching += result.touching > 0 ? 1 : 0;
     jump = std::max(jump, glm::distance(result.force_N, before));
@@ -339,7 +351,7 @@ void feelRoughBall(bool moves) {
   Pose device{{1, 0, 0, 0}, {0, 0, 0.07}};
   tool.reset(device, bodies);
   Vec3 velocity(0), spin(0);
-  int waits = 0, touching = 0;
+  int waits = 0, touching = 0, stuck = 0, longestStuck = 0;
   double way = 0;
   for (int i = 0; i < 4'000; ++i) {
     if (moves) {
@@ -359,6 +371,11 @@ void feelRoughBall(bool moves) {
     device = interpolate(before, device, std::min(1.0, 0.008 / far));
     const ToolResult result = tool.follow(bodies, device, kCoupling, Allowance(100'000));
     ASSERT_GT(result.allowance.left(), -8 * Allowance::kQuery) << i;
+    if (!moves) {
+      ASSERT_LT(stretch(result.proxy, device), stretch(before, device) + kMaxGain) << i;
+    }
+    stuck = way > 0 && result.waits && result.proxy == before ? stuck + 1 : 0;
+    longestStuck = std::max(longestStuck, stuck);
     waits += result.waits ? 1 : 0;
     touching += result.touching > 0 ? 1 : 0;
     way += glm::distance(before.position, result.proxy.position);
@@ -375,11 +392,51 @@ void feelRoughBall(bool moves) {
   EXPECT_GT(waits, 1'000);
   EXPECT_GT(touching, 1'000);
   EXPECT_GT(way, 0.3);
+  if (!moves) {
+    EXPECT_LT(longestStuck, 5) << "once how far everything is has been asked for all points";
+  }
 }
 
 TEST(ToolContact, IsOutsideOfARoughBallAndTheBallOfItWhileItsAllowanceIsTooSmall) { feelRoughBall(false); }
 
 TEST(ToolContact, IsOutsideOfABallThatComesToItWhileItsAllowanceIsTooSmall) { feelRoughBall(true); }
+
+TEST(ToolContact, StretchesNoSpringByItselfWhereItsDeviceIsTurnedFarFromIt) {
+  constexpr ToolCoupling kSoft{.stiffness_N_per_m = 800, .torsion_Nm_per_rad = 0.5};
+  constexpr double kFarthest_m = 0.008, kFarthest_rad = 1, kMaxTurn_rad = 0.7;
+  for (const std::uint64_t seed : {2, 3}) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto vector = [&] { return Vec3(normal(random), normal(random), normal(random)); };
+    const auto ball = surfaceOf(roughBall(random));
+    const std::vector<Body> bodies{bodyOf(ball)};
+    HeldAmong tool(makeBox({0.05, 0.014, 0.014}, 2).value(), 0.0025, bodies);
+    Pose device{{1, 0, 0, 0}, {0, 0, 0.07}};
+    tool.reset(device, bodies);
+    Vec3 velocity(0);
+    Quat goal = device.rotation;
+    double speed_rad_per_s = 1;
+    for (int i = 0; i < 6'000; ++i) {
+      const Pose before = tool.proxy();
+      const Vec3 to = 0.042 * glm::normalize(device.position);
+      velocity += 0.02 * vector() - 0.01 * velocity - 0.1 * (device.position - to);
+      device.position += 1e-3 * velocity;
+      const Vec3 away = device.position - before.position;
+      device.position = before.position + away * std::min(1.0, kFarthest_m / glm::length(away));
+      const Vec3 left = rotationVector(goal * glm::conjugate(device.rotation));
+      const Vec3 twist = rotationVector(device.rotation * glm::conjugate(before.rotation));
+      if (glm::length(left) < 2e-3 * speed_rad_per_s || glm::length(twist) > kFarthest_rad) {
+        goal = glm::normalize(about(vector(), kMaxTurn_rad * unit(random)) * before.rotation);
+        speed_rad_per_s = 0.1 * std::pow(100.0, unit(random));
+      } else {
+        device.rotation = glm::normalize(about(left, 1e-3 * speed_rad_per_s) * device.rotation);
+      }
+      const ToolResult result = tool.follow(bodies, device, kSoft);
+      ASSERT_LT(stretch(result.proxy, device, kSoft), stretch(before, device, kSoft) + 1e-4) << seed << ", tick " << i;
+    }
+  }
+}
 
 TEST(ToolContact, RestsOnABladeBetweenItsPoints) {
   const auto blade = surfaceOf(makeBox({0.2, 0.0004, 0.04}, 1).value());  // its edge up, at z = 0
