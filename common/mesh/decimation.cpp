@@ -1,9 +1,11 @@
 #include "common/mesh/decimation.h"
 
+// QuadricT.hh does not include what it needs.
+// clang-format off
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#include <OpenMesh/Core/System/omstream.hh>
-
 #include <OpenMesh/Core/Geometry/QuadricT.hh>
+// clang-format on
+#include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
 #include <cmath>
 #include <limits>
