@@ -31,7 +31,7 @@ using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Cosine of the angle by which a triangle may turn in one collapse. Larger keeps more triangles; below 0 the surface folds.
-constexpr double kLeastTurn = 0.2;
+constexpr double kMinTurnCosine = 0.2;
 /// Twice the area over the square of the longest side, below which a triangle may only become better.
 constexpr double kSliver = 1e-3;
 /// Of the vertices that are left, those that one sweep tries to take away. Larger is quicker, and keeps worse vertices.
@@ -194,7 +194,7 @@ class Decimation::Sweeper {
       const std::array<Point, 3> then{place, now[1], now[2]};
       const Point before = areaNormal(now), after = areaNormal(then);
       const double areaBefore = before.norm(), areaAfter = after.norm();
-      if (dot(before, after) <= kLeastTurn * areaBefore * areaAfter) return false;
+      if (dot(before, after) <= kMinTurnCosine * areaBefore * areaAfter) return false;
       const double shape = shapeOf(then, areaAfter);
       if (shape < kSliver && shape <= shapeOf(now, areaBefore)) return false;
     }

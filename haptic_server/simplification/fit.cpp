@@ -72,13 +72,13 @@ double deviationOf(const std::vector<Vec3f>& places, const CollisionMesh& surfac
 
 TriMesh fitted(TriMesh copy, const std::vector<Vec3f>& original) {
   constexpr int kRounds = 6;
-  constexpr double kPart = 0.7;       // of a round's move: neighbours move too
-  constexpr double kLeastWeight = 1;  // a vertex that few places tell of moves little
+  constexpr double kPart = 0.7;     // of a round's move: neighbours move too
+  constexpr double kMinWeight = 1;  // a vertex that few places tell of moves little
   Misfit misfit = misfitOf(copy, original);
   for (int round = 0; round < kRounds; ++round) {
     TriMesh moved = copy;
     for (std::size_t v = 0; v < moved.vertices.size(); ++v) {
-      moved.vertices[v] += Vec3f(kPart * misfit.pull[v] / std::max(misfit.weight[v], kLeastWeight));
+      moved.vertices[v] += Vec3f(kPart * misfit.pull[v] / std::max(misfit.weight[v], kMinWeight));
     }
     if (!checkMesh(moved)) break;
     Misfit next = misfitOf(moved, original);

@@ -12,7 +12,7 @@ namespace haptics {
 namespace {
 
 constexpr double kPress_N = 1;
-constexpr double kMostForce_N = 2;
+constexpr double kMaxForce_N = 2;
 constexpr double kStep_m = 1e-4;
 constexpr double kLongest_m = 0.02;
 constexpr double kLongest_of_side = 1.0 / 8;
@@ -75,7 +75,7 @@ Probes probeStrokes(const TriMesh& mesh, const CollisionMesh& surface, double st
   }
   std::vector<Forces> forces = forcesAlong(strokes, surface, stiffness_N_per_m);
   for (std::size_t i = 0; i < strokes.size(); ++i) {
-    const auto end = std::ranges::find_if(forces[i], [](Vec3 f) { return glm::length(f) > kMostForce_N; });
+    const auto end = std::ranges::find_if(forces[i], [](Vec3 f) { return glm::length(f) > kMaxForce_N; });
     forces[i].erase(end, forces[i].end());
     strokes[i].resize(forces[i].size());
   }
