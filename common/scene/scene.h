@@ -128,7 +128,11 @@ struct MeshSource {
   /// Instead of unit_m: scale to this longest side, centre at the origin.
   std::optional<double> largestExtent_m = std::nullopt;
   bool keepCrossings = false;  ///< Of a file: ImportOptions::keepCrossings.
+  /// Keep as much of the mesh as it takes for a force error below this, in JNDs (common/maths/perception.h); none: all.
+  std::optional<double> simplifyError = std::nullopt;
 };
+/// Of MeshSource::simplifyError: ten times what a hand just notices is another shape.
+inline constexpr double kMaxSimplifyError = 10;
 
 struct PoseEdit {
   std::optional<Vec3> position;

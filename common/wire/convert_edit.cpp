@@ -121,7 +121,7 @@ Result<MeshSource> torusFrom(const v1::Torus& message) {
   return MeshSource{torus};
 }
 
-Result<MeshSource> meshFrom(const v1::MeshSource& message) {
+Result<MeshSource> wholeMeshFrom(const v1::MeshSource& message) {
   if (message.source_case() == v1::MeshSource::kFile) return fileFrom(message);
   if (message.has_unit_m()) return refused("unit_m", "is for files only; other meshes are in metres");
   if (message.has_largest_extent_m()) return refused("largest_extent_m", "is for files only; give the size itself");
@@ -143,6 +143,16 @@ Result<MeshSource> meshFrom(const v1::MeshSource& message) {
     default:
       return refused("source", "is missing; give file, asset, box, sphere, cylinder or torus");
   }
+}
+
+Result<MeshSource> meshFrom(const v1::MeshSource& message) {
+  auto mesh = wholeMeshFrom(message);
+  if (!mesh || !message.has_simplify()) return mesh;
+  const double error = message.simplify().error();
+  if (auto bad = checkAbove0(error, kMaxSimplifyError, ", where 1 is just noticeable", "simplify.error"))
+    return refuse(bad);
+  mesh->simplifyError = error;
+  return mesh;
 }
 
 Result<PoseEdit> poseFrom(const v1::Pose& message) {

@@ -23,8 +23,8 @@ class AssetLibrary final : public AssetResolver {
         meshes_(folders_, store),
         fields_(folders_, store) {}
 
-  [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override {
-    return meshes_.resolve(source);
+  [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source, double stiffness_N_per_m) override {
+    return meshes_.resolve(source, stiffness_N_per_m);
   }
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override {
     return fields_.resolve(source);

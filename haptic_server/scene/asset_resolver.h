@@ -45,7 +45,8 @@ class AssetResolver {
     return nullptr;
   }
   /// Errors name the field below the MeshSource ("file", "torus.minor_radius_m"),
-  [[nodiscard]] virtual Result<Resolved<MeshAsset>> resolve(const MeshSource& source) = 0;
+  /// @param stiffness_N_per_m  Of the object, with which a mesh that is to be simplified is judged.
+  [[nodiscard]] virtual Result<Resolved<MeshAsset>> resolve(const MeshSource& source, double stiffness_N_per_m) = 0;
   /// below MappedField ("image"),
   [[nodiscard]] virtual Result<Resolved<FieldAsset>> resolve(const FieldSource& source) = 0;
   /// below GrownField ("reaction_diffusion.wavelength_m"),

@@ -1,6 +1,8 @@
 #include "haptic_server/scene/mesh_library.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <limits>
 #include <system_error>
 #include <type_traits>
@@ -11,6 +13,7 @@
 #include "common/interruption/interruption.h"
 #include "common/interruption/progress.h"
 #include "haptic_server/scene/scene_limits.h"
+#include "haptic_server/simplification/simplify.h"
 
 namespace haptics {
 namespace fs = std::filesystem;
@@ -18,6 +21,13 @@ namespace {
 
 /// Triangles of a generated mesh above which it is made in a process of its own; making so many takes 50 ms.
 constexpr double kMaxMadeHere = 100'000;
+
+/// "0.83".
+std::string errorText(double error_jnd) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", error_jnd);
+  return text.data();
+}
 
 /// Recipe of a mesh that is neither a file nor an asset.
 MeshRecipe recipeOf(const MeshSource& source) {
@@ -36,21 +46,54 @@ double trianglesMadeFor(const MeshSource& source) {
   return std::holds_alternative<AssetSource>(source.source) ? 0 : trianglesOf(recipeOf(source));
 }
 
-std::optional<ResolvedMesh> MeshLibrary::known(const FileKey& key) {
+template <class Key>
+std::optional<ResolvedMesh> MeshLibrary::known(const std::map<Key, Imported>& meshes, const Key& key) {
   const std::lock_guard lock(mutex_);
-  const auto at = imported_.find(key);
-  auto asset = at == imported_.end() ? nullptr : at->second.asset.lock();
+  const auto at = meshes.find(key);
+  auto asset = at == meshes.end() ? nullptr : at->second.asset.lock();
   if (!asset) return std::nullopt;
   return ResolvedMesh{std::move(asset), at->second.report};
 }
 
-void MeshLibrary::keep(const FileKey& key, const ResolvedMesh& mesh) {
+template <class Key>
+void MeshLibrary::keep(std::map<Key, Imported>& meshes, const Key& key, const ResolvedMesh& mesh) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(imported_, [](const auto& entry) { return entry.second.asset.expired(); });
-  imported_.insert_or_assign(key, Imported{mesh.asset, mesh.report});
+  std::erase_if(meshes, [](const auto& entry) { return entry.second.asset.expired(); });
+  meshes.insert_or_assign(key, Imported{mesh.asset, mesh.report});
 }
 
-Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source) {
+Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source, double stiffness_N_per_m) {
+  return source.simplifyError ? simplified(source, stiffness_N_per_m) : whole(source);
+}
+
+Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double stiffness_N_per_m) {
+  std::optional<SimplifiedKey> key;
+  if (const auto* file = std::get_if<FileSource>(&source.source)) {
+    auto of = keyOf(source, *file);
+    if (!of) return tl::unexpected(std::move(of).error());
+    key.emplace(*std::move(of), *source.simplifyError, stiffness_N_per_m);
+    if (auto mesh = known(simplified_, *key)) return *std::move(mesh);
+  }
+  auto mesh = whole(source);
+  if (!mesh) return mesh;
+  reportProgress(WorkStage::kMaking, 0);
+  const TriMesh& all = *mesh->asset->mesh;
+  auto less = simplify(all, *mesh->asset->surface, *source.simplifyError, stiffness_N_per_m);
+  const auto number = [](auto value) { return std::to_string(value); };
+  if (less) {
+    mesh->report += "; simplified from " + number(all.triangles.size()) + " triangles to " +
+                    number(less->mesh.triangles.size()) + ", force error " + errorText(less->error_jnd) + " of " +
+                    errorText(*source.simplifyError);
+    mesh->asset = store_.intern(std::move(less->mesh));
+  } else {
+    mesh->report += "; not simplified: with fewer than its " + number(all.triangles.size()) +
+                    " triangles the force error is not below " + errorText(*source.simplifyError);
+  }
+  if (key) keep(simplified_, *key, *mesh);
+  return mesh;
+}
+
+Result<ResolvedMesh> MeshLibrary::whole(const MeshSource& source) {
   if (const auto* file = std::get_if<FileSource>(&source.source)) return fromFile(source, *file);
   if (source.largestExtent_m) return refused("largest_extent_m", "only a mesh from a file is scaled; leave it out");
   if (source.unit_m != 1) return refused("unit_m", "only a mesh from a file has a unit; leave it out");
@@ -58,17 +101,24 @@ Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source) {
   return generated(source);
 }
 
+Result<MeshLibrary::FileKey> MeshLibrary::keyOf(const MeshSource& source, const FileSource& file) const {
+  return folders_.locate(file.path, "file").map([&](const LocatedFile& located) {
+    std::error_code error;
+    return FileKey{located.file.string(),
+                   fs::last_write_time(located.file, error),
+                   fs::file_size(located.file, error),
+                   source.unit_m,
+                   source.largestExtent_m,
+                   source.keepCrossings};
+  });
+}
+
 Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileSource& file) {
   auto located = folders_.locate(file.path, "file");
   if (!located) return tl::unexpected(std::move(located).error());
-  std::error_code error;
-  const FileKey key{located->file.string(),
-                    fs::last_write_time(located->file, error),
-                    fs::file_size(located->file, error),
-                    source.unit_m,
-                    source.largestExtent_m,
-                    source.keepCrossings};
-  if (auto mesh = known(key)) return *std::move(mesh);
+  const auto key = keyOf(source, file);
+  if (!key) return tl::unexpected(key.error());
+  if (auto mesh = known(imported_, *key)) return *std::move(mesh);
   reportProgress(WorkStage::kMaking, 0);
   auto imported = importMeshFile(
       located->file, located->folder,
@@ -79,7 +129,7 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
   if (!mesh) return refused("file", file.path + ": " + mesh.error().text());
 
   ResolvedMesh resolved{*std::move(mesh), file.path + ": " + imported->report.text()};
-  keep(key, resolved);
+  keep(imported_, *key, resolved);
   return resolved;
 }
 

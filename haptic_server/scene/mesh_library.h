@@ -25,10 +25,11 @@ class MeshLibrary {
   /// Both outlive the library.
   MeshLibrary(const AssetFolders& folders, AssetStore& store) : folders_(folders), store_(store) {}
 
-  /// What takes long is done in a process of its own, and ends when this thread's work is interrupted. Refused: a file that
-  /// is not below an asset folder, and whatever importMeshFile() and the generators refuse. Errors name a file as the
-  /// source does, never where it lies.
-  [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source);
+  /// What reads a file or takes long to make is done in a process of its own; a mesh that is to be simplified is, in this
+  /// thread. Either ends when this thread's work is interrupted. Refused: a file that is not below an asset folder, and
+  /// whatever importMeshFile() and the generators refuse. Errors name a file as the source does, never where it lies.
+  /// @param stiffness_N_per_m  With which a mesh that is to be simplified is judged.
+  [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source, double stiffness_N_per_m);
 
  private:
   /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m, keepCrossings: the same mesh comes out.
@@ -38,15 +39,23 @@ class MeshLibrary {
     std::weak_ptr<const MeshAsset> asset;
     std::string report;
   };
+  /// A file, simplifyError and the stiffness.
+  using SimplifiedKey = std::tuple<FileKey, double, double>;
 
   const AssetFolders& folders_;
   AssetStore& store_;
-  std::mutex mutex_;  // guards the next
+  std::mutex mutex_;  // guards the two below
   std::map<FileKey, Imported> imported_;
+  std::map<SimplifiedKey, Imported> simplified_;
 
-  std::optional<ResolvedMesh> known(const FileKey& key);
-  void keep(const FileKey& key, const ResolvedMesh& mesh);
+  template <class Key>
+  std::optional<ResolvedMesh> known(const std::map<Key, Imported>& meshes, const Key& key);
+  template <class Key>
+  void keep(std::map<Key, Imported>& meshes, const Key& key, const ResolvedMesh& mesh);
 
+  Result<ResolvedMesh> whole(const MeshSource& source);
+  Result<ResolvedMesh> simplified(const MeshSource& source, double stiffness_N_per_m);
+  [[nodiscard]] Result<FileKey> keyOf(const MeshSource& source, const FileSource& file) const;
   Result<ResolvedMesh> fromFile(const MeshSource& source, const FileSource& file);
   Result<ResolvedMesh> fromStore(const AssetSource& asset) const;
   Result<ResolvedMesh> generated(const MeshSource& source);

@@ -23,28 +23,30 @@ void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& tran
   mayTakeLong_ = false;
 }
 
-template <class Kind, class Make>
-Result<Resolved<Kind>> Preparation::once(Kept<Kind>& kept, Place place, Make make) {
+template <class Key, class Kind, class Make>
+Result<Resolved<Kind>> Preparation::once(Kept<Key, Kind>& kept, Key place, Make make) {
   if (const auto at = kept.find(place); at != kept.end()) return at->second;
   if (!mayTakeLong_) throw NotPrepared();
   return kept.emplace(place, make()).first->second;
 }
 
-Result<Resolved<MeshAsset>> Preparation::resolve(const MeshSource& source) {
+Result<Resolved<MeshAsset>> Preparation::resolve(const MeshSource& source, double stiffness_N_per_m) {
+  const auto resolve = [&] { return library_.resolve(source, stiffness_N_per_m); };
   const bool isHere = std::holds_alternative<AssetSource>(source.source);
-  const double made = trianglesMadeFor(source);
-  if (isHere || made <= static_cast<double>(maxTriangles_)) return library_.resolve(source);
-  return once(meshes_, {&source, {}}, [&] { return library_.resolve(source); });
+  const bool isSmall = trianglesMadeFor(source) <= static_cast<double>(maxTriangles_);
+  if (!source.simplifyError && (isHere || isSmall)) return resolve();
+  // nothing goes by the stiffness where nothing is simplified
+  return once(meshes_, MeshPlace{&source, source.simplifyError ? stiffness_N_per_m : 0}, resolve);
 }
 
 Result<Resolved<FieldAsset>> Preparation::resolve(const FieldSource& source) {
   if (std::holds_alternative<AssetSource>(source)) return library_.resolve(source);
-  return once(fields_, {&source, {}}, [&] { return library_.resolve(source); });
+  return once(fields_, Place{&source, {}}, [&] { return library_.resolve(source); });
 }
 
 Result<Resolved<PointFieldAsset>> Preparation::resolve(const PointFieldSource& source, const MeshAsset& mesh) {
   if (std::holds_alternative<AssetSource>(source)) return library_.resolve(source, mesh);
-  return once(points_, {&source, mesh.name.hash}, [&] { return library_.resolve(source, mesh); });
+  return once(points_, Place{&source, mesh.name.hash}, [&] { return library_.resolve(source, mesh); });
 }
 
 void Preparation::beforeWork(std::size_t triangles) const {

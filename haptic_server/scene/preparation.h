@@ -29,7 +29,7 @@ class Preparation final : public AssetResolver {
   /// From now on everything is made where it is asked for.
   void allowLongWork() noexcept { mayTakeLong_ = true; }
 
-  [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override;
+  [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source, double stiffness_N_per_m) override;
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override;
   [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source,
                                                           const MeshAsset& mesh) override;
@@ -52,19 +52,21 @@ class Preparation final : public AssetResolver {
  private:
   /// By where the transaction names it, and the mesh that it is of.
   using Place = std::pair<const void*, ContentHash>;
-  template <class Kind>
-  using Kept = std::map<Place, Result<Resolved<Kind>>>;
+  /// And the stiffness that its object has.
+  using MeshPlace = std::pair<const void*, double>;
+  template <class Key, class Kind>
+  using Kept = std::map<Key, Result<Resolved<Kind>>>;
 
   AssetResolver& library_;
   const std::size_t maxTriangles_;
   bool mayTakeLong_ = false;
-  Kept<MeshAsset> meshes_;
-  Kept<FieldAsset> fields_;
-  Kept<PointFieldAsset> points_;
+  Kept<MeshPlace, MeshAsset> meshes_;
+  Kept<Place, FieldAsset> fields_;
+  Kept<Place, PointFieldAsset> points_;
   std::vector<PreparedObject> objects_;
 
-  template <class Kind, class Make>
-  Result<Resolved<Kind>> once(Kept<Kind>& kept, Place place, Make make);
+  template <class Key, class Kind, class Make>
+  Result<Resolved<Kind>> once(Kept<Key, Kind>& kept, Key place, Make make);
 };
 
 }  // namespace haptics

@@ -75,7 +75,8 @@ Result<std::string> SceneDraft::make(const PendingAsset& named, AssetResolver& r
   struct Resolve {
     AssetResolver& resolver;
     const MeshAsset* mesh;
-    auto operator()(const MeshSource* source) const { return resolver.resolve(*source); }
+    double stiffness_N_per_m;
+    auto operator()(const MeshSource* source) const { return resolver.resolve(*source, stiffness_N_per_m); }
     auto operator()(const MappedSource* source) const { return resolver.resolve(source->field); }
     auto operator()(const GrownSource* source) const { return resolver.resolve(source->points, *mesh); }
     auto operator()(const VertexValuesSource* source) const { return resolver.resolve(*source); }
@@ -83,7 +84,9 @@ Result<std::string> SceneDraft::make(const PendingAsset& named, AssetResolver& r
   };
   return std::visit(
       [&](const auto& source) -> Result<std::string> {
-        auto resolved = Resolve{resolver, mesh.get()}(source);
+        const ObjectRecord* record = put(named.object);
+        auto resolved =
+            Resolve{resolver, mesh.get(), (record ? record->material : Material{}).stiffness_N_per_m}(source);
         if (!resolved) return tl::unexpected(std::move(resolved).error());
         if (auto room = checkRoom(*resolved->asset); !room) return tl::unexpected(std::move(room).error());
         const ContentHash& hash = resolved->asset->name.hash;

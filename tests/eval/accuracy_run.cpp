@@ -3,9 +3,9 @@
 #include <numbers>
 #include <optional>
 
+#include "common/maths/perception.h"
 #include "haptic_server/device/presets.h"
 #include "tests/eval/brute_force_proxy.h"
-#include "tests/eval/perception.h"
 #include "tests/eval/spectrum.h"
 #include "tests/eval/stage.h"
 #include "tests/eval/statistics.h"
@@ -116,7 +116,7 @@ class Run {
     ihip_.add(glm::distance(felt_.ihip, truth.ihip) * 1e3);
     force_.add(glm::distance(felt_.force_N, ideal_N));
     if (felt_.touching && truth.touching) direction_.add(angle_deg(felt_.force_N, ideal_N));
-    epsilon_.add(epsilon(felt_.force_N, ideal_N));
+    epsilon_.add(forceError_jnd(felt_.force_N, ideal_N));
     forceErrors_N_.push_back(felt_.force_N - ideal_N);
     ++ticks_;
     outside_ += truth.touching && !inside ? 1 : 0;

@@ -113,7 +113,11 @@ INSTANTIATE_TEST_SUITE_P(
         {mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 major_segments: 2 }"), kMesh + "torus.major_segments",
          "3 to"},
         {mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 minor_segments: 2 }"), kMesh + "torus.minor_segments",
-         "3 to"}}));
+         "3 to"},
+        {mesh("sphere { radius_m: 1 } simplify {}"), kMesh + "simplify.error", "more than 0 and at most 10"},
+        {mesh("sphere { radius_m: 1 } simplify { error: -1 }"), kMesh + "simplify.error", "1 is just noticeable"},
+        {mesh("sphere { radius_m: 1 } simplify { error: 11 }"), kMesh + "simplify.error", "at most 10"},
+        {mesh("file: 'a.ply' simplify { error: nan }"), kMesh + "simplify.error", "nan"}}));
 
 INSTANTIATE_TEST_SUITE_P(PoseAndMaterial, RefusedEdit,
                          testing::ValuesIn(std::vector<BadEdit>{
@@ -214,6 +218,13 @@ TEST(Edits, KeepARotationThatWasNormalisedBitForBit) {
     EXPECT_EQ(*std::get<AddObject>(transaction->operations[0]).pose.rotation, rotation);
   }
   EXPECT_GT(others, 0);
+}
+
+TEST(Edits, CarryHowMuchMayBeFeltOfAMeshThatIsSimplified) {
+  const auto transaction = fromWire(parse(mesh("file: 'a.ply' simplify { error: 0.5 }") + mesh("file: 'a.ply'")));
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  EXPECT_EQ(std::get<AddObject>(transaction->operations[0]).mesh.simplifyError, 0.5);
+  EXPECT_FALSE(std::get<AddObject>(transaction->operations[1]).mesh.simplifyError);
 }
 
 TEST(Edits, CarryEveryKindOfMesh) {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "common/mesh/decimation.h"
 #include "common/mesh/import.h"
 #include "haptic_server/contact/contact.h"
-#include "tests/eval/advise/decimate.h"
+#include "haptic_server/simplification/fit.h"
 #include "tests/eval/advise/felt_forces.h"
-#include "tests/eval/advise/fit.h"
 #include "tests/eval/advise/ply_file.h"
 #include "tests/eval/timing.h"
 
@@ -98,10 +98,10 @@ std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std
     candidate.triangles = candidate.surface->triangleCount();
     candidate.memory_MB = static_cast<double>(candidate.surface->memory_bytes()) * 1e-6;
     candidate.opened = own.surface->closed() && !candidate.surface->closed();
-    const double deviation_m = deviationOf(*own.mesh, *candidate.surface);
+    const double deviation_m = deviationOf(own.mesh->vertices, *candidate.surface);
     candidate.deviation_mm = deviation_m * 1e3;
     candidate.strayed = deviation_m > tolerance * longestSide(*own.surface);
-    candidate.exact = deviation_m <= kExact_of_longest * longestSide(*own.surface);
+    candidate.exact = deviation_m <= Decimation::kExact_of_longest * longestSide(*own.surface);
     felt.objects[object].surface = candidate.surface;
     felt.objects[object].detail = shadingOf(own.material, *candidate.surface);
     candidate.difference = differenceOf(forcesIn(felt, strokes, kJudged_Hz), truth);
@@ -117,12 +117,13 @@ std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std
     judge(std::move(mesh), std::move(surface));
   };
   judge(own.mesh, own.surface);
-  judgeCopy(merged(*own.mesh));
+  const Decimation decimation(*own.mesh);
+  judgeCopy(decimation.copyOf(decimation.exact()));
   if (!candidates.back().exact || !candidates.back().good()) candidates.resize(1);
   constexpr double kStep = 0.7071;  // two steps are a half
   constexpr double kFewest = 4;
   for (double wanted = kStep * static_cast<double>(candidates.back().triangles); wanted >= kFewest; wanted *= kStep) {
-    judgeCopy(fitted(decimated(*own.mesh, static_cast<std::size_t>(wanted)), *own.mesh));
+    judgeCopy(fitted(decimation.copyOf(static_cast<std::size_t>(wanted)), own.mesh->vertices));
     const std::size_t count = candidates.size();
     if (count > 2 && !candidates[count - 1].good() && !candidates[count - 2].good()) break;
   }

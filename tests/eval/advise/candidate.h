@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "tests/eval/advise/force_difference.h"
+#include "haptic_server/simplification/force_difference.h"
 #include "tests/eval/advise/strokes.h"
 
 namespace haptics::eval {

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "tests/eval/advise/force_difference.h"
+#include "haptic_server/simplification/force_difference.h"
 #include "tests/eval/advise/loaded_scene.h"
 
 namespace haptics::eval {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "haptic_server/device/presets.h"
-#include "tests/eval/advise/force_difference.h"
+#include "haptic_server/simplification/force_difference.h"
 #include "tests/eval/advise/strokes.h"
 
 namespace haptics::eval {

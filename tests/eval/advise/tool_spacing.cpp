@@ -6,12 +6,12 @@
 #include <memory>
 #include <numbers>
 
+#include "common/maths/perception.h"
 #include "common/maths/rotation.h"
 #include "haptic_server/device/device_rotation.h"
 #include "haptic_server/geometry/spaced_points.h"
 #include "haptic_server/tool/tool_contact.h"
 #include "tests/eval/advise/strokes.h"
-#include "tests/eval/perception.h"
 #include "tests/eval/timing.h"
 
 namespace haptics::eval {
@@ -111,7 +111,7 @@ double torqueError_p99(const std::vector<Forces>& felt, const std::vector<Forces
     for (std::size_t i = 0; i < felt[stroke].size(); ++i) {
       const Vec3 is = felt[stroke][i], shouldBe = truth[stroke][i];
       if (is == Vec3(0) && shouldBe == Vec3(0)) continue;
-      errors.add(std::min(epsilon(is, shouldBe), glm::distance(is, shouldBe) / kMinForceThreshold_N));
+      errors.add(std::min(forceError_jnd(is, shouldBe), glm::distance(is, shouldBe) / kMinForceThreshold_N));
     }
   }
   return errors.quantile(0.99);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/eval/advise/force_difference.h"
+#include "haptic_server/simplification/force_difference.h"
 #include "tests/eval/advise/loaded_scene.h"
 
 namespace haptics::eval {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/maths/perception.h"
 #include "haptic_server/surface/surface_detail.h"
-#include "tests/eval/perception.h"
 #include "tests/eval/spectrum.h"
 
 namespace haptics::eval {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "common/maths/perception.h"
 #include "tests/eval/or_throw.h"
-#include "tests/eval/perception.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
 #include "tests/eval/textures/closed_loop.h"

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <set>
 
+#include "common/maths/perception.h"
 #include "tests/eval/analytic_shapes.h"
-#include "tests/eval/perception.h"
 #include "tests/eval/random.h"
 #include "tests/eval/statistics.h"
 #include "tests/eval/textures/texture_sample.h"

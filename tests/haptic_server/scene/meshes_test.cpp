@@ -24,6 +24,7 @@ using ::testing::Not;
 using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
+constexpr double kStiffness_N_per_m = 800;
 constexpr const char* kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
 /// An asset folder with tetrahedron.obj in it, and secret.obj outside of it.
@@ -38,7 +39,7 @@ class MeshLibraryTest : public ::testing::Test {
 
   void write(const std::string& path, const std::string& text = kTetrahedron) { std::ofstream(root / path) << text; }
   Error refusedFile(const std::string& path) {
-    const auto outcome = library.resolve(file(path));
+    const auto outcome = library.resolve(file(path), kStiffness_N_per_m);
     EXPECT_FALSE(outcome) << path;
     return outcome ? Error{} : outcome.error();
   }
@@ -55,7 +56,7 @@ class MeshLibraryTest : public ::testing::Test {
 };
 
 TEST_F(MeshLibraryTest, ReadsAFileBelowAnAssetFolderAndReportsIt) {
-  const auto mesh = library.resolve(file("tetrahedron.obj"));
+  const auto mesh = library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m);
   ASSERT_TRUE(mesh) << mesh.error().text();
   EXPECT_EQ(mesh->asset->mesh->triangles.size(), 4U);
   EXPECT_THAT(mesh->report, HasSubstr("tetrahedron.obj"));
@@ -74,27 +75,48 @@ TEST_F(MeshLibraryTest, RefusesEveryWayOutOfTheAssetFolder) {
 
 TEST_F(MeshLibraryTest, FollowsALinkThatStaysInside) {
   fs::create_symlink(root / "assets" / "tetrahedron.obj", root / "assets" / "sub" / "link.obj");
-  EXPECT_TRUE(library.resolve(file("sub/link.obj")));
+  EXPECT_TRUE(library.resolve(file("sub/link.obj"), kStiffness_N_per_m));
 }
 
 TEST_F(MeshLibraryTest, ReadsAFileOnceWhileItsMeshIsInUse) {
-  auto first = library.resolve(file("tetrahedron.obj")).value();
+  auto first = library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m).value();
   const auto written = fs::last_write_time(root / "assets/tetrahedron.obj");
   const auto size = fs::file_size(root / "assets/tetrahedron.obj");
   write("assets/tetrahedron.obj", std::string(size, ' '));  // not a mesh any more, but looks unchanged
   fs::last_write_time(root / "assets/tetrahedron.obj", written);
-  EXPECT_EQ(library.resolve(file("tetrahedron.obj"))->asset, first.asset);
+  EXPECT_EQ(library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m)->asset, first.asset);
   first = {};
-  EXPECT_FALSE(library.resolve(file("tetrahedron.obj")));
+  EXPECT_FALSE(library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m));
+}
+
+TEST_F(MeshLibraryTest, SimplifiesAMeshAndSaysSo) {
+  MeshSource source{TorusSource{0.06, 0.02, 128, 64}};
+  const auto whole = library.resolve(source, kStiffness_N_per_m).value();
+  source.simplifyError = 1;
+  const auto simple = library.resolve(source, kStiffness_N_per_m).value();
+  const std::size_t left = simple.asset->mesh->triangles.size();
+  EXPECT_LT(left, 10'000U);
+  EXPECT_THAT(simple.report, HasSubstr("simplified from 16384 triangles to " + std::to_string(left)));
+  EXPECT_EQ(simple.asset, store.find(hashOf(*simple.asset->mesh))) << "named by what is left";
+  EXPECT_LT(left, library.resolve(source, 4 * kStiffness_N_per_m)->asset->mesh->triangles.size());
+}
+
+TEST_F(MeshLibraryTest, KeepsAMeshThatCannotBeSimplifiedAndSaysSo) {
+  MeshSource source = file("tetrahedron.obj");
+  source.simplifyError = 1;
+  const auto kept = library.resolve(source, kStiffness_N_per_m).value();
+  EXPECT_EQ(kept.asset->mesh->triangles.size(), 4U);
+  EXPECT_THAT(kept.report, HasSubstr("not simplified: with fewer than its 4 triangles"));
+  EXPECT_EQ(library.resolve(source, kStiffness_N_per_m)->asset, kept.asset);
 }
 
 TEST_F(MeshLibraryTest, ReadsAFileAgainThatChangedOrIsScaledOtherwise) {
-  const auto first = library.resolve(file("tetrahedron.obj")).value();
+  const auto first = library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m).value();
   MeshSource millimetres = file("tetrahedron.obj");
   millimetres.unit_m = 0.001;
-  EXPECT_NE(library.resolve(millimetres)->asset->name.hash, first.asset->name.hash);
+  EXPECT_NE(library.resolve(millimetres, kStiffness_N_per_m)->asset->name.hash, first.asset->name.hash);
   write("assets/tetrahedron.obj", std::string(kTetrahedron) + "f 1 2 3\n");
-  EXPECT_NE(library.resolve(file("tetrahedron.obj"))->asset->name.hash, first.asset->name.hash);
+  EXPECT_NE(library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m)->asset->name.hash, first.asset->name.hash);
 }
 
 TEST_F(MeshLibraryTest, AFileThatIsNoMeshIsNamed) {
@@ -114,24 +136,24 @@ TEST_F(MeshLibraryTest, DoesNotTellWhereItsFilesLie) {
 }
 
 TEST_F(MeshLibraryTest, NamesTheBadArgumentOfAGenerator) {
-  EXPECT_EQ(library.resolve({BoxSource{Vec3(1), 0}}).error().field.rfind("box.", 0), 0U);
-  EXPECT_EQ(library.resolve({SphereSource{-1, 8}}).error().field, "sphere.radius_m");
-  EXPECT_EQ(library.resolve({CylinderSource{0.1, 0, 8}}).error().field, "cylinder.height_m");
-  EXPECT_EQ(library.resolve({TorusSource{0.1, 0.2, 8, 8}}).error().field.rfind("torus.", 0), 0U);
+  EXPECT_EQ(library.resolve({BoxSource{Vec3(1), 0}}, kStiffness_N_per_m).error().field.rfind("box.", 0), 0U);
+  EXPECT_EQ(library.resolve({SphereSource{-1, 8}}, kStiffness_N_per_m).error().field, "sphere.radius_m");
+  EXPECT_EQ(library.resolve({CylinderSource{0.1, 0, 8}}, kStiffness_N_per_m).error().field, "cylinder.height_m");
+  EXPECT_EQ(library.resolve({TorusSource{0.1, 0.2, 8, 8}}, kStiffness_N_per_m).error().field.rfind("torus.", 0), 0U);
   MeshSource scaled = box();
   scaled.largestExtent_m = 1;
-  EXPECT_EQ(library.resolve(scaled).error().field, "largest_extent_m");
+  EXPECT_EQ(library.resolve(scaled, kStiffness_N_per_m).error().field, "largest_extent_m");
   scaled = box();
   scaled.unit_m = 0.001;
-  EXPECT_EQ(library.resolve(scaled).error().field, "unit_m");
+  EXPECT_EQ(library.resolve(scaled, kStiffness_N_per_m).error().field, "unit_m");
 }
 
 TEST_F(MeshLibraryTest, FindsAnAssetOnlyWhileSomeoneHoldsIt) {
   auto asset = store.intern(makeBox(Vec3(1), 1).value());
   const MeshSource source{AssetSource{asset->name.hash}};
-  EXPECT_EQ(library.resolve(source)->asset, asset);
+  EXPECT_EQ(library.resolve(source, kStiffness_N_per_m)->asset, asset);
   asset = nullptr;
-  EXPECT_EQ(library.resolve(source).error().field, "asset");
+  EXPECT_EQ(library.resolve(source, kStiffness_N_per_m).error().field, "asset");
 }
 
 /// As above, with an image from the demo's own scenes.

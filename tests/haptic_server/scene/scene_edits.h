@@ -53,7 +53,7 @@ using Accepted = std::shared_ptr<const AcceptedEdit>;
 /// without any.
 class BoxResolver final : public AssetResolver {
  public:
-  Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override {
+  Result<Resolved<MeshAsset>> resolve(const MeshSource& source, double) override {
     ++resolved;
     const auto* box = std::get_if<BoxSource>(&source.source);
     if (!box) return refused("file", "is not here");

@@ -361,7 +361,7 @@ TEST_F(SurfaceEdits, AreRefusedWithACreaseThatIsNoLineOfTheMesh) {
 }
 
 TEST_F(SurfaceEdits, AreRefusedWhereTheSceneHasNoRoomForTheirAssets) {
-  const auto size = [&](const MeshSource& mesh) { return resolver.resolve(mesh)->asset->bytes().size(); };
+  const auto size = [&](const MeshSource& mesh) { return resolver.resolve(mesh, 800)->asset->bytes().size(); };
   const MeshSource large{BoxSource{Vec3(1), 20}};
   Sequencer small(6, resolver, {.assets_bytes = size(box()) + size(large) + 80});
   auto fieldOf = [&, n = std::uint64_t{0}](const Transaction& transaction) mutable -> std::string {

@@ -4,7 +4,7 @@
 
 #include "common/maths/vec.h"
 
-namespace haptics::eval {
+namespace haptics {
 
 /// The forces of a stroke, N, world, one to a tick.
 using Forces = std::vector<Vec3>;
@@ -26,4 +26,4 @@ struct ForceDifference {
 /// @param felt, truth  Stroke by stroke, of the same lengths.
 [[nodiscard]] ForceDifference differenceOf(const std::vector<Forces>& felt, const std::vector<Forces>& truth);
 
-}  // namespace haptics::eval
+}  // namespace haptics

@@ -6,7 +6,7 @@
 
 #include "common/maths/vec.h"
 
-namespace haptics::eval {
+namespace haptics {
 
 inline constexpr double kForceThreshold_ratio = 0.07;    ///< Pang, Tan and Durlach 1991: 7 % of a force.
 inline constexpr double kMinForceThreshold_N = 0.05;     ///< For forces so small that 7 % means nothing.
@@ -17,10 +17,10 @@ inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small chang
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
 }
 
-/// The error of a force in units of what a hand with vision can notice: 1 is just noticeable. Its magnitude and its
+/// The error of a force in JNDs (just noticeable differences), of a hand with vision: 1 is just noticeable. Its magnitude and its
 /// direction have thresholds of their own, so the difference of the magnitudes counts here, not that of the vectors: an
 /// error of direction at its threshold would already be four times the magnitude's.
-[[nodiscard]] inline double epsilon(Vec3 felt_N, Vec3 ideal_N) {
+[[nodiscard]] inline double forceError_jnd(Vec3 felt_N, Vec3 ideal_N) {
   const double ideal = glm::length(ideal_N);
   const double magnitude =
       std::abs(glm::length(felt_N) - ideal) / std::max(kForceThreshold_ratio * ideal, kMinForceThreshold_N);
@@ -28,4 +28,4 @@ inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small chang
   return std::max(magnitude, angle_deg(felt_N, ideal_N) / kDirectionThreshold_deg);
 }
 
-}  // namespace haptics::eval
+}  // namespace haptics

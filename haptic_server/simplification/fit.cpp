@@ -1,9 +1,11 @@
-#include "tests/eval/advise/fit.h"
+#include "haptic_server/simplification/fit.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace haptics::eval {
+#include "common/interruption/interruption.h"
+
+namespace haptics {
 namespace {
 
 struct Misfit {
@@ -29,10 +31,11 @@ Vec3 weightsIn(const TriangleRecord& triangle, Vec3 point) {
   return weights;
 }
 
-Misfit misfitOf(const TriMesh& copy, const TriMesh& original) {
+Misfit misfitOf(const TriMesh& copy, const std::vector<Vec3f>& original) {
   const auto surface = buildCollisionMesh(copy.vertices, copy.triangles);
   Misfit misfit{0, std::vector<Vec3>(copy.vertices.size(), Vec3(0)), std::vector<double>(copy.vertices.size())};
-  for (const Vec3f v : original.vertices) {
+  for (const Vec3f v : original) {
+    interruptionPoint();
     const ClosestPoint foot = footOn(*surface, Vec3(v));
     const TriangleRecord& triangle = surface->triangle(foot.triangle);
     const Vec3 weights = weightsIn(triangle, foot.point);
@@ -51,20 +54,31 @@ Misfit misfitOf(const TriMesh& copy, const TriMesh& original) {
 
 }  // namespace
 
-double deviationOf(const TriMesh& mesh, const CollisionMesh& surface) {
+std::vector<Vec3f> everyNth(const std::vector<Vec3f>& vertices, std::size_t most) {
+  const std::size_t step = std::max<std::size_t>(1, vertices.size() / most);
+  std::vector<Vec3f> chosen;
+  for (std::size_t v = 0; v < vertices.size(); v += step) chosen.push_back(vertices[v]);
+  return chosen;
+}
+
+double deviationOf(const std::vector<Vec3f>& places, const CollisionMesh& surface) {
   double most = 0;
-  for (const Vec3f v : mesh.vertices) most = std::max(most, footOn(surface, Vec3(v)).squaredDistance);
+  for (const Vec3f place : places) {
+    interruptionPoint();
+    most = std::max(most, footOn(surface, Vec3(place)).squaredDistance);
+  }
   return std::sqrt(most);
 }
 
-TriMesh fitted(TriMesh copy, const TriMesh& original) {
+TriMesh fitted(TriMesh copy, const std::vector<Vec3f>& original) {
   constexpr int kRounds = 6;
-  constexpr double kPart = 0.7;  // of a round's move: neighbours move too
+  constexpr double kPart = 0.7;     // of a round's move: neighbours move too
+  constexpr double kMinWeight = 1;  // a vertex that few places tell of moves little
   Misfit misfit = misfitOf(copy, original);
   for (int round = 0; round < kRounds; ++round) {
     TriMesh moved = copy;
     for (std::size_t v = 0; v < moved.vertices.size(); ++v) {
-      if (misfit.weight[v] > 0) moved.vertices[v] += Vec3f(kPart * misfit.pull[v] / misfit.weight[v]);
+      moved.vertices[v] += Vec3f(kPart * misfit.pull[v] / std::max(misfit.weight[v], kMinWeight));
     }
     if (!checkMesh(moved)) break;
     Misfit next = misfitOf(moved, original);
@@ -75,4 +89,4 @@ TriMesh fitted(TriMesh copy, const TriMesh& original) {
   return copy;
 }
 
-}  // namespace haptics::eval
+}  // namespace haptics

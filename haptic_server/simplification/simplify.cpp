@@ -1,0 +1,115 @@
+#include "haptic_server/simplification/simplify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/maths/perception.h"
+#include "common/mesh/decimation.h"
+#include "common/mesh/self_intersection_repair.h"
+#include "haptic_server/simplification/fit.h"
+#include "haptic_server/simplification/probe_strokes.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kPress_N = 1;
+constexpr std::size_t kStrokes = 300;
+constexpr std::uint64_t kSeed = 1;
+/// Vertices of the mesh from which a copy's distance is taken.
+constexpr std::size_t kSamples = 60'000;
+/// To each vertex of a copy, from which on it is fitted: fewer say too little of where it should be.
+constexpr std::size_t kSamplesToFit = 2;
+constexpr double kStep = 0.7071;  // two steps are a half
+constexpr std::size_t kFewest = 4;
+/// For strokes that are not tried.
+constexpr double kReserve = 0.9;
+/// Times what a press of 1 N tells, as far as a copy may be off anywhere. Larger loses small parts, which few strokes meet.
+constexpr double kFarthest = 2;
+/// A copy that is farther off than so many times what it may be is not fitted: fitting halves the distance at best.
+constexpr double kHopeless = 3;
+
+class Judge {
+ public:
+  Judge(const TriMesh& mesh, const CollisionMesh& surface, double error_jnd, double stiffness_N_per_m)
+      : surface_(surface),
+        error_jnd_(error_jnd),
+        stiffness_N_per_m_(stiffness_N_per_m),
+        farthest_m_(kFarthest * error_jnd * kForceThreshold_ratio * kPress_N / stiffness_N_per_m),
+        probes_(probeStrokes(mesh, surface, stiffness_N_per_m, kStrokes, kSeed)),
+        samples_(everyNth(mesh.vertices, kSamples)) {}
+
+  /// The copy as it may be used; none where it may not.
+  [[nodiscard]] std::optional<SimplifiedMesh> judge(TriMesh copy) const {
+    auto surface = surfaceOf(copy);
+    if (copy.vertices.size() * kSamplesToFit <= samples_.size()) {
+      if (deviationOf(samples_, *surface) > kHopeless * farthest_m_) return std::nullopt;
+      copy = fitted(std::move(copy), samples_);
+      surface = surfaceOf(copy);
+    }
+    auto error_jnd = errorOf(*surface);
+    if (!error_jnd) return std::nullopt;
+    if (repairSelfIntersections(copy, surface_.closed(), farthest_m_).trianglesCut > 0) {
+      error_jnd = errorOf(*surfaceOf(copy));
+      if (!error_jnd) return std::nullopt;
+    }
+    return SimplifiedMesh{std::move(copy), *error_jnd};
+  }
+
+ private:
+  const CollisionMesh& surface_;
+  const double error_jnd_;
+  const double stiffness_N_per_m_;
+  const double farthest_m_;
+  const Probes probes_;
+  const std::vector<Vec3f> samples_;
+
+  /// None where it is too large.
+  [[nodiscard]] std::optional<double> errorOf(const CollisionMesh& copy) const {
+    if (surface_.closed() && !copy.closed()) return std::nullopt;
+    if (deviationOf(samples_, copy) > farthest_m_) return std::nullopt;
+    const std::vector<Forces> forces = forcesAlong(probes_.strokes, copy, stiffness_N_per_m_);
+    const double error_jnd = differenceOf(forces, probes_.forces).epsilon_p99;
+    if (!(error_jnd < kReserve * error_jnd_)) return std::nullopt;
+    return error_jnd;
+  }
+
+  static std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+    return buildCollisionMesh(mesh.vertices, mesh.triangles);
+  }
+};
+
+}  // namespace
+
+std::optional<SimplifiedMesh> simplify(const TriMesh& mesh, const CollisionMesh& surface, double error_jnd,
+                                       double stiffness_N_per_m) {
+  const Decimation decimation(mesh);
+  const Judge judge(mesh, surface, error_jnd, stiffness_N_per_m);
+  std::vector<std::size_t> counts;  // finest first
+  for (double wanted = static_cast<double>(mesh.triangles.size()) * kStep;
+       wanted >= static_cast<double>(std::max(kFewest, decimation.fewest())); wanted *= kStep) {
+    counts.push_back(static_cast<std::size_t>(wanted));
+  }
+  // Flat parts alone, where that is all that there is to leave out.
+  if (decimation.exact() < mesh.triangles.size()) counts.push_back(decimation.exact());
+  std::ranges::sort(counts, std::greater());
+
+  // The finer the better, all but for luck: halve.
+  std::optional<SimplifiedMesh> best;
+  std::size_t good = 0, bad = counts.size();  // counts before `good` need not be looked at
+  while (good < bad) {
+    const std::size_t middle = good + (bad - good) / 2;
+    if (auto found = judge.judge(decimation.copyOf(counts[middle]))) {
+      best = std::move(found);
+      good = middle + 1;
+    } else {
+      bad = middle;
+    }
+  }
+  if (best && best->mesh.triangles.size() >= mesh.triangles.size()) return std::nullopt;
+  return best;
+}
+
+}  // namespace haptics

@@ -1,0 +1,104 @@
+#include "haptic_server/simplification/simplify.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <stop_token>
+
+#include "common/interruption/interruption.h"
+#include "common/mesh/generators.h"
+#include "haptic_server/simplification/probe_strokes.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kStiffness_N_per_m = 800;
+
+std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
+}
+
+std::optional<SimplifiedMesh> simplified(const TriMesh& mesh, double error_jnd = 1,
+                                         double stiffness_N_per_m = kStiffness_N_per_m) {
+  return simplify(mesh, *surfaceOf(mesh), error_jnd, stiffness_N_per_m);
+}
+
+/// By strokes that it was not judged by.
+ForceDifference checked(const TriMesh& mesh, const TriMesh& simple) {
+  const auto surface = surfaceOf(mesh);
+  const Probes probes = probeStrokes(mesh, *surface, kStiffness_N_per_m, 200, 77);
+  return differenceOf(forcesAlong(probes.strokes, *surfaceOf(simple), kStiffness_N_per_m), probes.forces);
+}
+
+TEST(Simplify, LeavesOfABoxWhatIsExact) {
+  const auto simple = simplified(makeBox(Vec3(0.1), 8).value());
+  ASSERT_TRUE(simple);
+  EXPECT_EQ(simple->mesh.triangles.size(), 12U);
+  EXPECT_NEAR(simple->error_jnd, 0, 1e-3);
+}
+
+TEST(Simplify, LeavesFewerTrianglesThatFeelTheSameOnOtherStrokes) {
+  for (const TriMesh& mesh : {makeTorus(0.06, 0.02, 128, 64).value(), makeSphere(0.05, 32).value()}) {
+    const auto simple = simplified(mesh);
+    ASSERT_TRUE(simple);
+    EXPECT_LT(simple->mesh.triangles.size(), mesh.triangles.size() * 6 / 10);
+    EXPECT_TRUE(surfaceOf(simple->mesh)->closed());
+    const ForceDifference difference = checked(mesh, simple->mesh);
+    EXPECT_GT(difference.ticks, 10'000);
+    EXPECT_LE(difference.felt_ratio, 0.01);
+  }
+}
+
+TEST(Simplify, LeavesMoreWhereLessMayBeFelt) {
+  const TriMesh torus = makeTorus(0.06, 0.02, 128, 64).value();
+  const auto left = [&](double error_jnd, double stiffness_N_per_m) {
+    const auto simple = simplified(torus, error_jnd, stiffness_N_per_m);
+    return simple ? simple->mesh.triangles.size() : torus.triangles.size();
+  };
+  EXPECT_LT(left(3, kStiffness_N_per_m), left(1, kStiffness_N_per_m));
+  EXPECT_LT(left(3, kStiffness_N_per_m), left(3, 4 * kStiffness_N_per_m));
+}
+
+TEST(Simplify, LeavesNothingOutWhereEachTriangleIsFelt) {
+  EXPECT_FALSE(simplified(makeSphere(0.05, 3).value()));
+  EXPECT_FALSE(simplified(makeBox(Vec3(0.1), 1).value()));
+}
+
+TEST(Simplify, OfTheSameMeshIsTheSame) {
+  const TriMesh sphere = makeSphere(0.05, 32).value();
+  const auto first = simplified(sphere), second = simplified(sphere);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->mesh, second->mesh);
+}
+
+TEST(Simplify, MayBeInterrupted) {
+  const TriMesh torus = makeTorus(0.06, 0.02, 64, 32).value();
+  const auto surface = surfaceOf(torus);
+  std::stop_source stop;
+  stop.request_stop();
+  const Interruptible work(stop.get_token());
+  EXPECT_THROW(static_cast<void>(simplify(torus, *surface, 1, kStiffness_N_per_m)), Interrupted);
+}
+
+TEST(ProbeStrokes, AreTheSameOfASeedAndOthersOfAnother) {
+  const TriMesh sphere = makeSphere(0.05, 8).value();
+  const auto surface = surfaceOf(sphere);
+  const auto strokes = probeStrokes(sphere, *surface, kStiffness_N_per_m, 20, 5).strokes;
+  EXPECT_EQ(strokes.size(), 20U);
+  EXPECT_EQ(strokes, probeStrokes(sphere, *surface, kStiffness_N_per_m, 20, 5).strokes);
+  EXPECT_NE(strokes, probeStrokes(sphere, *surface, kStiffness_N_per_m, 20, 6).strokes);
+}
+
+TEST(ProbeStrokes, PressWithOneNewtonFromOutside) {
+  const TriMesh box = makeBox(Vec3(0.1), 1).value();
+  const auto surface = surfaceOf(box);
+  double deepest_N = 0;
+  for (const Forces& forces : probeStrokes(box, *surface, kStiffness_N_per_m, 20, 5).forces) {
+    EXPECT_EQ(forces.front(), Vec3(0));
+    for (const Vec3 force : forces) deepest_N = std::max(deepest_N, glm::length(force));
+  }
+  EXPECT_NEAR(deepest_N, 1, 1e-6);
+}
+
+}  // namespace
+}  // namespace haptics
