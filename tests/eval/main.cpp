@@ -70,7 +70,7 @@ void addVerbs(CLI::App& app, Arguments& arguments);
 
 /// Parses what makes a sweep; it runs nothing.
 std::unique_ptr<Sweep> makeSweep(const SweepArguments& sweep, const std::filesystem::path& out) {
-  constexpr const char* kSweeps[] = {"failures", "walk", "stability"};
+  constexpr const char* kSweeps[] = {"failures", "walk", "stability", "worst"};
   const std::string verb = sweep.empty() ? "" : sweep.front();
   if (std::ranges::find(kSweeps, verb) == std::end(kSweeps)) throw std::invalid_argument(verb + " is no sweep");
   CLI::App app;
@@ -100,11 +100,12 @@ void addSweep(CLI::App* verb, Arguments& arguments) {
   const auto isShard = [](const std::string& text) {
     return Shard::fromText(text) ? std::string() : text + ": give I/N, the I-th of N, such as 2/8";
   };
-  CLI::Option* shard = verb->add_option_function<std::string>(
-                               "--shard", [&arguments](const std::string& text) { arguments.shard = Shard::fromText(text); },
-                               "Run only every N-th part from the I-th on, for haptic_eval merge")
-                           ->type_name("I/N")
-                           ->check(CLI::Validator(isShard, ""));
+  CLI::Option* shard =
+      verb->add_option_function<std::string>(
+              "--shard", [&arguments](const std::string& text) { arguments.shard = Shard::fromText(text); },
+              "Run only every N-th part from the I-th on, for haptic_eval merge")
+          ->type_name("I/N")
+          ->check(CLI::Validator(isShard, ""));
   addNats(verb, arguments.nats, "Let the workers at this NATS server run it, such as nats://127.0.0.1:4222");
   verb->get_option("--nats")->excludes(shard);
 }
@@ -412,8 +413,17 @@ void addWorst(CLI::App& app, Arguments& arguments) {
       ->excludes(rate)
       ->excludes(without);
   addFile(verb, "--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json");
-  verb->callback(
-      [&arguments, &options] { arguments.good = arguments.worstImport ? runWorstImport(options) : runWorst(options); });
+  addSweep(verb, arguments);
+  verb->callback([&arguments, &options] {
+    if (arguments.worstImport && (arguments.shard || !arguments.nats.url.empty()))
+      throw std::invalid_argument("--import: hunts for imports are not divided; leave out --shard and --nats");
+    if (arguments.worstImport) {
+      arguments.good = runWorstImport(options);
+    } else {
+      arguments.sweep = makeWorstSweep(options);
+      arguments.sweepOut = &options.out;
+    }
+  });
 }
 
 void addMerge(CLI::App& app, Arguments& arguments) {
@@ -431,7 +441,7 @@ void addMerge(CLI::App& app, Arguments& arguments) {
 }
 
 void addWorker(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = app.add_subcommand("worker", "Runs parts of failures, walk and stability --nats until Ctrl-C");
+  CLI::App* verb = app.add_subcommand("worker", "Runs parts of verbs that are given --nats, until Ctrl-C");
   verb->footer(
       "Example:\n  haptic_eval worker --nats nats://127.0.0.1:4222\n"
       "One for each core, on any machine, of the build that the verb itself is run with. It may be ended at any time:\n"
@@ -444,8 +454,8 @@ void addWorker(CLI::App& app, Arguments& arguments) {
 }
 
 void addVerbs(CLI::App& app, Arguments& arguments) {
-  for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk, addAdvise,
-                         addStability, addReplay, addFuzz, addWorst, addMerge, addWorker})
+  for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
+                         addAdvise, addStability, addReplay, addFuzz, addWorst, addMerge, addWorker})
     add(app, arguments);
 }
 

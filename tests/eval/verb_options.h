@@ -34,8 +34,6 @@ void addCount(CLI::App* verb, const char* name, Number& count, const char* about
   verb->add_option(name, count, about)->type_name("N")->check(wholeNumber(1))->capture_default_str();
 }
 
-inline void addSeeds(CLI::App* verb, int& seeds) {
-  addCount(verb, "--seeds", seeds, "How many seeds, from --seed on");
-}
+inline void addSeeds(CLI::App* verb, int& seeds) { addCount(verb, "--seeds", seeds, "How many seeds, from --seed on"); }
 
 }  // namespace haptics::eval

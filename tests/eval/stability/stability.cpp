@@ -118,7 +118,8 @@ class StabilitySweep : public Sweep {
 
   [[nodiscard]] Record run(std::size_t part) override {
     const std::size_t chosen = parts_[part].number;
-    return Record(parts_[part].table->measure(scope_, [&](std::size_t at, std::size_t /*of*/) { return at == chosen; }));
+    return Record(
+        parts_[part].table->measure(scope_, [&](std::size_t at, std::size_t /*of*/) { return at == chosen; }));
   }
 
   /// On a terminal one line that is written over.

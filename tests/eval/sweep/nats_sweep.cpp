@@ -31,7 +31,7 @@ constexpr milliseconds kAlive{1000}, kLeft{5000};
 constexpr std::uint64_t kMaxTries = 3;
 /// Without a result or a worker for so long, the user is told how to start one.
 constexpr std::chrono::seconds kNobody{5};
-constexpr std::int64_t kNanoseconds = 1'000'000;                                  // in a millisecond
+constexpr std::int64_t kNanoseconds = 1'000'000;                                   // in a millisecond
 constexpr std::int64_t kKept = std::int64_t{7} * 24 * 3600 * 1000 * kNanoseconds;  // results of a sweep nobody ends
 
 struct Connected {
@@ -161,8 +161,7 @@ class Giver {
     purge(*nats_.stream, kPartsStream, partsSubject());
     for (std::size_t part = 0; part < results_.size(); ++part) {
       if (results_[part]) continue;
-      const std::string text =
-          dumped({{"sweep", id_}, {"build", build_}, {"arguments", arguments_}, {"part", part}});
+      const std::string text = dumped({{"sweep", id_}, {"build", build_}, {"arguments", arguments_}, {"part", part}});
       orThrow(js_Publish(nullptr, nats_.stream.get(), partsSubject().c_str(), text.data(),
                          static_cast<int>(text.size()), nullptr, nullptr),
               "part " + std::to_string(part) + " was not taken");
@@ -203,8 +202,10 @@ class Giver {
         std::fprintf(stderr, "a worker of another build is refused: %.*s\n", natsMsg_GetDataLength(message),
                      natsMsg_GetData(message));
       const std::string answer =
-          isOurs ? "" : arguments_.front() + " is run by build " + shortOf(build_) + "; use the same program everywhere";
-      static_cast<void>(natsConnection_PublishString(nats_.connection.get(), natsMsg_GetReply(message), answer.c_str()));
+          isOurs ? ""
+                 : arguments_.front() + " is run by build " + shortOf(build_) + "; use the same program everywhere";
+      static_cast<void>(
+          natsConnection_PublishString(nats_.connection.get(), natsMsg_GetReply(message), answer.c_str()));
     }
     return any;
   }
@@ -222,15 +223,16 @@ class Giver {
 /// Says every second that the part is being worked on.
 class KeptAlive {
  public:
-  explicit KeptAlive(natsMsg& message) : thread_([&message](const std::stop_token& stop) {
-    auto next = std::chrono::steady_clock::now() + kAlive;
-    while (!stop.stop_requested()) {
-      std::this_thread::sleep_for(milliseconds(20));
-      if (std::chrono::steady_clock::now() < next) continue;
-      static_cast<void>(natsMsg_InProgress(&message, nullptr));
-      next += kAlive;
-    }
-  }) {}
+  explicit KeptAlive(natsMsg& message)
+      : thread_([&message](const std::stop_token& stop) {
+          auto next = std::chrono::steady_clock::now() + kAlive;
+          while (!stop.stop_requested()) {
+            std::this_thread::sleep_for(milliseconds(20));
+            if (std::chrono::steady_clock::now() < next) continue;
+            static_cast<void>(natsMsg_InProgress(&message, nullptr));
+            next += kAlive;
+          }
+        }) {}
 
  private:
   std::jthread thread_;
@@ -258,8 +260,7 @@ class Worker {
     std::fflush(stdout);
     while (!interruption.came()) {
       natsMsgList list{};
-      const natsStatus status =
-          natsSubscription_Fetch(&list, subscription_.get(), 1, kPoll.count(), nullptr);
+      const natsStatus status = natsSubscription_Fetch(&list, subscription_.get(), 1, kPoll.count(), nullptr);
       if (status == NATS_OK && list.Count == 1) {
         runPart(*list.Msgs[0], interruption);
         natsMsgList_Destroy(&list);

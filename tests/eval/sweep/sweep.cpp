@@ -100,8 +100,8 @@ void runShard(Sweep& sweep, const Shard& shard, const SweepArguments& arguments,
     results.push_back(sweep.run(part));
     progress.show(results.size());
   }
-  const std::string name = arguments.front() + ".shard-" + std::to_string(shard.index + 1) + "-of-" +
-                           std::to_string(shard.count);
+  const std::string name =
+      arguments.front() + ".shard-" + std::to_string(shard.index + 1) + "-of-" + std::to_string(shard.count);
   writeRecord(out, name,
               {{"arguments", arguments},
                {"build", buildHash()},
