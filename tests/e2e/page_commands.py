@@ -64,6 +64,9 @@ class PageCommands(harness.EndToEnd):
     def test_world(self):
         self.follow("haptic_server/world/README.md")
 
+    def test_evaluate_on_many_machines(self):
+        self.follow("tests/eval/sweep/README.md")
+
     def test_step(self):
         self.follow("haptic_server/step/README.md")
 

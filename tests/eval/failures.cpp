@@ -4,6 +4,9 @@
 #include <cstdio>
 #include <map>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/eval/expected_failures.h"
 #include "tests/eval/methods.h"
@@ -47,72 +50,95 @@ std::vector<Method> chosenMethods(std::string_view name) {
   return {findMethod(name, all)};
 }
 
-/// All runs, and how they came out.
-class Runs {
- public:
-  explicit Runs(bool printMeasures) : printMeasures_(printMeasures) {}
+/// Beside the measures, in a run's record.
+constexpr std::string_view kAboutTheRun[] = {"method", "scene", "seed", "pass", "expected", "as_expected"};
 
-  void run(const Method& method, const FailureScene& scene, std::uint64_t seed) {
-    Random random = scene.random(seed);
-    const SceneResult result = scene.run(*method.make(), random);
-    const std::string_view expected = expectedOutcome(method.name, scene.name);
-    const bool asExpected = expected == "either" || result.pass == (expected == "pass");
-    surprises_ += asExpected ? 0 : 1;
-    if (!result.pass) ++failures_[{method.name, scene.name}];
-    if (printMeasures_ || !asExpected) {
-      std::printf("  %-4s %s%s  %s\n", scene.name.data(), result.pass ? "pass" : "FAIL", asExpected ? " " : "!",
-                  measuresText(result.measures).c_str());
+Record runOf(const Method& method, const FailureScene& scene, std::uint64_t seed) {
+  Random random = scene.random(seed);
+  const SceneResult result = scene.run(*method.make(), random);
+  const std::string_view expected = expectedOutcome(method.name, scene.name);
+  const bool asExpected = expected == "either" || result.pass == (expected == "pass");
+  Record record{{"method", method.name}, {"scene", scene.name}, {"seed", seed}};
+  record.update(result.measures);
+  record.update({{"pass", result.pass}, {"expected", expected}, {"as_expected", asExpected}});
+  return record;
+}
+
+/// A part is a method with a seed, in all scenes.
+class FailuresSweep : public Sweep {
+ public:
+  explicit FailuresSweep(const FailuresOptions& options) : options_(options), chosen_(chosenMethods(options.method)) {}
+
+  [[nodiscard]] std::size_t size() const override { return static_cast<std::size_t>(options_.seeds) * chosen_.size(); }
+
+  [[nodiscard]] Record run(std::size_t part) override {
+    Record runs = Record::array();
+    const Method& method = methodOf(part);
+    for (const FailureScene& scene : kFailureScenes) {
+      if (method.isFor(scene.concern)) runs.push_back(runOf(method, scene, seedOf(part)));
     }
-    Record record{{"method", method.name}, {"scene", scene.name}, {"seed", seed}};
-    record.update(result.measures);
-    record.update({{"pass", result.pass}, {"expected", expected}, {"as_expected", asExpected}});
-    records_.push_back(std::move(record));
+    return runs;
   }
 
+  void print(std::size_t part, const Record& runs) override {
+    const Method& method = methodOf(part);
+    if (options_.seeds == 1) {
+      std::printf("%s: %s\n", method.name.data(), method.about.data());
+    } else if (part % chosen_.size() == 0) {
+      std::printf("seed %llu\n", static_cast<unsigned long long>(seedOf(part)));
+    }
+    for (const Record& run : runs) {
+      const bool asExpected = run.at("as_expected");
+      if (options_.seeds > 1 && asExpected) continue;
+      Record measures = run;
+      for (const std::string_view key : kAboutTheRun) measures.erase(std::string(key));
+      std::printf("  %-4s %s%s  %s\n", run.at("scene").get<std::string>().c_str(), run.at("pass") ? "pass" : "FAIL",
+                  asExpected ? " " : "!", measuresText(measures).c_str());
+    }
+    std::fflush(stdout);
+  }
+
+  [[nodiscard]] bool finish(const std::vector<Record>& results) override {
+    std::vector<Record> runs;
+    for (const Record& part : results) runs.insert(runs.end(), part.begin(), part.end());
+    printTable(runs);
+    writeRecords(options_.out, "failures", runs);
+    const auto surprises = std::ranges::count_if(runs, [](const Record& run) { return !run.at("as_expected"); });
+    std::printf("%zu runs, %td not as expected\n", runs.size(), surprises);
+    return surprises == 0;
+  }
+
+ private:
+  [[nodiscard]] const Method& methodOf(std::size_t part) const { return chosen_[part % chosen_.size()]; }
+  [[nodiscard]] std::uint64_t seedOf(std::size_t part) const { return options_.seed + part / chosen_.size(); }
+
   /// Failures of each method in each scene.
-  void printTable(std::span<const Method> chosen) const {
+  void printTable(const std::vector<Record>& runs) const {
+    std::map<std::pair<std::string, std::string>, int> failures;
+    for (const Record& run : runs) {
+      if (!run.at("pass")) ++failures[{run.at("method"), run.at("scene")}];
+    }
     std::printf("%-35s", "failed runs");
     for (const FailureScene& scene : kFailureScenes) std::printf("%5s", scene.name.data());
-    for (const Method& method : chosen) {
+    for (const Method& method : chosen_) {
       std::printf("\n%-35s", method.name.data());
       for (const FailureScene& scene : kFailureScenes) {
-        const auto failed = failures_.find({method.name, scene.name});
+        const auto failed = failures.find({std::string(method.name), std::string(scene.name)});
         const bool notRun = !method.isFor(scene.concern);
-        std::printf("%5s", notRun ? "" : failed == failures_.end() ? "." : std::to_string(failed->second).c_str());
+        std::printf("%5s", notRun ? "" : failed == failures.end() ? "." : std::to_string(failed->second).c_str());
       }
     }
     std::printf("\n");
   }
-  [[nodiscard]] const std::vector<Record>& records() const { return records_; }
-  [[nodiscard]] int surprises() const { return surprises_; }
 
- private:
-  bool printMeasures_;
-  std::vector<Record> records_;
-  std::map<std::pair<std::string_view, std::string_view>, int> failures_;
-  int surprises_ = 0;
+  FailuresOptions options_;
+  std::vector<Method> chosen_;
 };
 
 }  // namespace
 
-bool runFailures(const FailuresOptions& options) {
-  const std::vector<Method> chosen = chosenMethods(options.method);
-  Runs runs(options.seeds == 1);
-  for (int i = 0; i < options.seeds; ++i) {
-    const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(i);
-    if (options.seeds > 1) std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-    for (const Method& method : chosen) {
-      if (options.seeds == 1) std::printf("%s: %s\n", method.name.data(), method.about.data());
-      for (const FailureScene& scene : kFailureScenes) {
-        if (method.isFor(scene.concern)) runs.run(method, scene, seed);
-      }
-      std::fflush(stdout);
-    }
-  }
-  runs.printTable(chosen);
-  writeRecords(options.out, "failures", runs.records());
-  std::printf("%zu runs, %d not as expected\n", runs.records().size(), runs.surprises());
-  return runs.surprises() == 0;
+std::unique_ptr<Sweep> makeFailuresSweep(const FailuresOptions& options) {
+  return std::make_unique<FailuresSweep>(options);
 }
 
 }  // namespace haptics::eval

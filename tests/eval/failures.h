@@ -2,7 +2,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
+
+#include "tests/eval/sweep/sweep.h"
 
 namespace haptics::eval {
 
@@ -13,9 +16,9 @@ struct FailuresOptions {
   std::filesystem::path out = ".";
 };
 
-/// Every method in every failure scene: prints a table, writes DIR/failures.json. Throws std::invalid_argument when
+/// Every method in every failure scene. Its finish() prints a table, writes DIR/failures.json, and says whether ours passed
+/// all and every other method passed and failed where it is expected to, with each seed. Throws std::invalid_argument when
 /// there is no such method.
-/// @return Whether ours passed all and every other method passed and failed where it is expected to, with each seed.
-[[nodiscard]] bool runFailures(const FailuresOptions& options);
+[[nodiscard]] std::unique_ptr<Sweep> makeFailuresSweep(const FailuresOptions& options);
 
 }  // namespace haptics::eval

@@ -1,8 +1,13 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <iterator>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "haptic_server/device/presets.h"
 #include "tests/eval/accuracy.h"
@@ -14,9 +19,12 @@
 #include "tests/eval/replay/replay_verb.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stability/stability.h"
+#include "tests/eval/sweep/nats_sweep.h"
+#include "tests/eval/sweep/sweep.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
 #include "tests/eval/tool_chart.h"
+#include "tests/eval/verb_options.h"
 #include "tests/eval/walk/tool_walk.h"
 #include "tests/eval/walk/walk.h"
 #include "tests/eval/worst/import_hunt.h"
@@ -27,7 +35,6 @@ namespace haptics::eval {
 namespace {
 
 constexpr int kExitFailed = 1;
-constexpr int kCoarsestMesh = 12;  ///< Triangles.
 
 struct Arguments {
   std::filesystem::path out = ".";  ///< Of verbs whose options have none.
@@ -49,77 +56,58 @@ struct Arguments {
   bool worstImport = false;
   std::filesystem::path fuzzRecording;
 
+  std::unique_ptr<Sweep> sweep;  ///< Of a verb that is one: it is run when all is known.
+  const std::filesystem::path* sweepOut = &out;
+  std::optional<Shard> shard;
+  NatsServer nats;
+  std::vector<std::filesystem::path> shards;
+
   bool good = true;  ///< What the verb came to.
 };
 
-CLI::Validator wholeNumber(double least) {
-  const auto check = [least](const std::string& text) {
-    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    if (digits && std::stod(text) >= least) return std::string();
-    return text + ": give a whole number, at least " + std::to_string(std::lround(least));
+/// In as many functions as there are verbs.
+void addVerbs(CLI::App& app, Arguments& arguments);
+
+/// Parses what makes a sweep; it runs nothing.
+std::unique_ptr<Sweep> makeSweep(const SweepArguments& sweep, const std::filesystem::path& out) {
+  constexpr const char* kSweeps[] = {"failures", "walk", "stability", "worst"};
+  const std::string verb = sweep.empty() ? "" : sweep.front();
+  if (std::ranges::find(kSweeps, verb) == std::end(kSweeps)) throw std::invalid_argument(verb + " is no sweep");
+  CLI::App app;
+  Arguments arguments;
+  addVerbs(app, arguments);
+  SweepArguments reversed(sweep.rbegin(), sweep.rend());
+  reversed.insert(reversed.begin(), {out.string(), "--out"});
+  try {
+    app.parse(reversed);
+  } catch (const CLI::Error& error) {
+    throw std::invalid_argument(verb + ": " + error.what());
+  }
+  if (!arguments.sweep) throw std::invalid_argument(verb + ": these options make no sweep");
+  return std::move(arguments.sweep);
+}
+
+void addNats(CLI::App* verb, NatsServer& nats, const char* about) {
+  CLI::Option* url = verb->add_option("--nats", nats.url, about)->type_name("URL");
+  verb->add_option("--nats-credentials", nats.credentials, "For NATS, as nsc writes them")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile)
+      ->needs(url);
+}
+
+/// How a verb is run that is a sweep.
+void addSweep(CLI::App* verb, Arguments& arguments) {
+  const auto isShard = [](const std::string& text) {
+    return Shard::fromText(text) ? std::string() : text + ": give I/N, the I-th of N, such as 2/8";
   };
-  return CLI::Validator(check, "");
-}
-
-CLI::Validator moreThanZero() {
-  const auto check = [](const std::string& text) {
-    double value = 0;
-    if (CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value)) return std::string();
-    return text + ": give a number more than 0";
-  };
-  return CLI::Validator(check, "");
-}
-
-std::string namesOf(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
-}
-
-struct Verb {
-  const char* name;
-  const char* about;    ///< One line.
-  const char* example;  ///< Its arguments.
-  const char* notes = "";
-};
-
-/// @param calledAs  With the verb that it is below, where it is below one.
-CLI::App* addVerb(CLI::App& app, const Verb& of, std::filesystem::path& out, const std::string& calledAs = "") {
-  const std::string name = calledAs.empty() ? of.name : calledAs;
-  CLI::App* verb = app.add_subcommand(of.name, of.about);
-  verb->parse_complete_callback([&out] { makeFolder(out); });
-  verb->add_option("--out", out,
-                   "Folder for " + name.substr(0, name.find(' ')) + ".json and what else it writes; made when missing")
-      ->type_name("DIR")
-      ->capture_default_str();
-  verb->footer("Example:\n  haptic_eval " + name + ' ' + of.example + '\n' + of.notes);
-  return verb;
-}
-
-void addSeed(CLI::App* verb, std::uint64_t& seed) {
-  verb->add_option("--seed", seed, "Decides places, orientations, directions and speeds")
-      ->type_name("S")
-      ->check(wholeNumber(0))
-      ->capture_default_str();
-}
-
-template <class Number>
-void addCount(CLI::App* verb, const char* name, Number& count, const char* about) {
-  verb->add_option(name, count, about)->type_name("N")->check(wholeNumber(1))->capture_default_str();
-}
-
-void addSeeds(CLI::App* verb, int& seeds) { addCount(verb, "--seeds", seeds, "How many seeds, from --seed on"); }
-
-void addFinest(CLI::App* verb, int& finest,
-               const char* about = "Leave out meshes of more triangles; there are some up to 10 million") {
-  verb->add_option("--finest", finest, about)
-      ->type_name("TRIANGLES")
-      ->check(wholeNumber(kCoarsestMesh))
-      ->capture_default_str();
-}
-
-CLI::Option* addFile(CLI::App* verb, const char* name, std::filesystem::path& file, const char* about) {
-  return verb->add_option(name, file, about)->type_name("FILE")->check(CLI::ExistingFile);
+  CLI::Option* shard =
+      verb->add_option_function<std::string>(
+              "--shard", [&arguments](const std::string& text) { arguments.shard = Shard::fromText(text); },
+              "Run only every N-th part from the I-th on, for haptic_eval merge")
+          ->type_name("I/N")
+          ->check(CLI::Validator(isShard, ""));
+  addNats(verb, arguments.nats, "Let the workers at this NATS server run it, such as nats://127.0.0.1:4222");
+  verb->get_option("--nats")->excludes(shard);
 }
 
 void addFailures(CLI::App& app, Arguments& arguments) {
@@ -134,7 +122,11 @@ void addFailures(CLI::App& app, Arguments& arguments) {
   addSeed(verb, options.seed);
   addSeeds(verb, options.seeds);
   verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
-  verb->callback([&arguments, &options] { arguments.good = runFailures(options); });
+  addSweep(verb, arguments);
+  verb->callback([&arguments, &options] {
+    arguments.sweep = makeFailuresSweep(options);
+    arguments.sweepOut = &options.out;
+  });
 }
 
 void addAccuracy(CLI::App& app, Arguments& arguments) {
@@ -253,8 +245,10 @@ void addWalk(CLI::App& app, Arguments& arguments) {
       ->type_name("NAME")
       ->capture_default_str()
       ->excludes(verb->add_flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
+  addSweep(verb, arguments);
   verb->callback([&arguments, &options] {
-    arguments.good = arguments.walkTool ? runToolWalk(options, arguments.out) : runWalk(options, arguments.out);
+    arguments.sweep =
+        arguments.walkTool ? makeToolWalkSweep(options, arguments.out) : makeWalkSweep(options, arguments.out);
   });
 }
 
@@ -271,7 +265,15 @@ void addStability(CLI::App& app, Arguments& arguments) {
       verb->add_flag("--short", options.shortRun, "Three devices and the least of everything; draws nothing");
   verb->add_flag("--full", options.full, "Every hand, rate and delay")->excludes(shortRun);
   addFile(verb, "--from", options.from, "Draw this stability.json of an earlier run again, and measure nothing");
-  verb->callback([&arguments, &options] { arguments.good = runStability(options); });
+  addSweep(verb, arguments);
+  verb->callback([&arguments, &options] {
+    if (options.from.empty()) {
+      arguments.sweep = makeStabilitySweep(options);
+      arguments.sweepOut = &options.out;
+    } else {
+      redrawStability(options);
+    }
+  });
 }
 
 void addAdvise(CLI::App& app, Arguments& arguments) {
@@ -411,8 +413,57 @@ void addWorst(CLI::App& app, Arguments& arguments) {
       ->excludes(rate)
       ->excludes(without);
   addFile(verb, "--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json");
-  verb->callback(
-      [&arguments, &options] { arguments.good = arguments.worstImport ? runWorstImport(options) : runWorst(options); });
+  addSweep(verb, arguments);
+  verb->callback([&arguments, &options] {
+    if (arguments.worstImport && (arguments.shard || !arguments.nats.url.empty()))
+      throw std::invalid_argument("--import: hunts for imports are not divided; leave out --shard and --nats");
+    if (arguments.worstImport) {
+      arguments.good = runWorstImport(options);
+    } else {
+      arguments.sweep = makeWorstSweep(options);
+      arguments.sweepOut = &options.out;
+    }
+  });
+}
+
+void addMerge(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = addVerb(app,
+                           {"merge", "What the shards of a verb came to together, as if it had been run at once",
+                            "shards/failures.shard-*.json --out results",
+                            "  haptic_eval failures --seeds 1000 --shard 1/4 --out shards\n"
+                            "Any number of shards may run at once, on any machines, by one build of this program."},
+                           arguments.out);
+  verb->add_option("FILES", arguments.shards, "What --shard I/N wrote, of each shard")->required();
+  verb->callback([&arguments] {
+    const auto make = [&arguments](const SweepArguments& sweep) { return makeSweep(sweep, arguments.out); };
+    arguments.good = mergeShards(arguments.shards, make);
+  });
+}
+
+void addWorker(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = app.add_subcommand("worker", "Runs parts of verbs that are given --nats, until Ctrl-C");
+  verb->footer(
+      "Example:\n  haptic_eval worker --nats nats://127.0.0.1:4222\n"
+      "One for each core, on any machine, of the build that the verb itself is run with. It may be ended at any time:\n"
+      "another one runs its part again.");
+  addNats(verb, arguments.nats, "Where the parts are, such as nats://127.0.0.1:4222");
+  verb->get_option("--nats")->required();
+  verb->callback([&arguments] {
+    workOnSweeps(arguments.nats, [](const SweepArguments& sweep) { return makeSweep(sweep, "."); });
+  });
+}
+
+void addVerbs(CLI::App& app, Arguments& arguments) {
+  for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
+                         addAdvise, addStability, addReplay, addFuzz, addWorst, addMerge, addWorker})
+    add(app, arguments);
+}
+
+bool runAsTold(Arguments& arguments, const SweepArguments& sweep) {
+  if (!arguments.nats.url.empty()) return runSweepOverNats(*arguments.sweep, sweep, arguments.nats);
+  if (!arguments.shard) return runSweep(*arguments.sweep);
+  runShard(*arguments.sweep, *arguments.shard, sweep, *arguments.sweepOut);
+  return true;
 }
 
 void mustBeVerb(const CLI::App& app, const std::string& name) {
@@ -431,11 +482,10 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
-  for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
-                         addAdvise, addStability, addReplay, addFuzz, addWorst})
-    add(app, arguments);
+  addVerbs(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);
+  if (arguments.sweep) arguments.good = runAsTold(arguments, sweepArguments(argc, argv));
   return arguments.good ? 0 : kExitFailed;
 }
 

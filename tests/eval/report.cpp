@@ -19,11 +19,15 @@ void makeFolder(const std::filesystem::path& directory) {
 }
 
 void writeRecords(const std::filesystem::path& directory, std::string_view verb, const std::vector<Record>& records) {
-  const std::filesystem::path path = directory / (std::string(verb) + ".json");
+  writeRecord(directory, verb, Record(records));
+}
+
+void writeRecord(const std::filesystem::path& directory, std::string_view name, const Record& record) {
+  const std::filesystem::path path = directory / (std::string(name) + ".json");
   std::filesystem::path unfinished = path;  // what is there stays whole whenever this ends
   unfinished += ".part";
   std::ofstream file(unfinished);
-  file << Record(records).dump(1) << '\n';
+  file << record.dump(1) << '\n';
   file.close();
   std::error_code error;
   if (file) std::filesystem::rename(unfinished, path, error);

@@ -17,6 +17,9 @@ void makeFolder(const std::filesystem::path& directory);
 /// written.
 void writeRecords(const std::filesystem::path& directory, std::string_view verb, const std::vector<Record>& records);
 
+/// Likewise one, as DIR/<name>.json.
+void writeRecord(const std::filesystem::path& directory, std::string_view name, const Record& record);
+
 /// What writeRecords() wrote. Throws std::runtime_error naming the file that cannot be read, or holds no records.
 [[nodiscard]] std::vector<Record> readRecords(const std::filesystem::path& file);
 

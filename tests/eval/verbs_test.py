@@ -1,10 +1,12 @@
 """Runs verbs of haptic_eval, small, and checks what they wrote."""
 
+import contextlib
 import csv
 import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -42,6 +44,117 @@ class Verb(unittest.TestCase):
         self.assertEqual((self.out / f"{verb}.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
         self.assertGreater((self.out / f"{verb}.png").stat().st_size, 20_000)
         self.assertIn("</svg>", (self.out / f"{verb}.svg").read_text()[-20:])
+
+
+class Sweeps(Verb):
+    """A verb whose parts are run apart comes to the same, byte for byte."""
+    SWEEP = "failures", "--method", "god_object", "--seeds", "6"
+
+    def start(self, *command, **options):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def start_nats(self):
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        self.start("nats-server", "-a", "127.0.0.1", "-p", str(port), "-js", "-sd", str(self.out.parent / "nats"))
+        deadline = time.monotonic() + 20
+        while time.monotonic() < deadline:
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port)):
+                return f"nats://127.0.0.1:{port}"
+            time.sleep(0.05)
+        self.fail("nats-server does not start")
+
+    def whole(self):
+        self.run_well(*self.SWEEP)
+        return (self.out / "failures.json").read_bytes()
+
+    def test_shards_come_to_the_same(self):
+        whole = self.whole()
+        shards = [self.out / f"failures.shard-{i}-of-3.json" for i in (1, 2, 3)]
+        for i in (3, 1, 2):
+            self.run_well(*self.SWEEP, "--shard", f"{i}/3")
+        merged = self.out / "merged"
+        done = run("merge", *map(str, shards[::-1]), "--out", str(merged))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual((merged / "failures.json").read_bytes(), whole)
+        other = self.out / "other"
+        self.assertEqual(run(*self.SWEEP, "--seed", "2", "--shard", "2/3", "--out", str(other)).returncode, 0)
+        damaged = self.out / "damaged.json"
+        damaged.write_bytes(shards[0].read_bytes()[:-100])
+        strange = self.out / "strange.json"
+        strange.write_text(shards[0].read_text().replace('"build": "', '"build": "0'))
+        for files, reason in ((shards[:2], "of 3 shards these are missing: 3"), ([shards[0]] * 2, "is there twice"),
+                              ([shards[0], other / shards[1].name], "is of the sweep .*--seed 2"),
+                              ([damaged], "damaged.json: is no shard"), ([strange], "is of build"),
+                              ([self.out / "absent.json"], "absent.json: cannot be read")):
+            refused = run("merge", *map(str, files), "--out", str(merged))
+            self.assertEqual(refused.returncode, 1)
+            self.assertRegex(refused.stderr, reason)
+        for text in ("0/3", "4/3", "1", "a/b", "1/3x"):
+            self.assertIn("the I-th of N", run(*self.SWEEP, "--shard", text).stderr)
+
+    def test_workers_come_to_the_same_when_some_are_killed_and_one_comes_late(self):
+        whole, url = self.whole(), self.start_nats()
+        out = self.out / "over_nats"
+        sweep = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(out))
+        workers = [self.start(PROGRAM, "worker", "--nats", url) for _ in range(3)]
+        time.sleep(0.4)
+        for worker in workers[:2]:
+            worker.kill()
+        self.assertEqual(sweep.wait(120), 0, sweep.stdout.read())
+        self.assertEqual((out / "failures.json").read_bytes(), whole)
+        workers[2].send_signal(signal.SIGINT)
+        self.assertEqual(workers[2].wait(20), 0)
+        self.assertRegex(workers[2].stdout.read(), r"[1-9]\d* parts done")
+
+    def test_an_interrupted_sweep_goes_on_where_it_was(self):
+        whole, url = self.whole(), self.start_nats()
+        first = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
+        worker = self.start(PROGRAM, "worker", "--nats", url)
+        time.sleep(1)
+        first.send_signal(signal.SIGINT)
+        first.wait(20)
+        said = first.stdout.read()
+        if first.returncode != 0:
+            self.assertIn("interrupted", said)
+        again = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
+        self.assertEqual(again.wait(120), 0)
+        self.assertEqual((self.out / "failures.json").read_bytes(), whole)
+        worker.kill()
+
+    def test_a_part_that_cannot_be_run_is_named_after_three_tries(self):
+        url = self.start_nats()
+        model = self.out.parent / "models/libcgal-demo/data/meshes/armadillo.off"
+        model.parent.mkdir(parents=True)
+        model.write_text("OFF\n1 1 0\n0 0 0\n3 0 1 9\n")
+        self.start(PROGRAM, "worker", "--nats", url)
+        sweep = self.start(PROGRAM, "walk", "--models", str(self.out.parent / "models"), "--scene", "armadillo", "--ticks", "9",
+                           "--nats", url, "--out", str(self.out))
+        self.assertEqual(sweep.wait(60), 1)
+        self.assertRegex(sweep.stdout.read(), "part 0 of 1 was tried 3 times: .*armadillo.off")
+
+    def test_a_worker_of_another_build_is_refused(self):
+        url = self.start_nats()
+        other = self.out.parent / "haptic_eval"
+        other.write_bytes(Path(PROGRAM).read_bytes() + b"another")
+        other.chmod(0o755)
+        sweep = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
+        worker = self.start(other, "worker", "--nats", url)
+        self.assertEqual(worker.wait(30), 1)
+        self.assertRegex(worker.stdout.read(), "refused, for this is build [0-9a-f]{16}: failures is run by build")
+        sweep.send_signal(signal.SIGINT)
+        self.assertEqual(sweep.wait(20), 1)
+        self.assertIn("a worker of another build is refused", sweep.stdout.read())
+
+    def test_says_that_nobody_is_there(self):
+        refused = run("worker", "--nats", "nats://127.0.0.1:1")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("no connection to nats://127.0.0.1:1", refused.stderr)
 
 
 class Worst(Verb):

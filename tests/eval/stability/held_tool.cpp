@@ -83,7 +83,7 @@ Record recordOf(const HeldPlate& held, const char* spring, double critical, doub
 
 }  // namespace
 
-std::vector<Record> measureHeldTool(Scope scope, const Progress& progress) {
+std::vector<Record> measureHeldTool(Scope scope, const CaseChoice& isChosen) {
   std::vector<HeldPlate> all;
   for (const DevicePreset& device : devicePresets()) {
     if (!device.rotation.isSensed) continue;
@@ -95,9 +95,9 @@ std::vector<Record> measureHeldTool(Scope scope, const Progress& progress) {
     }
   }
   std::vector<Record> records;
-  std::size_t done = 0;
+  std::size_t at = 0;
   for (const HeldPlate& held : all) {
-    progress("held plate", done++, all.size());
+    if (!isChosen(at++, all.size())) continue;
     const double stiffness = held.device.maxStiffness_N_per_m, torsion = held.device.rotation.maxTorsion_Nm_per_rad;
     const bool isDriven = held.device.rotation.maxTorque_Nm > 0;
     // How far beyond what is asked for is of interest only where there is time.

@@ -22,13 +22,6 @@ bool is(const Record& r, const char* key, std::string_view value) {
   return r.at(key).get_ref<const std::string&>() == value;
 }
 
-/// On a terminal one line that is written over.
-void showProgress(std::string_view table, std::size_t done, std::size_t of) {
-  if (isatty(STDERR_FILENO) == 0) return;
-  std::fprintf(stderr, "\r%-24.*s %zu of %zu   ", static_cast<int>(table.size()), table.data(), done + 1, of);
-  if (done + 1 == of) std::fprintf(stderr, "\r%60s\r", "");
-}
-
 void printCritical(const std::vector<Record>& records) {
   std::printf("K_crit of the wall, N/m, at 1 kHz, without delay / with a period of it\n%-24s %-8s", "", "hand");
   for (const DevicePreset& device : devicePresets()) std::printf(" %15s", device.name.data());
@@ -73,44 +66,110 @@ void printWorst(const char* title, const std::vector<Record>& records, const cha
   }
 }
 
+struct Table {
+  const char* name;
+  std::vector<Record> (*measure)(Scope, const CaseChoice&);
+  // How its records are printed: those that are worst by this measure. None: not, or in a table of their own.
+  const char* title = nullptr;
+  const char* worstBy = nullptr;
+  bool leastIsWorst = false;
+};
+
+/// Of one case.
+template <std::vector<Record> (*measure)()>
+std::vector<Record> whole(Scope /*scope*/, const CaseChoice& isChosen) {
+  return isChosen(0, 1) ? measure() : std::vector<Record>();
+}
+
+constexpr const char* kOff = "off_ratio";  // beside the measures, when printed
+
+constexpr Table kTables[] = {
+    {"K_crit of the wall", measureCritical},
+    {"theory", whole<compareWithTheory>, "Theory: what the simulated plant bears against what it should", kOff},
+    {"theory of bodies", whole<compareFootings>, "Theory: on a body that moves, on tissue", kOff},
+    {"other grounds", measureGrounds, "Other grounds, ours", "K_crit_over_preset", true},
+    {"held plate", measureHeldTool, "A plate that is held, ours", "K_crit_over_preset", true},
+    {"robustness", measureRobustness, "Mass, friction and delay not as told, ours", "K_crit_over_preset", true},
+    {"press, stroke, lift", measureFidelity, "Press, stroke, lift at the maker's stiffness", "force_error_rms_ratio"},
+    {"energy", measureEnergy, "Energy taken from the hand, least at any time", "least_energy_taken_uJ", true},
+    {"textures", measureTextureRest, "Textures in the light hand, ours", "limit_cycle_um"},
+    {"Z-width", measureZWidth},
+};
+
+/// A part is a case of a table.
+class StabilitySweep : public Sweep {
+ public:
+  explicit StabilitySweep(const StabilityOptions& options)
+      : options_(options),
+        scope_(options.shortRun ? Scope::kShort
+               : options.full   ? Scope::kFull
+                                : Scope::kCoarse) {
+    for (const Table& table : kTables) {
+      std::size_t cases = 0;
+      static_cast<void>(table.measure(scope_, [&](std::size_t /*at*/, std::size_t of) {
+        cases = of;
+        return false;
+      }));
+      for (std::size_t i = 0; i < cases; ++i) parts_.push_back({&table, i, cases});
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const override { return parts_.size(); }
+
+  [[nodiscard]] Record run(std::size_t part) override {
+    const std::size_t chosen = parts_[part].number;
+    return Record(
+        parts_[part].table->measure(scope_, [&](std::size_t at, std::size_t /*of*/) { return at == chosen; }));
+  }
+
+  /// On a terminal one line that is written over.
+  void print(std::size_t part, const Record& /*records*/) override {
+    if (isatty(STDERR_FILENO) == 0) return;
+    const Part& at = parts_[part];
+    std::fprintf(stderr, "\r%-24s %zu of %zu   ", at.table->name, at.number + 1, at.of);
+    if (at.number + 1 == at.of) std::fprintf(stderr, "\r%60s\r", "");
+  }
+
+  [[nodiscard]] bool finish(const std::vector<Record>& results) override {
+    std::vector<Record> all;
+    for (const Table& table : kTables) {
+      std::vector<Record> records;
+      for (std::size_t part = 0; part < parts_.size(); ++part) {
+        if (parts_[part].table == &table) records.insert(records.end(), results[part].begin(), results[part].end());
+      }
+      all.insert(all.end(), records.begin(), records.end());
+      if (&table == &kTables[0]) printCritical(records);
+      if (table.title == nullptr) continue;
+      for (Record& record : records) {
+        if (table.worstBy == kOff) record[kOff] = std::abs(number(record, "difference_ratio"));
+      }
+      printWorst(table.title, records, table.worstBy, table.leastIsWorst);
+    }
+    writeRecords(options_.out, "stability", all);
+    if (scope_ != Scope::kShort) drawStability(all, options_.out);
+    const auto failed = std::ranges::count_if(all, [](const Record& r) { return !r["pass"].get<bool>(); });
+    std::printf("\n%zu records, %td beyond a limit; written to %s: stability.json%s\n", all.size(), failed,
+                options_.out.c_str(), scope_ == Scope::kShort ? "" : ", stability.png, stability.svg");
+    return failed == 0;
+  }
+
+ private:
+  struct Part {
+    const Table* table;
+    std::size_t number, of;
+  };
+
+  StabilityOptions options_;
+  Scope scope_;
+  std::vector<Part> parts_;
+};
+
 }  // namespace
 
-bool runStability(const StabilityOptions& options) {
-  if (!options.from.empty()) {
-    drawStability(readRecords(options.from), options.out);
-    return true;
-  }
-  const Scope scope = options.shortRun ? Scope::kShort : options.full ? Scope::kFull : Scope::kCoarse;
-  std::vector<Record> all;
-  const auto keep = [&](std::vector<Record> records) {
-    all.insert(all.end(), records.begin(), records.end());
-    return records;
-  };
-  const auto magnitude = [](std::vector<Record> records) {
-    for (Record& r : records) r["off_ratio"] = std::abs(number(r, "difference_ratio"));
-    return records;
-  };
-  printCritical(keep(measureCritical(scope, showProgress)));
-  printWorst("Theory: what the simulated plant bears against what it should", magnitude(keep(compareWithTheory())),
-             "off_ratio", false);
-  printWorst("Theory: on a body that moves, on tissue", magnitude(keep(compareFootings())), "off_ratio", false);
-  printWorst("Other grounds, ours", keep(measureGrounds(scope, showProgress)), "K_crit_over_preset", true);
-  printWorst("A plate that is held, ours", keep(measureHeldTool(scope, showProgress)), "K_crit_over_preset", true);
-  printWorst("Mass, friction and delay not as told, ours", keep(measureRobustness(scope, showProgress)),
-             "K_crit_over_preset", true);
-  printWorst("Press, stroke, lift at the maker's stiffness", keep(measureFidelity(scope, showProgress)),
-             "force_error_rms_ratio", false);
-  printWorst("Energy taken from the hand, least at any time", keep(measureEnergy(scope, showProgress)),
-             "least_energy_taken_uJ", true);
-  printWorst("Textures in the light hand, ours", keep(measureTextureRest(scope, showProgress)), "limit_cycle_um",
-             false);
-  keep(measureZWidth(scope, showProgress));
-  writeRecords(options.out, "stability", all);
-  if (scope != Scope::kShort) drawStability(all, options.out);
-  const auto failed = std::ranges::count_if(all, [](const Record& r) { return !r["pass"].get<bool>(); });
-  std::printf("\n%zu records, %td beyond a limit; written to %s: stability.json%s\n", all.size(), failed,
-              options.out.c_str(), scope == Scope::kShort ? "" : ", stability.png, stability.svg");
-  return failed == 0;
+std::unique_ptr<Sweep> makeStabilitySweep(const StabilityOptions& options) {
+  return std::make_unique<StabilitySweep>(options);
 }
+
+void redrawStability(const StabilityOptions& options) { drawStability(readRecords(options.from), options.out); }
 
 }  // namespace haptics::eval

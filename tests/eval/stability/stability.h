@@ -1,6 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+
+#include "tests/eval/sweep/sweep.h"
 
 namespace haptics::eval {
 
@@ -11,8 +14,10 @@ struct StabilityOptions {
   std::filesystem::path out = ".";
 };
 
-/// Writes stability.json, and stability.png and .svg unless the run is short. Returns whether every record is within its
-/// limit.
-[[nodiscard]] bool runStability(const StabilityOptions& options);
+/// Its finish() writes stability.json, and stability.png and .svg unless the run is short, and says whether every record is
+/// within its limit.
+[[nodiscard]] std::unique_ptr<Sweep> makeStabilitySweep(const StabilityOptions& options);
+/// The pictures of an earlier run.
+void redrawStability(const StabilityOptions& options);
 
 }  // namespace haptics::eval

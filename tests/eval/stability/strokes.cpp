@@ -122,15 +122,15 @@ Record energyRecord(const Loop& loop, double least_J) {
 
 }  // namespace
 
-std::vector<Record> measureFidelity(Scope scope, const Progress& progress) {
+std::vector<Record> measureFidelity(Scope scope, const CaseChoice& isChosen) {
   const TestSurface wall = makeWall();
   std::vector<Record> records;
   const auto devices = scope == Scope::kShort ? devicePresets().first(1) : devicePresets();
-  std::size_t done = 0;
+  std::size_t at = 0;
   for (const DevicePreset& device : devices) {
+    if (!isChosen(at++, devices.size())) continue;
     double bare = 0;
     for (const MethodEntry& method : stabilityMethods()) {
-      progress("press, stroke, lift", done++, devices.size() * stabilityMethods().size());
       const Loop loop{&method, &wall, device, orThrow(findHandPreset("nominal"))};
       const Fidelity fidelity = stroke(loop);
       if (method.name == "nothing") bare = fidelity.error_ratio;
@@ -150,15 +150,15 @@ std::vector<Record> measureFidelity(Scope scope, const Progress& progress) {
   return records;
 }
 
-std::vector<Record> measureEnergy(Scope scope, const Progress& progress) {
+std::vector<Record> measureEnergy(Scope scope, const CaseChoice& isChosen) {
   const std::vector<TestSurface> grounds{makeWall(), makeOuterEdge(), makeBall(), makeRoughWall()};
   std::vector<Record> records;
   const auto devices = scope == Scope::kShort ? devicePresets().first(1) : devicePresets();
-  std::size_t done = 0;
+  std::size_t at = 0;
   for (const TestSurface& ground : grounds) {
     for (const DevicePreset& device : devices) {
       for (const MethodEntry& method : stabilityMethods()) {
-        progress("energy", done++, grounds.size() * devices.size() * stabilityMethods().size());
+        if (!isChosen(at++, grounds.size() * devices.size() * stabilityMethods().size())) continue;
         const bool ours = method.name == kOursMethod;
         if (ground.friction && !ours) continue;
         for (const HandPreset& hand : handPresets().first(2)) {

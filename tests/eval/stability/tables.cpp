@@ -59,7 +59,7 @@ bool isJudged(const Loop& loop) {
 
 }  // namespace
 
-std::vector<Record> measureCritical(Scope scope, const Progress& progress) {
+std::vector<Record> measureCritical(Scope scope, const CaseChoice& isChosen) {
   const TestSurface wall = makeWall();
   std::vector<Loop> loops;
   for (const MethodEntry& method : stabilityMethods()) {
@@ -75,8 +75,9 @@ std::vector<Record> measureCritical(Scope scope, const Progress& progress) {
     }
   }
   std::vector<Record> records;
+  std::size_t at = 0;
   for (const Loop& loop : loops) {
-    progress("K_crit of the wall", records.size(), loops.size());
+    if (!isChosen(at++, loops.size())) continue;
     const double critical = criticalStiffness_N_per_m(loop);
     Record record = recordOf(loop, critical);
     record["pass"] = !isJudged(loop) || critical >= kRequired_N_per_m;
@@ -85,7 +86,7 @@ std::vector<Record> measureCritical(Scope scope, const Progress& progress) {
   return records;
 }
 
-std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
+std::vector<Record> measureZWidth(Scope scope, const CaseChoice& isChosen) {
   const TestSurface wall = makeWall();
   std::vector<Loop> loops;
   if (scope == Scope::kShort) return {};
@@ -100,8 +101,9 @@ std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
     }
   }
   std::vector<Record> records;
+  std::size_t at = 0;
   for (const Loop& loop : loops) {
-    progress("Z-width", records.size(), loops.size());
+    if (!isChosen(at++, loops.size())) continue;
     Record record = recordOf(loop, criticalStiffness_N_per_m(loop));
     record["scene"] = "z_width";
     record["pass"] = true;
@@ -110,16 +112,17 @@ std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
   return records;
 }
 
-std::vector<Record> measureGrounds(Scope scope, const Progress& progress) {
+std::vector<Record> measureGrounds(Scope scope, const CaseChoice& isChosen) {
   const MethodEntry& ours = stabilityMethods().back();
   const std::vector<TestSurface> grounds{makeOuterEdge(),  makeGroove(),        makeBall(),
                                          makePushedBody(), makeElasticTissue(), makeViscousTissue()};
   std::vector<Record> records;
+  std::size_t at = 0;
   const auto all = devices(scope);
   for (const TestSurface& ground : grounds) {
     for (const DevicePreset& device : all) {
       for (const double delay_s : {0.0, 1 / kServo_Hz}) {
-        progress("other grounds", records.size(), grounds.size() * all.size() * 2);
+        if (!isChosen(at++, grounds.size() * all.size() * 2)) continue;
         // Nothing holds a free device on the top of a sphere.
         const HandPreset& hand = handPresets()[ground.name == "sphere" ? 1 : 0];
         const Loop loop{&ours, &ground, device, hand, kServo_Hz, delay_s};
@@ -133,7 +136,7 @@ std::vector<Record> measureGrounds(Scope scope, const Progress& progress) {
   return records;
 }
 
-std::vector<Record> measureRobustness(Scope scope, const Progress& progress) {
+std::vector<Record> measureRobustness(Scope scope, const CaseChoice& isChosen) {
   struct Off {
     double mass, friction, delay_s, toldMore_s;
   };
@@ -152,10 +155,10 @@ std::vector<Record> measureRobustness(Scope scope, const Progress& progress) {
   const auto all = devices(scope);
   constexpr double kMaxPress_N = 0.45;
   std::vector<Record> records;
-  std::size_t done = 0;
+  std::size_t at = 0;
   for (const DevicePreset& told : all) {
     for (const Off& off : cases) {
-      progress("robustness", done++, all.size() * cases.size());
+      if (!isChosen(at++, all.size() * cases.size())) continue;
       DevicePreset real = told;
       real.apparentMass_kg *= off.mass;
       real.viscousFriction_Ns_per_m *= off.friction;

@@ -11,8 +11,8 @@ namespace haptics::eval {
 /// How much is measured.
 enum class Scope { kShort, kCoarse, kFull };
 
-/// Told how far a table is.
-using Progress = std::function<void(std::string_view table, std::size_t done, std::size_t of)>;
+/// Which cases of a table to measure: told of each one's number, and how many there are.
+using CaseChoice = std::function<bool(std::size_t at, std::size_t of)>;
 
 /// What ours must bear at 1 kHz with no hand and the light hand, up to one period of delay.
 inline constexpr double kRequired_N_per_m = 10e3;
@@ -20,12 +20,12 @@ inline constexpr double kRequired_N_per_m = 10e3;
 inline constexpr double kRequiredMargin = 3;
 
 /// K_crit of the wall by method, device, hand, rate and delay.
-[[nodiscard]] std::vector<Record> measureCritical(Scope scope, const Progress& progress);
+[[nodiscard]] std::vector<Record> measureCritical(Scope scope, const CaseChoice& isChosen);
 /// Largest stiffness against rendered damping.
-[[nodiscard]] std::vector<Record> measureZWidth(Scope scope, const Progress& progress);
+[[nodiscard]] std::vector<Record> measureZWidth(Scope scope, const CaseChoice& isChosen);
 /// Ours on other grounds than a wall.
-[[nodiscard]] std::vector<Record> measureGrounds(Scope scope, const Progress& progress);
+[[nodiscard]] std::vector<Record> measureGrounds(Scope scope, const CaseChoice& isChosen);
 /// Ours with a device, or a delay, that is not what it is told.
-[[nodiscard]] std::vector<Record> measureRobustness(Scope scope, const Progress& progress);
+[[nodiscard]] std::vector<Record> measureRobustness(Scope scope, const CaseChoice& isChosen);
 
 }  // namespace haptics::eval

@@ -24,14 +24,15 @@ Rest restOnTextureCase(const TextureCase& textureCase, const Texture& texture, c
 
 }  // namespace
 
-std::vector<Record> measureTextureRest(Scope scope, const Progress& progress) {
+std::vector<Record> measureTextureRest(Scope scope, const CaseChoice& isChosen) {
   if (scope == Scope::kShort) return {};
   const std::vector<TextureCase> textureCases = makeTextureCases(kSeed);
   std::vector<Record> records;
+  std::size_t at = 0;
   for (const TextureCase& textureCase : textureCases) {
     const Texture texture = textureOf(textureCase, kReliefHeight_m, kGain);
     for (const DevicePreset& device : devicePresets()) {
-      progress("textures", records.size(), textureCases.size() * devicePresets().size());
+      if (!isChosen(at++, textureCases.size() * devicePresets().size())) continue;
       const Rest rest = restOnTextureCase(textureCase, texture, device);
       records.push_back({{"method", kOursMethod},
                          {"scene", "texture_" + textureCase.name},

@@ -243,32 +243,54 @@ void printRow(const Record& r) {
   std::fflush(stdout);
 }
 
+/// A part is a tool in a scene.
+class ToolWalkSweep : public Sweep {
+ public:
+  ToolWalkSweep(const WalkOptions& options, std::filesystem::path out)
+      : options_(options), out_(std::move(out)), sources_(chosenWalkScenes(options.models, options.scene)) {
+    std::erase_if(sources_, &WalkSceneSource::winding);
+    if (sources_.empty()) throw std::invalid_argument("--scene: no tool walks over " + options.scene);
+    if (options.ticks < static_cast<std::int64_t>(size()))
+      throw std::invalid_argument("--ticks: give at least " + std::to_string(size()) + ", one for each scene and tool");
+  }
+
+  [[nodiscard]] std::size_t size() const override { return sources_.size() * shapes_.size(); }
+
+  [[nodiscard]] Record run(std::size_t part) override {
+    const WalkSceneSource& source = sources_[part / shapes_.size()];
+    const std::size_t shape = part % shapes_.size();
+    Random random(options_.seed * kMaxWalks + source.number);
+    const WalkScene scene = makeWalkScene(source, random, true);
+    for (std::size_t i = 0; i < shape; ++i) static_cast<void>(random.below(kWalkSeeds));
+    ToolWalk walk(scene, shapes_[shape], Random(static_cast<std::uint64_t>(random.below(kWalkSeeds))));
+    const std::int64_t ticks = options_.ticks / static_cast<std::int64_t>(size());
+    for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick();
+    return recordOf(source.name, shapes_[shape], options_.seed, walk);
+  }
+
+  void print(std::size_t part, const Record& record) override {
+    if (part == 0) printHead();
+    printRow(record);
+  }
+
+  [[nodiscard]] bool finish(const std::vector<Record>& records) override {
+    writeRecords(out_, "walk", records);
+    return std::ranges::all_of(records, [](const Record& record) { return record.at("pass").get<bool>(); });
+  }
+
+ private:
+  static constexpr int kWalkSeeds = 1 << 30;
+
+  WalkOptions options_;
+  std::filesystem::path out_;
+  std::vector<WalkSceneSource> sources_;
+  std::array<ToolShape, 2> shapes_ = toolShapes();
+};
+
 }  // namespace
 
-bool runToolWalk(const WalkOptions& options, const std::filesystem::path& out) {
-  std::vector<WalkSceneSource> sources = chosenWalkScenes(options.models, options.scene);
-  std::erase_if(sources, &WalkSceneSource::winding);
-  if (sources.empty()) throw std::invalid_argument("--scene: no tool walks over " + options.scene);
-  const auto shapes = toolShapes();
-  const auto walks = static_cast<std::int64_t>(sources.size() * shapes.size());
-  if (options.ticks < walks)
-    throw std::invalid_argument("--ticks: give at least " + std::to_string(walks) + ", one for each scene and tool");
-  std::vector<Record> records;
-  bool pass = true;
-  printHead();
-  for (const WalkSceneSource& source : sources) {
-    Random random(options.seed * kMaxWalks + source.number);
-    const WalkScene scene = makeWalkScene(source, random, true);
-    for (const ToolShape& shape : shapes) {
-      ToolWalk walk(scene, shape, Random(static_cast<std::uint64_t>(random.below(1 << 30))));
-      for (std::int64_t tick = 0; tick < options.ticks / walks; ++tick) walk.tick();
-      records.push_back(recordOf(source.name, shape, options.seed, walk));
-      printRow(records.back());
-      pass = pass && walk.counts().pass();
-    }
-  }
-  writeRecords(out, "walk", records);
-  return pass;
+std::unique_ptr<Sweep> makeToolWalkSweep(const WalkOptions& options, const std::filesystem::path& out) {
+  return std::make_unique<ToolWalkSweep>(options, out);
 }
 
 }  // namespace haptics::eval

@@ -11,10 +11,9 @@ namespace haptics::eval {
 /// contact core: is a point of the tool inside a body, or a sharp point of a body inside the tool (rays over triangles
 /// without connectivity; all of them in every kToolJudgedEvery-th tick). In every tick: is anything not finite, does the
 /// tick spend more than its allowance, do spring and torsion together hold more energy than the hand's motion can have
-/// given them, and is a step of the torque one that the same tick in many parts makes too. Prints a table, writes
-/// DIR/walk.json. Of `options`, `method` is not used.
-/// @return Whether every walk passed. Throws as runWalk() does.
-[[nodiscard]] bool runToolWalk(const WalkOptions& options, const std::filesystem::path& out);
+/// given them, and is a step of the torque one that the same tick in many parts makes too. Its finish() writes
+/// DIR/walk.json, and says whether every walk passed. Of `options`, `method` is not used. Throws as makeWalkSweep() does.
+[[nodiscard]] std::unique_ptr<Sweep> makeToolWalkSweep(const WalkOptions& options, const std::filesystem::path& out);
 
 inline constexpr int kToolJudgedEvery = 23;
 

@@ -4,6 +4,9 @@
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/eval/methods.h"
 #include "tests/eval/random_motion.h"
@@ -75,7 +78,7 @@ struct Counts {
 /// A method, a HIP and the judges in one scene.
 class Walk {
  public:
-  Walk(const WalkScene& scene, Renderer& method, Random random, std::ofstream& episodes)
+  Walk(const WalkScene& scene, Renderer& method, Random random, std::string& episodes)
       : scene_(scene),
         method_(method),
         wanderer_(scene.soup, random),
@@ -138,7 +141,7 @@ class Walk {
         scene_.name.c_str(), static_cast<long long>(counts_.ticks), hip_.x, hip_.y, hip_.z, felt_.ihip.x, felt_.ihip.y,
         felt_.ihip.z, other.x, other.y, other.z, glm::distance(felt_.ihip, other) * 1e3,
         glm::distance(felt_.ihip, hip_) * 1e3, glm::distance(other, hip_) * 1e3, minimum ? 1 : 0, lost ? 1 : 0);
-    episodes_ << line;
+    episodes_ += line;
     reference_.resume(felt_.ihip, hip_);
   }
 
@@ -159,7 +162,7 @@ class Walk {
   double elsewhere_;  // m
   Vec3 hip_;
   Felt felt_;
-  std::ofstream& episodes_;
+  std::string& episodes_;
   Counts counts_;
 };
 
@@ -183,12 +186,27 @@ Counts walkAmongRandomMotion(const std::string& scene, Renderer& method, Random 
 }
 
 Counts walkOver(const WalkSceneSource& source, Renderer& method, Random random, std::int64_t ticks,
-                std::ofstream& episodes) {
+                std::string& episodes) {
   if (source.winding) return walkAmongRandomMotion(source.name, method, random, ticks);
   const WalkScene scene = makeWalkScene(source, random);
   Walk walk(scene, method, random, episodes);
   for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick();
   return walk.counts();
+}
+
+/// What recordOf() tells.
+Counts countsOf(const Record& r) {
+  return {.ticks = r.at("ticks"),
+          .contact = r.at("contact_ticks"),
+          .notFinite = r.at("not_finite_ticks"),
+          .inside = r.at("inside_ticks"),
+          .insideOnce = r.at("inside_single_ticks"),
+          .heldByNothing = r.at("wrong_side_ticks"),
+          .lost = r.at("lost_contacts"),
+          .waiting = r.at("waiting_ticks"),
+          .episodes = r.at("episodes"),
+          .notMinima = r.at("episodes_not_local_minima"),
+          .referenceEpisodes = r.at("reference_episodes")};
 }
 
 Record recordOf(const std::string& method, const std::string& scene, std::uint64_t seed, const Counts& c) {
@@ -229,34 +247,67 @@ void printRow(const std::string& scene, const Counts& c) {
   std::fflush(stdout);
 }
 
+/// A part is a scene.
+class WalkSweep : public Sweep {
+ public:
+  WalkSweep(const WalkOptions& options, std::filesystem::path out)
+      : options_(options),
+        out_(std::move(out)),
+        method_(findMethod(options.method, methods())),
+        sources_(chosenWalkScenes(options.models, options.scene)) {
+    if (options.ticks < static_cast<std::int64_t>(sources_.size()))
+      throw std::invalid_argument("--ticks: give at least " + std::to_string(sources_.size()) + ", one for each scene");
+  }
+
+  [[nodiscard]] std::size_t size() const override { return sources_.size(); }
+
+  [[nodiscard]] Record run(std::size_t part) override {
+    const WalkSceneSource& source = sources_[part];
+    const Random random(options_.seed * kMaxScenes + source.number);
+    std::string episodes;
+    const std::int64_t ticks = options_.ticks / static_cast<std::int64_t>(sources_.size());
+    const Counts counts = walkOver(source, *method_.make(), random, ticks, episodes);
+    return {{"record", recordOf(options_.method, source.name, options_.seed, counts)}, {"episodes", episodes}};
+  }
+
+  void print(std::size_t part, const Record& result) override {
+    if (part == 0) printHead();
+    printRow(sources_[part].name, countsOf(result.at("record")));
+  }
+
+  [[nodiscard]] bool finish(const std::vector<Record>& results) override {
+    std::ofstream episodes(out_ / "walk_episodes.csv");
+    episodes << "scene,tick,hip_x_m,hip_y_m,hip_z_m,ihip_x_m,ihip_y_m,ihip_z_m,reference_x_m,reference_y_m,"
+                "reference_z_m,apart_mm,depth_mm,reference_depth_mm,local_minimum,lost\n";
+    std::vector<Record> records;
+    Counts all;
+    bool pass = true;
+    for (const Record& result : results) {
+      records.push_back(result.at("record"));
+      const Counts counts = countsOf(records.back());
+      all += counts;
+      pass = pass && counts.pass();
+      episodes << result.at("episodes").get_ref<const std::string&>();
+    }
+    episodes.close();
+    if (!episodes) throw std::runtime_error((out_ / "walk_episodes.csv").string() + ": cannot be written");
+    printRow("all", all);
+    records.push_back(recordOf(options_.method, "all", options_.seed, all));
+    writeRecords(out_, "walk", records);
+    return pass;
+  }
+
+ private:
+  WalkOptions options_;
+  std::filesystem::path out_;
+  const Method& method_;
+  std::vector<WalkSceneSource> sources_;
+};
+
 }  // namespace
 
-bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
-  const Method& method = findMethod(options.method, methods());
-  const std::vector<WalkSceneSource> sources = chosenWalkScenes(options.models, options.scene);
-  const auto scenes = static_cast<std::int64_t>(sources.size());
-  if (options.ticks < scenes)
-    throw std::invalid_argument("--ticks: give at least " + std::to_string(scenes) + ", one for each scene");
-  const std::int64_t ticks = options.ticks / scenes;
-  std::ofstream episodes(out / "walk_episodes.csv");
-  episodes << "scene,tick,hip_x_m,hip_y_m,hip_z_m,ihip_x_m,ihip_y_m,ihip_z_m,reference_x_m,reference_y_m,"
-              "reference_z_m,apart_mm,depth_mm,reference_depth_mm,local_minimum,lost\n";
-  std::vector<Record> records;
-  Counts all;
-  bool pass = true;
-  printHead();
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const Random random(options.seed * kMaxScenes + sources[i].number);
-    const Counts counts = walkOver(sources[i], *method.make(), random, ticks, episodes);
-    printRow(sources[i].name, counts);
-    records.push_back(recordOf(options.method, sources[i].name, options.seed, counts));
-    all += counts;
-    pass = pass && counts.pass();
-  }
-  printRow("all", all);
-  records.push_back(recordOf(options.method, "all", options.seed, all));
-  writeRecords(out, "walk", records);
-  return pass;
+std::unique_ptr<Sweep> makeWalkSweep(const WalkOptions& options, const std::filesystem::path& out) {
+  return std::make_unique<WalkSweep>(options, out);
 }
 
 }  // namespace haptics::eval

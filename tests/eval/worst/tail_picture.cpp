@@ -19,32 +19,39 @@ constexpr std::array kColours{Colour{0.0, 0.447, 0.698}, Colour{0.835, 0.369, 0.
 constexpr std::array<std::string_view, 4> kBaselines{"pseudocode_closed", "god_object", "finite_proxy_1mm",
                                                      "global_closest"};
 
-/// What part of the ticks takes longer than x microseconds, at quantiles that are even on a logarithmic scale.
-std::vector<CurvePoint> survivalOf(Statistics& durations_ns) {
+/// In a panel.
+std::vector<CurvePoint> curveOf(const Tail& tail) {
   std::vector<CurvePoint> points;
-  const double least = 1 / static_cast<double>(durations_ns.count());
-  for (double above = 1; above >= least; above /= std::sqrt(std::sqrt(10.0))) {
-    points.push_back({durations_ns.quantile(1 - above) / 1e3, above, ""});
-  }
-  points.push_back({durations_ns.max() / 1e3, least, ""});
+  for (const auto& [us, part] : tail.survival) points.push_back({us, part, ""});
   return points;
 }
 
 }  // namespace
 
+std::vector<std::pair<double, double>> survivalOf(Statistics& durations_ns) {
+  std::vector<std::pair<double, double>> points;
+  if (durations_ns.empty()) return points;
+  const double least = 1 / static_cast<double>(durations_ns.count());
+  for (double above = 1; above >= least; above /= std::sqrt(std::sqrt(10.0)))
+    points.emplace_back(durations_ns.quantile(1 - above) / 1e3, above);
+  points.emplace_back(durations_ns.max() / 1e3, least);
+  return points;
+}
+
 std::vector<Tail> baselineTails(const std::vector<std::pair<const Family*, Genome>>& worst, int ticks) {
   std::vector<Tail> tails;
   for (const std::string_view name : kBaselines) {
-    Tail& tail = tails.emplace_back(Tail{std::string(name), "baseline", {}});
+    Statistics durations_ns;
     for (const auto& [family, genome] : worst) {
       const auto method = findMethod(name, methods()).make();
-      for (const double ns : playWith(*method, *family->make(genome.scene), genome, ticks)) tail.durations_ns.add(ns);
+      for (const double ns : playWith(*method, *family->make(genome.scene), genome, ticks)) durations_ns.add(ns);
     }
+    tails.push_back({std::string(name), "baseline", survivalOf(durations_ns)});
   }
   return tails;
 }
 
-void drawTails(std::vector<Tail>& tails, double limit_us, const std::filesystem::path& folder) {
+void drawTails(const std::vector<Tail>& tails, double limit_us, const std::filesystem::path& folder) {
   Figure figure;
   figure.title = "How long ticks take where a hunter looks for the slowest";
   char limit[80];
@@ -58,11 +65,11 @@ void drawTails(std::vector<Tail>& tails, double limit_us, const std::filesystem:
   Panel others{
       "baselines, in the worst of ours", "tick, us", "part of the ticks that takes longer", time, part, {}, {}};
   for (std::size_t i = 0; i < tails.size(); ++i) {
-    if (tails[i].durations_ns.empty()) continue;
+    if (tails[i].survival.empty()) continue;
     const bool isOurs = tails[i].method == "ours";
     figure.styles.push_back(
         {tails[i].name, tails[i].method, kColours[i % kColours.size()], isOurs ? Marker::kDisc : Marker::kCross});
-    (isOurs ? ours : others).curves.push_back({figure.styles.size() - 1, survivalOf(tails[i].durations_ns)});
+    (isOurs ? ours : others).curves.push_back({figure.styles.size() - 1, curveOf(tails[i])});
   }
   figure.panels = {ours, others};
   const auto display = orThrow(VirtualDisplay::ensure());

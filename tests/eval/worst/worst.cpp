@@ -35,17 +35,14 @@ class Hunt {
         random_(seed * 1000 + static_cast<std::uint64_t>(&family - families().data())),
         settings_(settings) {}
 
-  [[nodiscard]] double spent_s() const { return spent_s_; }
-  [[nodiscard]] const Found& worst() const { return worst_; }
+  [[nodiscard]] double worst_ns() const { return worst_.ns; }
 
   /// One more genome.
   void goOn() {
-    const auto begin = std::chrono::steady_clock::now();
     Found found{plays_ == 0 || random_.below(4) == 0 ? someGenome() : changed(worst_.genome)};
     measure(found);
     if (found.ns > worst_.ns) worst_ = found;
     ++plays_;
-    spent_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
   [[nodiscard]] std::shared_ptr<const ServoScene> sceneOf(const Genome& genome) {
@@ -145,7 +142,6 @@ class Hunt {
   Play::Settings settings_;
   Found worst_;
   int plays_ = 0;
-  double spent_s_ = 0;
   Statistics durations_ns_;
   std::int64_t allowanceSpent_ = 0;
   std::int64_t units_ = 0;
@@ -170,77 +166,89 @@ void print(const Record& record) {
   std::fflush(stdout);
 }
 
-bool finish(const WorstOptions& options, std::span<const std::unique_ptr<Hunt>> hunts) {
-  std::vector<Record> records;
-  bool good = true;
-  for (const auto& hunt : hunts) {
-    records.push_back(hunt->record());
-    print(records.back());
-    good = good && records.back()["pass"].get<bool>();
-  }
-  writeRecords(options.out, "worst", records);
-  return good;
+Genome genomeOf(const Record& record) {
+  Genome genome;
+  genome.scene = record.at("scene_genes").get<decltype(genome.scene)>();
+  genome.motion = record.at("motion_genes").get<decltype(genome.motion)>();
+  return genome;
 }
 
-/// The worst ticks of an earlier one, once more.
-std::vector<std::unique_ptr<Hunt>> keptHunts(const std::filesystem::path& kept, const Play::Settings& settings) {
-  std::vector<std::unique_ptr<Hunt>> hunts;
-  for (const Record& record : readRecords(kept)) {
-    auto& hunt = hunts.emplace_back(
-        std::make_unique<Hunt>(findFamily(record.at("family").get<std::string>()), WorstOptions{}.seed, settings));
-    Found found;
-    found.genome.scene = record.at("scene_genes").get<decltype(found.genome.scene)>();
-    found.genome.motion = record.at("motion_genes").get<decltype(found.genome.motion)>();
-    hunt->take(found);
-  }
-  return hunts;
+/// The worst tick of an earlier hunt, once more.
+Record again(const Record& kept, const Play::Settings& settings) {
+  Hunt hunt(findFamily(kept.at("family").get<std::string>()), WorstOptions{}.seed, settings);
+  hunt.take({genomeOf(kept)});
+  return hunt.record();
 }
+
+/// A part is a family's hunt, or a tick that an earlier one found.
+class WorstSweep : public Sweep {
+ public:
+  explicit WorstSweep(const WorstOptions& options)
+      : options_(options), settings_{options.rate_Hz, !options.withoutAllowance} {
+    if (options.kept.empty()) {
+      families_ = familiesOf(options);
+    } else {
+      kept_ = readRecords(options.kept);
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const override { return options_.kept.empty() ? families_.size() : kept_.size(); }
+
+  [[nodiscard]] Record run(std::size_t part) override {
+    if (!options_.kept.empty()) return {{"record", again(kept_[part], settings_)}};
+    Hunt hunt(*families_[part], options_.seed, settings_);
+    const auto begin = std::chrono::steady_clock::now();
+    std::chrono::duration<double> gone{}, told{};
+    do {
+      hunt.goOn();
+      gone = std::chrono::steady_clock::now() - begin;
+      if (gone - told < std::chrono::seconds(10)) continue;
+      told = gone;
+      std::fprintf(stderr, "%s: the slowest tick so far takes %.1f us\n", families_[part]->name.data(),
+                   hunt.worst_ns() / 1e3);
+    } while (gone.count() < options_.seconds / static_cast<double>(size()) && !interruption_.came());
+    return {{"record", hunt.record()}, {"survival", survivalOf(hunt.durations_ns())}};
+  }
+
+  void print(std::size_t /*part*/, const Record& result) override { haptics::eval::print(result.at("record")); }
+
+  [[nodiscard]] bool finish(const std::vector<Record>& results) override {
+    std::vector<Record> records;
+    for (const Record& result : results) records.push_back(result.at("record"));
+    writeRecords(options_.out, "worst", records);
+    if (options_.kept.empty()) draw(results);
+    return std::ranges::all_of(records, [](const Record& record) { return record.at("pass").get<bool>(); });
+  }
+
+ private:
+  void draw(const std::vector<Record>& results) const {
+    std::vector<Tail> tails;
+    std::vector<std::pair<const Family*, Genome>> bare;
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      tails.push_back(
+          {std::string(families_[i]->name), "ours", results[i].at("survival").get<decltype(Tail::survival)>()});
+      if (families_[i]->bareShapes) bare.emplace_back(families_[i], genomeOf(results[i].at("record")));
+    }
+    for (Tail& tail : baselineTails(bare, kTicks)) tails.push_back(std::move(tail));
+    drawTails(tails, kWorstTick_us * 1000 / options_.rate_Hz, options_.out);
+  }
+
+  WorstOptions options_;
+  Play::Settings settings_;
+  std::vector<const Family*> families_;
+  std::vector<Record> kept_;
+  Interruption interruption_;
+};
 
 }  // namespace
 
 double worstKeptInstructions(const std::filesystem::path& kept) {
   double most = 0;
-  for (const auto& hunt : keptHunts(kept, {})) most = std::max(most, hunt->record()["instructions"].get<double>());
+  for (const Record& record : readRecords(kept)) most = std::max(most, again(record, {})["instructions"].get<double>());
   if (most == 0) throw std::runtime_error(kept.string() + ": holds no ticks");
   return most;
 }
 
-bool runWorst(const WorstOptions& options) {
-  const Play::Settings settings{options.rate_Hz, !options.withoutAllowance};
-  if (!options.kept.empty()) return finish(options, keptHunts(options.kept, settings));
-  const Interruption interruption;
-  std::vector<std::unique_ptr<Hunt>> hunts;
-  const std::vector<const Family*> chosen = familiesOf(options);
-  for (const Family* family : chosen) hunts.push_back(std::make_unique<Hunt>(*family, options.seed, settings));
-  const auto begin = std::chrono::steady_clock::now();
-  double told_s = 0;
-  while (!interruption.came()) {
-    const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (now_s >= options.seconds) break;
-    if (now_s - told_s >= 10) {
-      told_s = now_s;
-      double worst_ns = 0;
-      for (const auto& hunt : hunts) worst_ns = std::max(worst_ns, hunt->worst().ns);
-      std::fprintf(stderr, "%.0f of %.0f s: the slowest tick so far takes %.1f us\n", now_s, options.seconds,
-                   worst_ns / 1e3);
-    }
-    (*std::ranges::min_element(hunts, {}, [](const auto& hunt) { return hunt->spent_s(); }))->goOn();
-  }
-  const bool good = finish(options, hunts);
-  std::vector<Tail> tails;
-  for (std::size_t i = 0; i < hunts.size(); ++i) {
-    tails.push_back({std::string(chosen[i]->name), "ours", hunts[i]->durations_ns()});
-  }
-  const std::vector<std::pair<const Family*, Genome>> bare = [&] {
-    std::vector<std::pair<const Family*, Genome>> found;
-    for (std::size_t i = 0; i < hunts.size(); ++i) {
-      if (chosen[i]->bareShapes) found.emplace_back(chosen[i], hunts[i]->worst().genome);
-    }
-    return found;
-  }();
-  for (Tail& tail : baselineTails(bare, kTicks)) tails.push_back(std::move(tail));
-  drawTails(tails, kWorstTick_us * 1000 / options.rate_Hz, options.out);
-  return good;
-}
+std::unique_ptr<Sweep> makeWorstSweep(const WorstOptions& options) { return std::make_unique<WorstSweep>(options); }
 
 }  // namespace haptics::eval

@@ -1,0 +1,376 @@
+#include "tests/eval/sweep/nats_sweep.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <thread>
+
+#include "common/hash/content_hash.h"
+#include "tests/eval/sweep/nats_handles.h"
+#include "tests/eval/sweep/sweep_progress.h"
+#include "tests/eval/table1/interruption.h"
+
+namespace haptics::eval {
+namespace {
+
+// Parts are sent to haptic_eval.parts.BUILD.SWEEP, what they came to to haptic_eval.results.SWEEP. A worker that has
+// nothing to do asks haptic_eval.hello whether it may stay.
+constexpr const char* kPartsStream = "HAPTIC_EVAL_PARTS";
+constexpr const char* kParts = "haptic_eval.parts.";
+constexpr const char* kResultsStream = "HAPTIC_EVAL_RESULTS";
+constexpr const char* kResults = "haptic_eval.results.";
+constexpr const char* kHello = "haptic_eval.hello";
+constexpr std::size_t kShortHash = 16;  // digits
+
+using std::chrono::milliseconds;
+constexpr milliseconds kPoll{500};
+/// A worker says so often that it is at work; after the other a part is given to another one.
+constexpr milliseconds kAlive{1000}, kLeft{5000};
+constexpr std::uint64_t kMaxTries = 3;
+/// Without a result or a worker for so long, the user is told how to start one.
+constexpr std::chrono::seconds kNobody{5};
+constexpr std::int64_t kNanoseconds = 1'000'000;                                   // in a millisecond
+constexpr std::int64_t kKept = std::int64_t{7} * 24 * 3600 * 1000 * kNanoseconds;  // results of a sweep nobody ends
+
+struct Connected {
+  NatsConnection connection;
+  JetStream stream;
+};
+
+void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetentionPolicy retention) {
+  jsStreamConfig config;
+  jsStreamConfig_Init(&config);
+  config.Name = name;
+  config.Subjects = &subject;
+  config.SubjectsLen = 1;
+  config.Retention = retention;
+  config.MaxAge = kKept;
+  jsErrCode error{};
+  if (js_AddStream(nullptr, &stream, &config, nullptr, &error) != NATS_OK && error != JSStreamNameExistErr)
+    orThrow(NATS_ERR, std::string("the stream ") + name + " cannot be made; is JetStream on, and not full?");
+}
+
+[[nodiscard]] Connected connect(const NatsServer& nats) {
+  natsOptions* made = nullptr;
+  orThrow(natsOptions_Create(&made), "options");
+  const NatsOptions options(made);
+  orThrow(natsOptions_SetURL(options.get(), nats.url.c_str()), "--nats " + nats.url);
+  orThrow(natsOptions_SetMaxReconnect(options.get(), -1), "options");
+  if (!nats.credentials.empty())
+    orThrow(natsOptions_SetUserCredentialsFromFiles(options.get(), nats.credentials.c_str(), nullptr),
+            "--nats-credentials " + nats.credentials.string());
+  natsConnection* connection = nullptr;
+  orThrow(natsConnection_Connect(&connection, options.get()), "no connection to " + nats.url);
+  Connected connected{NatsConnection(connection), nullptr};
+  jsCtx* stream = nullptr;
+  orThrow(natsConnection_JetStream(&stream, connection, nullptr), "JetStream");
+  connected.stream.reset(stream);
+  ensureStream(*stream, kPartsStream, "haptic_eval.parts.>", js_WorkQueuePolicy);
+  ensureStream(*stream, kResultsStream, "haptic_eval.results.>", js_LimitsPolicy);
+  return connected;
+}
+
+[[nodiscard]] std::string dumped(const Record& record) {
+  return record.dump(-1, ' ', false, Record::error_handler_t::replace);
+}
+
+[[nodiscard]] std::string shortOf(const std::string& hash) { return hash.substr(0, kShortHash); }
+
+[[nodiscard]] std::string thisMachine() {
+  char name[256] = {};
+  return gethostname(name, sizeof name - 1) == 0 ? name : "somewhere";
+}
+
+void purge(jsCtx& stream, const char* name, const std::string& subject) {
+  jsOptions options;
+  jsOptions_Init(&options);
+  options.Stream.Purge.Subject = subject.c_str();
+  orThrow(js_PurgeStream(&stream, name, &options, nullptr), "what is left of the sweep cannot be taken away");
+}
+
+/// The side that gives out parts.
+class Giver {
+ public:
+  Giver(Sweep& sweep, const SweepArguments& arguments, const NatsServer& nats)
+      : sweep_(sweep),
+        arguments_(arguments),
+        url_(nats.url),
+        build_(buildHash()),
+        id_(shortOf(idOf(arguments, build_))),
+        nats_(connect(nats)),
+        results_(sweep.size()) {}
+
+  [[nodiscard]] std::vector<Record> results() {
+    const Interruption interruption;
+    takeEarlierResults();
+    if (left_ > 0) giveParts();
+    natsSubscription* hellos = nullptr;
+    orThrow(natsConnection_SubscribeSync(&hellos, nats_.connection.get(), kHello), kHello);
+    const NatsSubscription hello(hellos);
+    SweepProgress progress(results_.size(), results_.size() - left_);
+    auto lastSign = std::chrono::steady_clock::now();
+    while (left_ > 0) {
+      if (interruption.came()) {
+        purge(*nats_.stream, kPartsStream, partsSubject());
+        throw std::runtime_error("interrupted; the same command goes on with the parts that are left");
+      }
+      if (answerHellos(*hello) || takeResult(kPoll)) lastSign = std::chrono::steady_clock::now();
+      progress.show(results_.size() - left_);
+      if (std::chrono::steady_clock::now() - lastSign > kNobody && !told_) {
+        told_ = true;
+        std::fprintf(stderr, "no worker of this build has been heard of; start some:\n  haptic_eval worker --nats %s\n",
+                     url_.c_str());
+      }
+    }
+    purge(*nats_.stream, kPartsStream, partsSubject());
+    purge(*nats_.stream, kResultsStream, kResults + id_);
+    std::vector<Record> results;
+    for (auto& result : results_) results.push_back(std::move(*result));
+    return results;
+  }
+
+ private:
+  [[nodiscard]] static std::string idOf(const SweepArguments& arguments, const std::string& build) {
+    Hasher hasher;
+    hasher.add(build);
+    for (const std::string& argument : arguments) hasher.add(argument);
+    return hasher.finish().hex();
+  }
+  [[nodiscard]] std::string partsSubject() const { return kParts + shortOf(build_) + '.' + id_; }
+
+  void takeEarlierResults() {
+    left_ = results_.size();
+    jsSubOptions options;
+    jsSubOptions_Init(&options);
+    options.Stream = kResultsStream;
+    options.Ordered = true;
+    natsSubscription* subscription = nullptr;
+    orThrow(js_SubscribeSync(&subscription, nats_.stream.get(), (kResults + id_).c_str(), nullptr, &options, nullptr),
+            "results");
+    subscription_.reset(subscription);
+    while (takeResult(kPoll)) {
+    }
+    if (left_ < results_.size())
+      std::fprintf(stderr, "%zu parts are done already: an earlier run of the same sweep was interrupted\n",
+                   results_.size() - left_);
+  }
+
+  void giveParts() {
+    purge(*nats_.stream, kPartsStream, partsSubject());
+    for (std::size_t part = 0; part < results_.size(); ++part) {
+      if (results_[part]) continue;
+      const std::string text = dumped({{"sweep", id_}, {"build", build_}, {"arguments", arguments_}, {"part", part}});
+      orThrow(js_Publish(nullptr, nats_.stream.get(), partsSubject().c_str(), text.data(),
+                         static_cast<int>(text.size()), nullptr, nullptr),
+              "part " + std::to_string(part) + " was not taken");
+    }
+  }
+
+  /// @return Whether a result came.
+  bool takeResult(milliseconds within) {
+    natsMsg* message = nullptr;
+    if (natsSubscription_NextMsg(&message, subscription_.get(), within.count()) != NATS_OK) return false;
+    const NatsMessage taken(message);
+    const Record result = Record::parse(dataOf(*message), nullptr, false);
+    if (!result.is_object() || !result.contains("part") || !result["part"].is_number_unsigned()) return true;
+    const auto part = result["part"].get<std::size_t>();
+    if (part >= results_.size() || results_[part]) return true;
+    if (!result.contains("result")) {
+      purge(*nats_.stream, kPartsStream, partsSubject());
+      purge(*nats_.stream, kResultsStream, kResults + id_);
+      throw std::runtime_error("part " + std::to_string(part) + " of " + std::to_string(results_.size()) +
+                               " was tried " + std::to_string(kMaxTries) +
+                               " times: " + result.value("failed", "no reason was given"));
+    }
+    results_[part] = result["result"];
+    --left_;
+    return true;
+  }
+
+  /// @return Whether a worker of this build asked.
+  bool answerHellos(natsSubscription& hellos) {
+    bool any = false;
+    natsMsg* message = nullptr;
+    while (natsSubscription_NextMsg(&message, &hellos, 0) == NATS_OK) {
+      const NatsMessage hello(message);
+      const bool isOurs = dataOf(*message).substr(0, build_.size()) == build_;
+      any = any || isOurs;
+      if (natsMsg_GetReply(message) == nullptr) continue;
+      if (!isOurs)
+        std::fprintf(stderr, "a worker of another build is refused: %.*s\n", natsMsg_GetDataLength(message),
+                     natsMsg_GetData(message));
+      const std::string answer =
+          isOurs ? ""
+                 : arguments_.front() + " is run by build " + shortOf(build_) + "; use the same program everywhere";
+      static_cast<void>(
+          natsConnection_PublishString(nats_.connection.get(), natsMsg_GetReply(message), answer.c_str()));
+    }
+    return any;
+  }
+
+  Sweep& sweep_;
+  const SweepArguments& arguments_;
+  std::string url_, build_, id_;
+  Connected nats_;
+  NatsSubscription subscription_;
+  std::vector<std::optional<Record>> results_;
+  std::size_t left_ = 0;
+  bool told_ = false;
+};
+
+/// Says every second that the part is being worked on.
+class KeptAlive {
+ public:
+  explicit KeptAlive(natsMsg& message)
+      : thread_([&message](const std::stop_token& stop) {
+          auto next = std::chrono::steady_clock::now() + kAlive;
+          while (!stop.stop_requested()) {
+            std::this_thread::sleep_for(milliseconds(20));
+            if (std::chrono::steady_clock::now() < next) continue;
+            static_cast<void>(natsMsg_InProgress(&message, nullptr));
+            next += kAlive;
+          }
+        }) {}
+
+ private:
+  std::jthread thread_;
+};
+
+class Worker {
+ public:
+  Worker(const NatsServer& nats, const SweepMaker& makeSweep)
+      : makeSweep_(makeSweep), build_(buildHash()), nats_(connect(nats)) {
+    jsSubOptions options;
+    jsSubOptions_Init(&options);
+    options.Stream = kPartsStream;
+    options.Config.AckPolicy = js_AckExplicit;
+    options.Config.AckWait = kLeft.count() * kNanoseconds;
+    natsSubscription* subscription = nullptr;
+    orThrow(js_PullSubscribe(&subscription, nats_.stream.get(), (kParts + shortOf(build_) + ".*").c_str(),
+                             ("workers-" + shortOf(build_)).c_str(), nullptr, &options, nullptr),
+            "parts");
+    subscription_.reset(subscription);
+  }
+
+  void work() {
+    const Interruption interruption;
+    std::printf("worker of build %s: waiting for parts\n", shortOf(build_).c_str());
+    std::fflush(stdout);
+    while (!interruption.came()) {
+      natsMsgList list{};
+      const natsStatus status = natsSubscription_Fetch(&list, subscription_.get(), 1, kPoll.count(), nullptr);
+      if (status == NATS_OK && list.Count == 1) {
+        runPart(*list.Msgs[0], interruption);
+        natsMsgList_Destroy(&list);
+      } else if (status == NATS_TIMEOUT) {
+        askWhetherToStay();
+      } else {
+        interruption.sleep(1);  // until NATS is back
+      }
+    }
+    std::printf("%zu parts done\n", done_);
+  }
+
+ private:
+  void runPart(natsMsg& message, const Interruption& interruption) {
+    const Record job = Record::parse(dataOf(message), nullptr, false);
+    if (!isJob(job)) {
+      std::fprintf(stderr, "what came is no part of a sweep; it is thrown away\n");
+      static_cast<void>(natsMsg_Term(&message, nullptr));
+      return;
+    }
+    const std::uint64_t tries = deliveriesOf(message);
+    Record result{{"part", job["part"]}};
+    if (tries > kMaxTries) {
+      result["failed"] = "each time the worker ended without a word";
+    } else {
+      try {
+        const KeptAlive alive(message);
+        result["result"] = sweepOf(job["arguments"]).run(job["part"].get<std::size_t>());
+        ++done_;
+      } catch (const std::exception& error) {
+        std::fprintf(stderr, "part %zu: %s\n", job["part"].get<std::size_t>(), error.what());
+        if (tries < kMaxTries) {
+          static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count() * kNanoseconds, nullptr));
+          return;
+        }
+        result["failed"] = thisMachine() + ": " + error.what();
+      }
+    }
+    std::string text = dumped(result);
+    const std::int64_t most = natsConnection_GetMaxPayload(nats_.connection.get());
+    if (static_cast<std::int64_t>(text.size()) > most) {
+      text = dumped({{"part", job["part"]},
+                     {"failed", "its result has " + std::to_string(text.size()) + " bytes, NATS takes " +
+                                    std::to_string(most) + "; raise max_payload, or use --shard"}});
+    }
+    if (send(kResults + job["sweep"].get<std::string>(), text, interruption))
+      static_cast<void>(natsMsg_Ack(&message, nullptr));
+  }
+
+  [[nodiscard]] static bool isJob(const Record& job) {
+    return job.is_object() && job.contains("part") && job["part"].is_number_unsigned() && job.contains("sweep") &&
+           job["sweep"].is_string() && job["sweep"].get<std::string>().size() == kShortHash &&
+           job.contains("arguments") && job["arguments"].is_array();
+  }
+
+  [[nodiscard]] static std::uint64_t deliveriesOf(natsMsg& message) {
+    jsMsgMetaData* data = nullptr;
+    orThrow(natsMsg_GetMetaData(&data, &message), "a part without its number of tries");
+    const std::uint64_t deliveries = data->NumDelivered;
+    jsMsgMetaData_Destroy(data);
+    return deliveries;
+  }
+
+  [[nodiscard]] Sweep& sweepOf(const SweepArguments& arguments) {
+    if (!sweep_ || arguments != arguments_) {
+      sweep_ = makeSweep_(arguments);
+      arguments_ = arguments;
+    }
+    return *sweep_;
+  }
+
+  /// Until it is stored. False: interrupted.
+  [[nodiscard]] bool send(const std::string& subject, const std::string& text, const Interruption& interruption) {
+    while (true) {
+      const natsStatus status = js_Publish(nullptr, nats_.stream.get(), subject.c_str(), text.data(),
+                                           static_cast<int>(text.size()), nullptr, nullptr);
+      if (status == NATS_OK) return true;
+      std::fprintf(stderr, "a result was not stored (%s); trying again\n", natsStatus_GetText(status));
+      interruption.sleep(1);
+      if (interruption.came()) return false;
+    }
+  }
+
+  void askWhetherToStay() {
+    natsMsg* message = nullptr;
+    const std::string hello = build_ + ' ' + thisMachine();
+    if (natsConnection_RequestString(&message, nats_.connection.get(), kHello, hello.c_str(), kPoll.count()) != NATS_OK)
+      return;  // nobody gives out parts now
+    const NatsMessage answer(message);
+    if (natsMsg_GetDataLength(message) > 0)
+      throw std::runtime_error("refused, for this is build " + shortOf(build_) + ": " + std::string(dataOf(*message)));
+  }
+
+  const SweepMaker& makeSweep_;
+  std::string build_;
+  Connected nats_;
+  NatsSubscription subscription_;
+  SweepArguments arguments_;
+  std::unique_ptr<Sweep> sweep_;
+  std::size_t done_ = 0;
+};
+
+}  // namespace
+
+bool runSweepOverNats(Sweep& sweep, const SweepArguments& arguments, const NatsServer& nats) {
+  const std::vector<Record> results = Giver(sweep, arguments, nats).results();
+  for (std::size_t part = 0; part < results.size(); ++part) sweep.print(part, results[part]);
+  return sweep.finish(results);
+}
+
+void workOnSweeps(const NatsServer& nats, const SweepMaker& makeSweep) { Worker(nats, makeSweep).work(); }
+
+}  // namespace haptics::eval
