@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 using openssl::Bio, openssl::Certificate, openssl::Key;
-using Extension = openssl::Handle<X509_EXTENSION, &X509_EXTENSION_free>;
+using Extension = Handle<X509_EXTENSION, &X509_EXTENSION_free>;
 
 /// Begins a day before now: the clocks of two machines differ. Ends when nobody uses this server any more; a stolen
 /// key is answered by making new credentials, not by waiting.
@@ -36,7 +36,7 @@ Certificate selfSigned(EVP_PKEY* key) {
   Certificate certificate(X509_new());
   X509* x = certificate.get();
   require(x != nullptr && X509_set_version(x, X509_VERSION_3) == 1);
-  const openssl::Handle<BIGNUM, &BN_free> serial(BN_new());
+  const Handle<BIGNUM, &BN_free> serial(BN_new());
   require(BN_rand(serial.get(), kSerialBits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1);
   require(BN_to_ASN1_INTEGER(serial.get(), X509_get_serialNumber(x)) != nullptr);
   require(X509_gmtime_adj(X509_getm_notBefore(x), -kValidBefore_s) != nullptr);

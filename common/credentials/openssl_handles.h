@@ -4,19 +4,9 @@
 #include <openssl/evp.h>
 #include <openssl/x509.h>
 
-#include <memory>
+#include "common/handle/handle.h"
 
 namespace haptics::openssl {
-
-template <auto kFree>
-struct FreeWith {
-  template <class T>
-  void operator()(T* object) const noexcept {
-    kFree(object);
-  }
-};
-template <class T, auto kFree>
-using Handle = std::unique_ptr<T, FreeWith<kFree>>;
 
 using Key = Handle<EVP_PKEY, &EVP_PKEY_free>;
 using Certificate = Handle<X509, &X509_free>;

@@ -15,8 +15,8 @@ namespace haptics {
 namespace {
 
 using openssl::Bio, openssl::Certificate, openssl::Key;
-using Context = openssl::Handle<SSL_CTX, &SSL_CTX_free>;
-using Session = openssl::Handle<SSL, &SSL_free>;
+using Context = Handle<SSL_CTX, &SSL_CTX_free>;
+using Session = Handle<SSL, &SSL_free>;
 
 constexpr std::size_t kMaxInARecord_bytes = 16U << 10;
 /// First byte of TLS records: a handshake is what a client begins with; a server may also answer with an alert.

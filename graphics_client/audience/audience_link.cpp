@@ -136,7 +136,7 @@ class RelayedTransport final : public Transport {
     }
   }
 
-  /// All chunks of an asset. One that is not stored, not yet or not any more, is told as unavailable: it is asked for again.
+  /// All chunks of an asset. One that is not stored, not yet or not any more, is said to be unavailable: it is asked for again.
   void fetch(const Wanted& wanted, const std::stop_token& stop) {
     const std::uint64_t first = wanted.offset / kPublishedChunk_bytes;
     std::uint64_t asked = first, arrived = first, total_bytes = 0;

@@ -20,14 +20,6 @@ constexpr std::int64_t kFlushWithin_ms = 2000;
 constexpr std::uint64_t kReadWithin_ns = 3'000'000'000;
 constexpr std::int64_t kSlice_ms = 50;  // between looks at whether to stop
 
-struct DestroyOptions {
-  void operator()(natsOptions* options) const { natsOptions_Destroy(options); }
-};
-struct DestroyMessage {
-  void operator()(natsMsg* message) const { natsMsg_Destroy(message); }
-};
-using Message = std::unique_ptr<natsMsg, DestroyMessage>;
-
 std::string textOf(natsMsg* message) {
   return {natsMsg_GetData(message), static_cast<std::size_t>(natsMsg_GetDataLength(message))};
 }
@@ -63,22 +55,11 @@ natsStatus ask(natsConnection* connection, const StoredQuery& query, const std::
 }
 
 natsStatus apply(natsOptions* options, const NatsOptions& wanted) {
-  const bool secure =
-      wanted.url.starts_with("tls://") || (wanted.credentials && !wanted.credentials->trustedPem.empty());
-  std::vector<natsStatus> steps{
-      natsOptions_SetURL(options, wanted.url.c_str()),    natsOptions_SetName(options, wanted.clientName.c_str()),
-      natsOptions_SetTimeout(options, kConnectWithin_ms), natsOptions_SetAllowReconnect(options, false),
-      natsOptions_SetPingInterval(options, kPing_ms),     natsOptions_SetMaxPingsOut(options, kUnansweredPings)};
-  if (secure) steps.push_back(natsOptions_SetSecure(options, true));
-  if (const auto& own = wanted.credentials) {
-    if (!own->user.empty()) {
-      steps.push_back(natsOptions_SetUserInfo(options, own->user.c_str(), own->password.c_str()));
-    }
-    if (!own->trustedPem.empty()) {
-      steps.push_back(natsOptions_SetCATrustedCertificates(options, own->trustedPem.c_str()));
-    }
-  }
-  for (const natsStatus step : steps) {
+  for (const natsStatus step :
+       {setNatsServer(*options, wanted.url, wanted.credentials),
+        natsOptions_SetName(options, wanted.clientName.c_str()), natsOptions_SetTimeout(options, kConnectWithin_ms),
+        natsOptions_SetAllowReconnect(options, false), natsOptions_SetPingInterval(options, kPing_ms),
+        natsOptions_SetMaxPingsOut(options, kUnansweredPings)}) {
     if (step != NATS_OK) return step;
   }
   return NATS_OK;
@@ -86,25 +67,17 @@ natsStatus apply(natsOptions* options, const NatsOptions& wanted) {
 
 }  // namespace
 
-std::string natsErrorText(natsStatus status) {
-  natsStatus last = NATS_OK;
-  const char* detail = nats_GetLastError(&last);
-  std::string text = natsStatus_GetText(status);
-  if (last == status && detail != nullptr && *detail != '\0') text += " (" + std::string(detail) + ")";
-  return text;
-}
-
 std::optional<NatsMessage> NatsSubscription::next(std::chrono::milliseconds timeout) {
   natsMsg* message = nullptr;
   if (natsSubscription_NextMsg(&message, subscription_.get(), timeout.count()) != NATS_OK) return std::nullopt;
-  const Message owner(message);
+  const nats::Message owner(message);
   return NatsMessage{natsMsg_GetSubject(message), textOf(message)};
 }
 
 Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& options) {
   natsOptions* made = nullptr;
   natsStatus status = natsOptions_Create(&made);
-  const std::unique_ptr<natsOptions, DestroyOptions> owner(made);
+  const nats::Options owner(made);
   std::unique_ptr<NatsConnection> connection(new NatsConnection);
   if (status == NATS_OK) status = apply(made, options);
   if (status == NATS_OK) {
@@ -195,7 +168,7 @@ Result<std::optional<std::string>> NatsConnection::request(const std::string& su
   natsMsg* answer = nullptr;
   const natsStatus status = natsConnection_Request(&answer, connection_, subject.c_str(), bytes.data(),
                                                    static_cast<int>(bytes.size()), timeout.count());
-  const Message owner(answer);
+  const nats::Message owner(answer);
   if (status == NATS_NO_RESPONDERS || status == NATS_TIMEOUT) return std::optional<std::string>();
   if (status != NATS_OK) return refused("NATS subject " + subject, natsErrorText(status));
   return std::optional(textOf(answer));
@@ -244,7 +217,7 @@ Result<void> NatsConnection::readStored(const std::function<std::optional<Stored
     if (asked < taken + kReadAhead && !isLast) continue;
     natsMsg* answer = nullptr;
     const natsStatus status = natsSubscription_NextMsg(&answer, subscribed, kSlice_ms);
-    const Message owner(answer);
+    const nats::Message owner(answer);
     if (status == NATS_TIMEOUT) continue;
     if (status == NATS_NO_RESPONDERS) {
       arrived[taken] = std::nullopt;  // of all that are asked: there is no such stream

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <nats/nats.h>
-
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -15,7 +13,8 @@
 #include <string_view>
 
 #include "common/error/error.h"
-#include "graphics_client/audience/nats_credentials.h"
+#include "common/nats/nats_credentials.h"
+#include "common/nats/nats_handles.h"
 
 namespace haptics {
 
@@ -53,10 +52,7 @@ class NatsSubscription {
   [[nodiscard]] std::optional<NatsMessage> next(std::chrono::milliseconds timeout);
 
  private:
-  struct Destroy {
-    void operator()(natsSubscription* subscription) const { natsSubscription_Destroy(subscription); }
-  };
-  std::unique_ptr<natsSubscription, Destroy> subscription_;
+  nats::Subscription subscription_;
 };
 
 /// A connection to a NATS server, of any thread. It does not connect again: what was under way is unknown then, and its
@@ -102,8 +98,5 @@ class NatsConnection {
   void fail(std::string why);
   void closed();
 };
-
-/// "why (detail)" of what the library last said on this thread.
-[[nodiscard]] std::string natsErrorText(natsStatus status);
 
 }  // namespace haptics

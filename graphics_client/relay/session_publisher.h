@@ -10,6 +10,7 @@
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
 #include "common/mesh/canonical_bytes.h"
+#include "common/nats/nats_handles.h"
 #include "graphics_client/audience/nats_connection.h"
 #include "graphics_client/audience/session_subjects.h"
 #include "graphics_client/audience/stored_session.h"
@@ -61,18 +62,11 @@ class SessionPublisher {
   SessionPublisher(std::unique_ptr<NatsConnection> connection, const SessionSubjects& subjects)
       : connection_(std::move(connection)), subjects_(subjects) {}
 
-  struct DestroyContext {
-    void operator()(jsCtx* context) const { jsCtx_Destroy(context); }
-  };
-  struct DestroySubscription {
-    void operator()(natsSubscription* subscription) const { natsSubscription_Destroy(subscription); }
-  };
-
   std::unique_ptr<NatsConnection> connection_;
   SessionSubjects subjects_;
   std::optional<StoredSession> stored_;
-  std::unique_ptr<natsSubscription, DestroySubscription> claim_;
-  std::unique_ptr<jsCtx, DestroyContext> scene_, assets_;  // apart, so that a commit never waits for room behind assets
+  nats::Subscription claim_;
+  nats::JetStream scene_, assets_;  // apart, so that a commit never waits for room behind assets
 
   // The follower's thread:
   v1::Welcome welcome_;

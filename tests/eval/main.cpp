@@ -65,7 +65,7 @@ struct Arguments {
   bool good = true;  ///< What the verb came to.
 };
 
-/// In as many functions as there are verbs.
+/// Every verb of this program.
 void addVerbs(CLI::App& app, Arguments& arguments);
 
 /// Parses what makes a sweep; it runs nothing.
@@ -89,7 +89,8 @@ std::unique_ptr<Sweep> makeSweep(const SweepArguments& sweep, const std::filesys
 
 void addNats(CLI::App* verb, NatsServer& nats, const char* about) {
   CLI::Option* url = verb->add_option("--nats", nats.url, about)->type_name("URL");
-  verb->add_option("--nats-credentials", nats.credentials, "For NATS, as nsc writes them")
+  verb->add_option("--nats-credentials", nats.credentials,
+                   "For NATS: lines \"user: NAME\" and \"password: TEXT\", and perhaps the certificate to trust")
       ->type_name("FILE")
       ->check(CLI::ExistingFile)
       ->needs(url);
@@ -459,7 +460,7 @@ void addVerbs(CLI::App& app, Arguments& arguments) {
     add(app, arguments);
 }
 
-bool runAsTold(Arguments& arguments, const SweepArguments& sweep) {
+bool runDivided(Arguments& arguments, const SweepArguments& sweep) {
   if (!arguments.nats.url.empty()) return runSweepOverNats(*arguments.sweep, sweep, arguments.nats);
   if (!arguments.shard) return runSweep(*arguments.sweep);
   runShard(*arguments.sweep, *arguments.shard, sweep, *arguments.sweepOut);
@@ -485,7 +486,7 @@ int run(int argc, char** argv) {
   addVerbs(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);
-  if (arguments.sweep) arguments.good = runAsTold(arguments, sweepArguments(argc, argv));
+  if (arguments.sweep) arguments.good = runDivided(arguments, sweepArguments(argc, argv));
   return arguments.good ? 0 : kExitFailed;
 }
 

@@ -1,7 +1,5 @@
 #include "tests/eval/stability/stability.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 
@@ -67,7 +65,6 @@ void printWorst(const char* title, const std::vector<Record>& records, const cha
 }
 
 struct Table {
-  const char* name;
   std::vector<Record> (*measure)(Scope, const CaseChoice&);
   // How its records are printed: those that are worst by this measure. None: not, or in a table of their own.
   const char* title = nullptr;
@@ -84,16 +81,16 @@ std::vector<Record> whole(Scope /*scope*/, const CaseChoice& isChosen) {
 constexpr const char* kOff = "off_ratio";  // beside the measures, when printed
 
 constexpr Table kTables[] = {
-    {"K_crit of the wall", measureCritical},
-    {"theory", whole<compareWithTheory>, "Theory: what the simulated plant bears against what it should", kOff},
-    {"theory of bodies", whole<compareFootings>, "Theory: on a body that moves, on tissue", kOff},
-    {"other grounds", measureGrounds, "Other grounds, ours", "K_crit_over_preset", true},
-    {"held plate", measureHeldTool, "A plate that is held, ours", "K_crit_over_preset", true},
-    {"robustness", measureRobustness, "Mass, friction and delay not as told, ours", "K_crit_over_preset", true},
-    {"press, stroke, lift", measureFidelity, "Press, stroke, lift at the maker's stiffness", "force_error_rms_ratio"},
-    {"energy", measureEnergy, "Energy taken from the hand, least at any time", "least_energy_taken_uJ", true},
-    {"textures", measureTextureRest, "Textures in the light hand, ours", "limit_cycle_um"},
-    {"Z-width", measureZWidth},
+    {measureCritical},
+    {whole<compareWithTheory>, "Theory: what the simulated plant bears against what it should", kOff},
+    {whole<compareFootings>, "Theory: on a body that moves, on tissue", kOff},
+    {measureGrounds, "Other grounds, ours", "K_crit_over_preset", true},
+    {measureHeldTool, "A plate that is held, ours", "K_crit_over_preset", true},
+    {measureRobustness, "Mass, friction and delay not as told, ours", "K_crit_over_preset", true},
+    {measureFidelity, "Press, stroke, lift at the maker's stiffness", "force_error_rms_ratio"},
+    {measureEnergy, "Energy taken from the hand, least at any time", "least_energy_taken_uJ", true},
+    {measureTextureRest, "Textures in the light hand, ours", "limit_cycle_um"},
+    {measureZWidth},
 };
 
 /// A part is a case of a table.
@@ -110,7 +107,7 @@ class StabilitySweep : public Sweep {
         cases = of;
         return false;
       }));
-      for (std::size_t i = 0; i < cases; ++i) parts_.push_back({&table, i, cases});
+      for (std::size_t i = 0; i < cases; ++i) parts_.push_back({&table, i});
     }
   }
 
@@ -122,13 +119,7 @@ class StabilitySweep : public Sweep {
         parts_[part].table->measure(scope_, [&](std::size_t at, std::size_t /*of*/) { return at == chosen; }));
   }
 
-  /// On a terminal one line that is written over.
-  void print(std::size_t part, const Record& /*records*/) override {
-    if (isatty(STDERR_FILENO) == 0) return;
-    const Part& at = parts_[part];
-    std::fprintf(stderr, "\r%-24s %zu of %zu   ", at.table->name, at.number + 1, at.of);
-    if (at.number + 1 == at.of) std::fprintf(stderr, "\r%60s\r", "");
-  }
+  void print(std::size_t /*part*/, const Record& /*records*/) override {}  // tables come when all is there
 
   [[nodiscard]] bool finish(const std::vector<Record>& results) override {
     std::vector<Record> all;
@@ -156,7 +147,7 @@ class StabilitySweep : public Sweep {
  private:
   struct Part {
     const Table* table;
-    std::size_t number, of;
+    std::size_t number;
   };
 
   StabilityOptions options_;

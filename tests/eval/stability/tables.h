@@ -11,7 +11,7 @@ namespace haptics::eval {
 /// How much is measured.
 enum class Scope { kShort, kCoarse, kFull };
 
-/// Which cases of a table to measure: told of each one's number, and how many there are.
+/// Which cases of a table to measure; gets each one's number, and how many there are.
 using CaseChoice = std::function<bool(std::size_t at, std::size_t of)>;
 
 /// What ours must bear at 1 kHz with no hand and the light hand, up to one period of delay.

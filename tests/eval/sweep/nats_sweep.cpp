@@ -8,7 +8,9 @@
 #include <thread>
 
 #include "common/hash/content_hash.h"
-#include "tests/eval/sweep/nats_handles.h"
+#include "common/nats/nats_credentials.h"
+#include "common/nats/nats_handles.h"
+#include "tests/eval/or_throw.h"
 #include "tests/eval/sweep/sweep_progress.h"
 #include "tests/eval/table1/interruption.h"
 
@@ -29,15 +31,24 @@ constexpr milliseconds kPoll{500};
 /// A worker says so often that it is at work; after the other a part is given to another one.
 constexpr milliseconds kAlive{1000}, kLeft{5000};
 constexpr std::uint64_t kMaxTries = 3;
-/// Without a result or a worker for so long, the user is told how to start one.
+/// Without a result or a worker for so long, the user reads how to start one.
 constexpr std::chrono::seconds kNobody{5};
 constexpr std::int64_t kNanoseconds = 1'000'000;                                   // in a millisecond
 constexpr std::int64_t kKept = std::int64_t{7} * 24 * 3600 * 1000 * kNanoseconds;  // results of a sweep nobody ends
 
 struct Connected {
-  NatsConnection connection;
-  JetStream stream;
+  nats::Connection connection;
+  nats::JetStream stream;
 };
+
+/// Throws std::runtime_error with what was wanted and what NATS says.
+void must(natsStatus status, const std::string& what) {
+  if (status != NATS_OK) throw std::runtime_error("NATS: " + what + ": " + natsErrorText(status));
+}
+
+[[nodiscard]] std::string_view dataOf(const natsMsg& message) noexcept {
+  return {natsMsg_GetData(&message), static_cast<std::size_t>(natsMsg_GetDataLength(&message))};
+}
 
 void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetentionPolicy retention) {
   jsStreamConfig config;
@@ -49,23 +60,22 @@ void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetent
   config.MaxAge = kKept;
   jsErrCode error{};
   if (js_AddStream(nullptr, &stream, &config, nullptr, &error) != NATS_OK && error != JSStreamNameExistErr)
-    orThrow(NATS_ERR, std::string("the stream ") + name + " cannot be made; is JetStream on, and not full?");
+    must(NATS_ERR, std::string("the stream ") + name + " cannot be made; is JetStream on, and not full?");
 }
 
-[[nodiscard]] Connected connect(const NatsServer& nats) {
+[[nodiscard]] Connected connect(const NatsServer& server) {
+  std::optional<NatsCredentials> credentials;
+  if (!server.credentials.empty()) credentials = orThrow(readNatsCredentials(server.credentials));
   natsOptions* made = nullptr;
-  orThrow(natsOptions_Create(&made), "options");
-  const NatsOptions options(made);
-  orThrow(natsOptions_SetURL(options.get(), nats.url.c_str()), "--nats " + nats.url);
-  orThrow(natsOptions_SetMaxReconnect(options.get(), -1), "options");
-  if (!nats.credentials.empty())
-    orThrow(natsOptions_SetUserCredentialsFromFiles(options.get(), nats.credentials.c_str(), nullptr),
-            "--nats-credentials " + nats.credentials.string());
+  must(natsOptions_Create(&made), "options");
+  const nats::Options options(made);
+  must(setNatsServer(*options, server.url, credentials), "--nats " + server.url);
+  must(natsOptions_SetMaxReconnect(options.get(), -1), "options");
   natsConnection* connection = nullptr;
-  orThrow(natsConnection_Connect(&connection, options.get()), "no connection to " + nats.url);
-  Connected connected{NatsConnection(connection), nullptr};
+  must(natsConnection_Connect(&connection, options.get()), "no connection to " + server.url);
+  Connected connected{nats::Connection(connection), nullptr};
   jsCtx* stream = nullptr;
-  orThrow(natsConnection_JetStream(&stream, connection, nullptr), "JetStream");
+  must(natsConnection_JetStream(&stream, connection, nullptr), "JetStream");
   connected.stream.reset(stream);
   ensureStream(*stream, kPartsStream, "haptic_eval.parts.>", js_WorkQueuePolicy);
   ensureStream(*stream, kResultsStream, "haptic_eval.results.>", js_LimitsPolicy);
@@ -87,19 +97,19 @@ void purge(jsCtx& stream, const char* name, const std::string& subject) {
   jsOptions options;
   jsOptions_Init(&options);
   options.Stream.Purge.Subject = subject.c_str();
-  orThrow(js_PurgeStream(&stream, name, &options, nullptr), "what is left of the sweep cannot be taken away");
+  must(js_PurgeStream(&stream, name, &options, nullptr), "what is left of the sweep cannot be taken away");
 }
 
 /// The side that gives out parts.
 class Giver {
  public:
-  Giver(Sweep& sweep, const SweepArguments& arguments, const NatsServer& nats)
+  Giver(Sweep& sweep, const SweepArguments& arguments, const NatsServer& server)
       : sweep_(sweep),
         arguments_(arguments),
-        url_(nats.url),
+        url_(server.url),
         build_(buildHash()),
         id_(shortOf(idOf(arguments, build_))),
-        nats_(connect(nats)),
+        nats_(connect(server)),
         results_(sweep.size()) {}
 
   [[nodiscard]] std::vector<Record> results() {
@@ -107,8 +117,8 @@ class Giver {
     takeEarlierResults();
     if (left_ > 0) giveParts();
     natsSubscription* hellos = nullptr;
-    orThrow(natsConnection_SubscribeSync(&hellos, nats_.connection.get(), kHello), kHello);
-    const NatsSubscription hello(hellos);
+    must(natsConnection_SubscribeSync(&hellos, nats_.connection.get(), kHello), kHello);
+    const nats::Subscription hello(hellos);
     SweepProgress progress(results_.size(), results_.size() - left_);
     auto lastSign = std::chrono::steady_clock::now();
     while (left_ > 0) {
@@ -118,8 +128,8 @@ class Giver {
       }
       if (answerHellos(*hello) || takeResult(kPoll)) lastSign = std::chrono::steady_clock::now();
       progress.show(results_.size() - left_);
-      if (std::chrono::steady_clock::now() - lastSign > kNobody && !told_) {
-        told_ = true;
+      if (std::chrono::steady_clock::now() - lastSign > kNobody && !hasSaidHow_) {
+        hasSaidHow_ = true;
         std::fprintf(stderr, "no worker of this build has been heard of; start some:\n  haptic_eval worker --nats %s\n",
                      url_.c_str());
       }
@@ -147,8 +157,8 @@ class Giver {
     options.Stream = kResultsStream;
     options.Ordered = true;
     natsSubscription* subscription = nullptr;
-    orThrow(js_SubscribeSync(&subscription, nats_.stream.get(), (kResults + id_).c_str(), nullptr, &options, nullptr),
-            "results");
+    must(js_SubscribeSync(&subscription, nats_.stream.get(), (kResults + id_).c_str(), nullptr, &options, nullptr),
+         "results");
     subscription_.reset(subscription);
     while (takeResult(kPoll)) {
     }
@@ -162,9 +172,9 @@ class Giver {
     for (std::size_t part = 0; part < results_.size(); ++part) {
       if (results_[part]) continue;
       const std::string text = dumped({{"sweep", id_}, {"build", build_}, {"arguments", arguments_}, {"part", part}});
-      orThrow(js_Publish(nullptr, nats_.stream.get(), partsSubject().c_str(), text.data(),
-                         static_cast<int>(text.size()), nullptr, nullptr),
-              "part " + std::to_string(part) + " was not taken");
+      must(js_Publish(nullptr, nats_.stream.get(), partsSubject().c_str(), text.data(), static_cast<int>(text.size()),
+                      nullptr, nullptr),
+           "part " + std::to_string(part) + " was not taken");
     }
   }
 
@@ -172,7 +182,7 @@ class Giver {
   bool takeResult(milliseconds within) {
     natsMsg* message = nullptr;
     if (natsSubscription_NextMsg(&message, subscription_.get(), within.count()) != NATS_OK) return false;
-    const NatsMessage taken(message);
+    const nats::Message taken(message);
     const Record result = Record::parse(dataOf(*message), nullptr, false);
     if (!result.is_object() || !result.contains("part") || !result["part"].is_number_unsigned()) return true;
     const auto part = result["part"].get<std::size_t>();
@@ -194,7 +204,7 @@ class Giver {
     bool any = false;
     natsMsg* message = nullptr;
     while (natsSubscription_NextMsg(&message, &hellos, 0) == NATS_OK) {
-      const NatsMessage hello(message);
+      const nats::Message hello(message);
       const bool isOurs = dataOf(*message).substr(0, build_.size()) == build_;
       any = any || isOurs;
       if (natsMsg_GetReply(message) == nullptr) continue;
@@ -214,10 +224,10 @@ class Giver {
   const SweepArguments& arguments_;
   std::string url_, build_, id_;
   Connected nats_;
-  NatsSubscription subscription_;
+  nats::Subscription subscription_;
   std::vector<std::optional<Record>> results_;
   std::size_t left_ = 0;
-  bool told_ = false;
+  bool hasSaidHow_ = false;
 };
 
 /// Says every second that the part is being worked on.
@@ -240,17 +250,17 @@ class KeptAlive {
 
 class Worker {
  public:
-  Worker(const NatsServer& nats, const SweepMaker& makeSweep)
-      : makeSweep_(makeSweep), build_(buildHash()), nats_(connect(nats)) {
+  Worker(const NatsServer& server, const SweepMaker& makeSweep)
+      : makeSweep_(makeSweep), build_(buildHash()), nats_(connect(server)) {
     jsSubOptions options;
     jsSubOptions_Init(&options);
     options.Stream = kPartsStream;
     options.Config.AckPolicy = js_AckExplicit;
     options.Config.AckWait = kLeft.count() * kNanoseconds;
     natsSubscription* subscription = nullptr;
-    orThrow(js_PullSubscribe(&subscription, nats_.stream.get(), (kParts + shortOf(build_) + ".*").c_str(),
-                             ("workers-" + shortOf(build_)).c_str(), nullptr, &options, nullptr),
-            "parts");
+    must(js_PullSubscribe(&subscription, nats_.stream.get(), (kParts + shortOf(build_) + ".*").c_str(),
+                          ("workers-" + shortOf(build_)).c_str(), nullptr, &options, nullptr),
+         "parts");
     subscription_.reset(subscription);
   }
 
@@ -318,7 +328,7 @@ class Worker {
 
   [[nodiscard]] static std::uint64_t deliveriesOf(natsMsg& message) {
     jsMsgMetaData* data = nullptr;
-    orThrow(natsMsg_GetMetaData(&data, &message), "a part without its number of tries");
+    must(natsMsg_GetMetaData(&data, &message), "a part without its number of tries");
     const std::uint64_t deliveries = data->NumDelivered;
     jsMsgMetaData_Destroy(data);
     return deliveries;
@@ -349,7 +359,7 @@ class Worker {
     const std::string hello = build_ + ' ' + thisMachine();
     if (natsConnection_RequestString(&message, nats_.connection.get(), kHello, hello.c_str(), kPoll.count()) != NATS_OK)
       return;  // nobody gives out parts now
-    const NatsMessage answer(message);
+    const nats::Message answer(message);
     if (natsMsg_GetDataLength(message) > 0)
       throw std::runtime_error("refused, for this is build " + shortOf(build_) + ": " + std::string(dataOf(*message)));
   }
@@ -357,7 +367,7 @@ class Worker {
   const SweepMaker& makeSweep_;
   std::string build_;
   Connected nats_;
-  NatsSubscription subscription_;
+  nats::Subscription subscription_;
   SweepArguments arguments_;
   std::unique_ptr<Sweep> sweep_;
   std::size_t done_ = 0;
@@ -365,12 +375,12 @@ class Worker {
 
 }  // namespace
 
-bool runSweepOverNats(Sweep& sweep, const SweepArguments& arguments, const NatsServer& nats) {
-  const std::vector<Record> results = Giver(sweep, arguments, nats).results();
+bool runSweepOverNats(Sweep& sweep, const SweepArguments& arguments, const NatsServer& server) {
+  const std::vector<Record> results = Giver(sweep, arguments, server).results();
   for (std::size_t part = 0; part < results.size(); ++part) sweep.print(part, results[part]);
   return sweep.finish(results);
 }
 
-void workOnSweeps(const NatsServer& nats, const SweepMaker& makeSweep) { Worker(nats, makeSweep).work(); }
+void workOnSweeps(const NatsServer& server, const SweepMaker& makeSweep) { Worker(server, makeSweep).work(); }
 
 }  // namespace haptics::eval

@@ -86,9 +86,12 @@ std::string buildHash() {
 
 bool runSweep(Sweep& sweep) {
   std::vector<Record> results;
+  SweepProgress progress(sweep.size());
   for (std::size_t part = 0; part < sweep.size(); ++part) {
     results.push_back(sweep.run(part));
+    progress.clear();
     sweep.print(part, results.back());
+    progress.show(results.size());
   }
   return sweep.finish(results);
 }

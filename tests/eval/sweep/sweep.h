@@ -30,7 +30,7 @@ class Sweep {
   [[nodiscard]] virtual bool finish(const std::vector<Record>& results) = 0;
 };
 
-/// Every number-th part from `index` on, of those counted from 0.
+/// Every count-th part from `index` on; counted from 0.
 struct Shard {
   std::size_t index = 0;
   std::size_t count = 1;

@@ -13,16 +13,20 @@ class SweepProgress {
  public:
   explicit SweepProgress(std::size_t size, std::size_t done = 0) : size_(size), already_(done) {}
 
+  /// Makes room for other text on a terminal.
+  void clear() const {
+    if (onTerminal_) std::fprintf(stderr, "\r%79s\r", "");
+  }
+
   void show(std::size_t done) {
     const auto now = std::chrono::steady_clock::now();
-    const bool onTerminal = isatty(STDERR_FILENO) != 0;
     const std::chrono::duration<double> since = now - shown_;
-    if (done < size_ && since.count() < (onTerminal ? kRedraw_s : kLine_s)) return;
+    if (!onTerminal_ && (done == size_ || since.count() < kLine_s)) return;
     shown_ = now;
     const std::chrono::duration<double> taken = now - begin_;
     const double left_s =
         done > already_ ? taken.count() / static_cast<double>(done - already_) * static_cast<double>(size_ - done) : 0;
-    if (!onTerminal) {
+    if (!onTerminal_) {
       std::fprintf(stderr, "%zu of %zu parts, some %.0f s left\n", done, size_, left_s);
       return;
     }
@@ -34,8 +38,9 @@ class SweepProgress {
 
  private:
   static constexpr int kWidth = 30;
-  static constexpr double kRedraw_s = 0.2, kLine_s = 10;
+  static constexpr double kLine_s = 10;
 
+  const bool onTerminal_ = isatty(STDERR_FILENO) != 0;
   std::size_t size_, already_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now(), shown_ = begin_;
 };

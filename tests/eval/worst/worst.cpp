@@ -198,12 +198,12 @@ class WorstSweep : public Sweep {
     if (!options_.kept.empty()) return {{"record", again(kept_[part], settings_)}};
     Hunt hunt(*families_[part], options_.seed, settings_);
     const auto begin = std::chrono::steady_clock::now();
-    std::chrono::duration<double> gone{}, told{};
+    std::chrono::duration<double> gone{}, said{};
     do {
       hunt.goOn();
       gone = std::chrono::steady_clock::now() - begin;
-      if (gone - told < std::chrono::seconds(10)) continue;
-      told = gone;
+      if (gone - said < std::chrono::seconds(10)) continue;
+      said = gone;
       std::fprintf(stderr, "%s: the slowest tick so far takes %.1f us\n", families_[part]->name.data(),
                    hunt.worst_ns() / 1e3);
     } while (gone.count() < options_.seconds / static_cast<double>(size()) && !interruption_.came());

@@ -1,4 +1,4 @@
-#include "graphics_client/audience/nats_credentials.h"
+#include "common/nats/nats_credentials.h"
 
 #include <fstream>
 #include <iterator>
@@ -32,6 +32,27 @@ Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file) {
     return refused(file.string(), "needs the lines \"user: NAME\" and \"password: TEXT\"");
   }
   return credentials;
+}
+
+natsStatus setNatsServer(natsOptions& options, const std::string& url,
+                         const std::optional<NatsCredentials>& credentials) {
+  natsStatus status = natsOptions_SetURL(&options, url.c_str());
+  const bool hasUser = credentials && !credentials->user.empty();
+  const bool hasTrusted = credentials && !credentials->trustedPem.empty();
+  if (status == NATS_OK && (hasTrusted || url.starts_with("tls://"))) status = natsOptions_SetSecure(&options, true);
+  if (status == NATS_OK && hasUser)
+    status = natsOptions_SetUserInfo(&options, credentials->user.c_str(), credentials->password.c_str());
+  if (status == NATS_OK && hasTrusted)
+    status = natsOptions_SetCATrustedCertificates(&options, credentials->trustedPem.c_str());
+  return status;
+}
+
+std::string natsErrorText(natsStatus status) {
+  natsStatus last = NATS_OK;
+  const char* detail = nats_GetLastError(&last);
+  std::string text = natsStatus_GetText(status);
+  if (last == status && detail != nullptr && *detail != '\0') text += " (" + std::string(detail) + ")";
+  return text;
 }
 
 }  // namespace haptics

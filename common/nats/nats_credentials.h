@@ -1,6 +1,9 @@
 #pragma once
 
+#include <nats/nats.h>
+
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "common/error/error.h"
@@ -16,5 +19,13 @@ struct NatsCredentials {
 
 /// Errors name the file and what is missing in it.
 [[nodiscard]] Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file);
+
+/// A connection with these options is to that server, "nats://HOST:PORT" or "tls://HOST:PORT"; by TLS also where the
+/// credentials say whom to trust.
+[[nodiscard]] natsStatus setNatsServer(natsOptions& options, const std::string& url,
+                                       const std::optional<NatsCredentials>& credentials);
+
+/// "why (detail)" of what the library last said on this thread.
+[[nodiscard]] std::string natsErrorText(natsStatus status);
 
 }  // namespace haptics

@@ -1,4 +1,4 @@
-#include "graphics_client/audience/nats_credentials.h"
+#include "common/nats/nats_credentials.h"
 
 #include <gtest/gtest.h>
 
