@@ -13,7 +13,7 @@ PROJECT = Path(__file__).resolve().parents[2]
 FRONT_PAGE_LINES, FRONT_PAGE_BYTES = 150, 12_000
 TOP_LEVEL = "proto|haptic_server|graphics_client|common|tests|deploy"
 # Of programs that are not ours.
-OTHERS_OPTIONS = {"--benchmark_out"}
+OTHERS_OPTIONS = {"--benchmark_out", "--array"}
 # A build makes them.
 GENERATED = ("build/", "out/")
 EXPECTED = ["README.md", "haptic_server/README.md", "haptic_server/contact/README.md", "haptic_server/surface/README.md",

@@ -48,7 +48,7 @@ class Verb(unittest.TestCase):
 
 class Sweeps(Verb):
     """A verb whose parts are run apart comes to the same, byte for byte."""
-    SWEEP = "failures", "--method", "god_object", "--seeds", "6"
+    SWEEP = "failures", "--method", "god_object", "--seeds", "4"
 
     def start(self, *command, **options):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
@@ -69,19 +69,22 @@ class Sweeps(Verb):
             time.sleep(0.05)
         self.fail("nats-server does not start")
 
-    def whole(self):
-        self.run_well(*self.SWEEP)
-        return (self.out / "failures.json").read_bytes()
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            done = run(*cls.SWEEP, "--out", folder)
+            if done.returncode != 0:
+                raise AssertionError(done.stdout + done.stderr)
+            cls.whole = (Path(folder) / "failures.json").read_bytes()
 
     def test_shards_come_to_the_same(self):
-        whole = self.whole()
         shards = [self.out / f"failures.shard-{i}-of-3.json" for i in (1, 2, 3)]
         for i in (3, 1, 2):
             self.run_well(*self.SWEEP, "--shard", f"{i}/3")
         merged = self.out / "merged"
         done = run("merge", *map(str, shards[::-1]), "--out", str(merged))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual((merged / "failures.json").read_bytes(), whole)
+        self.assertEqual((merged / "failures.json").read_bytes(), self.whole)
         other = self.out / "other"
         self.assertEqual(run(*self.SWEEP, "--seed", "2", "--shard", "2/3", "--out", str(other)).returncode, 0)
         damaged = self.out / "damaged.json"
@@ -99,7 +102,7 @@ class Sweeps(Verb):
             self.assertIn("the I-th of N", run(*self.SWEEP, "--shard", text).stderr)
 
     def test_workers_come_to_the_same_when_some_are_killed_and_one_comes_late(self):
-        whole, url = self.whole(), self.start_nats()
+        url = self.start_nats()
         out = self.out / "over_nats"
         sweep = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(out))
         workers = [self.start(PROGRAM, "worker", "--nats", url) for _ in range(3)]
@@ -107,13 +110,13 @@ class Sweeps(Verb):
         for worker in workers[:2]:
             worker.kill()
         self.assertEqual(sweep.wait(120), 0, sweep.stdout.read())
-        self.assertEqual((out / "failures.json").read_bytes(), whole)
+        self.assertEqual((out / "failures.json").read_bytes(), self.whole)
         workers[2].send_signal(signal.SIGINT)
         self.assertEqual(workers[2].wait(20), 0)
         self.assertRegex(workers[2].stdout.read(), r"[1-9]\d* parts done")
 
     def test_an_interrupted_sweep_goes_on_where_it_was(self):
-        whole, url = self.whole(), self.start_nats()
+        url = self.start_nats()
         first = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
         worker = self.start(PROGRAM, "worker", "--nats", url)
         time.sleep(1)
@@ -124,7 +127,7 @@ class Sweeps(Verb):
             self.assertIn("interrupted", said)
         again = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
         self.assertEqual(again.wait(120), 0)
-        self.assertEqual((self.out / "failures.json").read_bytes(), whole)
+        self.assertEqual((self.out / "failures.json").read_bytes(), self.whole)
         worker.kill()
 
     def test_a_part_that_cannot_be_run_is_named_after_three_tries(self):

@@ -303,7 +303,7 @@ class Worker {
       } catch (const std::exception& error) {
         std::fprintf(stderr, "part %zu: %s\n", job["part"].get<std::size_t>(), error.what());
         if (tries < kMaxTries) {
-          static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count() * kNanoseconds, nullptr));
+          static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count(), nullptr));
           return;
         }
         result["failed"] = thisMachine() + ": " + error.what();
