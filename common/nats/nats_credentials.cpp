@@ -2,7 +2,9 @@
 
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string_view>
+#include <vector>
 
 namespace haptics {
 
@@ -34,12 +36,17 @@ Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file) {
   return credentials;
 }
 
-natsStatus setNatsServer(natsOptions& options, const std::string& url,
-                         const std::optional<NatsCredentials>& credentials) {
-  natsStatus status = natsOptions_SetURL(&options, url.c_str());
+natsStatus setNatsServers(natsOptions& options, const std::string& urls,
+                          const std::optional<NatsCredentials>& credentials) {
+  std::vector<std::string> split;
+  std::istringstream in(urls);
+  for (std::string url; std::getline(in, url, ',');) split.push_back(std::move(url));
+  std::vector<const char*> servers;
+  for (const std::string& url : split) servers.push_back(url.c_str());
+  natsStatus status = natsOptions_SetServers(&options, servers.data(), static_cast<int>(servers.size()));
   const bool hasUser = credentials && !credentials->user.empty();
   const bool hasTrusted = credentials && !credentials->trustedPem.empty();
-  if (status == NATS_OK && (hasTrusted || url.starts_with("tls://"))) status = natsOptions_SetSecure(&options, true);
+  if (status == NATS_OK && (hasTrusted || urls.starts_with("tls://"))) status = natsOptions_SetSecure(&options, true);
   if (status == NATS_OK && hasUser)
     status = natsOptions_SetUserInfo(&options, credentials->user.c_str(), credentials->password.c_str());
   if (status == NATS_OK && hasTrusted)

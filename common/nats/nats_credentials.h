@@ -20,10 +20,10 @@ struct NatsCredentials {
 /// Errors name the file and what is missing in it.
 [[nodiscard]] Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file);
 
-/// A connection with these options is to that server, "nats://HOST:PORT" or "tls://HOST:PORT"; by TLS also where the
-/// credentials say whom to trust.
-[[nodiscard]] natsStatus setNatsServer(natsOptions& options, const std::string& url,
-                                       const std::optional<NatsCredentials>& credentials);
+/// A connection with these options is to one of these servers, each "nats://HOST:PORT" or "tls://HOST:PORT", with commas
+/// between them; by TLS also where the credentials say whom to trust.
+[[nodiscard]] natsStatus setNatsServers(natsOptions& options, const std::string& urls,
+                                        const std::optional<NatsCredentials>& credentials);
 
 /// "why (detail)" of what the library last said on this thread.
 [[nodiscard]] std::string natsErrorText(natsStatus status);

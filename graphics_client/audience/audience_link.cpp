@@ -17,6 +17,8 @@ namespace {
 
 /// A relay gives a sign 60 times a second, at least once: without one for so long there is none.
 constexpr std::uint64_t kSignWithin_ns = 3'000'000'000;
+/// A sample behind which more than this waits is not looked at: the newest counts, and all came while the session was read.
+constexpr std::size_t kMaxBehindSample = 4;
 /// Between looks at whether to stop.
 constexpr std::chrono::milliseconds kSlice{50};
 
@@ -111,6 +113,7 @@ class RelayedTransport final : public Transport {
   void follow(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (auto message = live_.next(kSlice)) {
+        if (message->subject == subjects_.sample && live_.waiting() > kMaxBehindSample) continue;
         poster_.post([this, message = *std::move(message)] { take(message); });
       } else if (auto why = connection_->failure()) {
         return poster_.post([this, why = why->text()] { close(why); });

@@ -56,7 +56,7 @@ natsStatus ask(natsConnection* connection, const StoredQuery& query, const std::
 
 natsStatus apply(natsOptions* options, const NatsOptions& wanted) {
   for (const natsStatus step :
-       {setNatsServer(*options, wanted.url, wanted.credentials),
+       {setNatsServers(*options, wanted.url, wanted.credentials),
         natsOptions_SetName(options, wanted.clientName.c_str()), natsOptions_SetTimeout(options, kConnectWithin_ms),
         natsOptions_SetAllowReconnect(options, false), natsOptions_SetPingInterval(options, kPing_ms),
         natsOptions_SetMaxPingsOut(options, kUnansweredPings)}) {
@@ -69,9 +69,15 @@ natsStatus apply(natsOptions* options, const NatsOptions& wanted) {
 
 std::optional<NatsMessage> NatsSubscription::next(std::chrono::milliseconds timeout) {
   natsMsg* message = nullptr;
-  if (natsSubscription_NextMsg(&message, subscription_.get(), timeout.count()) != NATS_OK) return std::nullopt;
+  if (natsSubscription_NextMsg(&message, subscription_, timeout.count()) != NATS_OK) return std::nullopt;
   const nats::Message owner(message);
   return NatsMessage{natsMsg_GetSubject(message), textOf(message)};
+}
+
+std::size_t NatsSubscription::waiting() const {
+  int messages = 0;
+  return natsSubscription_GetPending(subscription_, &messages, nullptr) == NATS_OK ? static_cast<std::size_t>(messages)
+                                                                                   : 0;
 }
 
 Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& options) {
@@ -143,12 +149,18 @@ std::optional<Error> NatsConnection::failure() const {
 
 Result<NatsSubscription> NatsConnection::subscribe(const std::string& subject) {
   natsSubscription* made = nullptr;
-  natsStatus status = natsConnection_SubscribeSync(&made, connection_, subject.c_str());
-  NatsSubscription subscription(made);
+  natsStatus status = subscribe(subject, made);
   if (status == NATS_OK) status = natsConnection_FlushTimeout(connection_, kFlushWithin_ms);
   if (status != NATS_OK) return refused("NATS subject " + subject, natsErrorText(status));
   if (auto why = failure()) return tl::unexpected(*std::move(why));
-  return subscription;
+  return NatsSubscription(made);
+}
+
+natsStatus NatsConnection::subscribe(const std::string& subject, natsSubscription*& made) {
+  const natsStatus status = natsConnection_SubscribeSync(&made, connection_, subject.c_str());
+  const std::lock_guard lock(subscribing_);
+  subscriptions_.emplace_back(made);
+  return status;
 }
 
 Result<void> NatsConnection::publish(const std::string& subject, std::string_view bytes) {
@@ -182,11 +194,10 @@ Result<void> NatsConnection::readStored(const std::function<std::optional<Stored
   const std::string inbox = made;
   natsInbox_Destroy(made);
   natsSubscription* subscribed = nullptr;
-  if (const auto status = natsConnection_SubscribeSync(&subscribed, connection_, (inbox + ".*").c_str());
-      status != NATS_OK) {
+  if (const auto status = subscribe(inbox + ".*", subscribed); status != NATS_OK)
     return refused("NATS", natsErrorText(status));
-  }
-  const NatsSubscription answers(subscribed);
+  const std::unique_ptr<natsSubscription, decltype(&natsSubscription_Unsubscribe)> answers(
+      subscribed, &natsSubscription_Unsubscribe);
 
   std::map<std::uint64_t, std::optional<StoredMessage>> arrived;
   std::uint64_t asked = 0, taken = 0;

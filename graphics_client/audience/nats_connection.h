@@ -11,6 +11,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/nats/nats_credentials.h"
@@ -22,7 +23,7 @@ namespace haptics {
 inline constexpr std::string_view kNatsRefusal = "refused: ";
 
 struct NatsOptions {
-  std::string url;  ///< "nats://HOST:PORT", "tls://HOST:PORT".
+  std::string url;  ///< "nats://HOST:PORT", "tls://HOST:PORT", or several of a cluster with commas between them.
   std::optional<NatsCredentials> credentials{};
   std::string clientName;  ///< For the server's log.
 };
@@ -44,15 +45,16 @@ struct StoredQuery {
   std::string subject = {};
 };
 
-/// Messages of one subject wait in it until they are taken.
+/// Messages of one subject wait in it until they are taken. It is the connection's, and of no use after it.
 class NatsSubscription {
  public:
   explicit NatsSubscription(natsSubscription* subscription) : subscription_(subscription) {}
   /// Nothing within the time, or the connection is gone.
   [[nodiscard]] std::optional<NatsMessage> next(std::chrono::milliseconds timeout);
+  [[nodiscard]] std::size_t waiting() const;
 
  private:
-  nats::Subscription subscription_;
+  natsSubscription* subscription_;
 };
 
 /// A connection to a NATS server, of any thread. It does not connect again: what was under way is unknown then, and its
@@ -90,11 +92,15 @@ class NatsConnection {
  private:
   NatsConnection() = default;
   natsConnection* connection_ = nullptr;
+  std::mutex subscribing_;  // guards subscriptions_
+  /// Also those that are not needed any more: libnats 3.4 crashes where one is destroyed while a message for it is read.
+  std::vector<nats::Subscription> subscriptions_;
   mutable std::mutex mutex_;  // guards what follows, which the library's threads set
   std::optional<Error> failure_;
   bool closed_ = false;  // the last that the library calls back with
   std::condition_variable becameClosed_;
 
+  [[nodiscard]] natsStatus subscribe(const std::string& subject, natsSubscription*& made);
   void fail(std::string why);
   void closed();
 };

@@ -35,6 +35,7 @@ SIGINT and SIGTERM end it. Exit status: 0 done, 1 somebody has to change somethi
 struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string credentials, nats, natsCredentials, session;
+  int replicas = 1;
 };
 
 std::atomic<bool> stopRequested{false};
@@ -58,6 +59,7 @@ Result<haptics::RelayOptions> optionsFrom(const Arguments& arguments) {
   auto subjects = haptics::SessionSubjects::of(arguments.session);
   if (!subjects) return tl::unexpected(std::move(subjects).error());
   options.subjects = *std::move(subjects);
+  options.replicas = arguments.replicas;
   options.nats = {.url = arguments.nats, .clientName = "haptic_relay"};
   if (!arguments.natsCredentials.empty()) {
     auto read = haptics::readNatsCredentials(arguments.natsCredentials);
@@ -80,12 +82,17 @@ int main(int argc, char** argv) {
   app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
   app.add_option("--credentials", arguments.credentials, "Of a server that has some: its viewer.credentials")
       ->type_name("FILE");
-  app.add_option("--nats", arguments.nats, "The NATS server, with JetStream")->type_name("URL")->required();
+  app.add_option("--nats", arguments.nats, "The NATS server, with JetStream; several of a cluster with commas")
+      ->type_name("URL")
+      ->required();
   app.add_option("--session", arguments.session, "Name under which it is published: letters, digits, - and _")
       ->type_name("NAME")
       ->required();
   app.add_option("--nats-credentials", arguments.natsCredentials, "Of a NATS server that wants some")
       ->type_name("FILE");
+  app.add_option("--replicas", arguments.replicas, "Servers of a cluster that hold what is stored")
+      ->check(CLI::Range(1, 5))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -69,7 +69,7 @@ Result<void> runRelay(const RelayOptions& options, const std::atomic<bool>& stop
                       const std::function<void(const std::string&)>& say) {
   std::string said;
   while (!stop) {
-    auto publisher = SessionPublisher::open(options.nats, options.subjects);
+    auto publisher = SessionPublisher::open(options.nats, options.subjects, options.replicas);
     const RelayFailure failure = publisher ? Round(options, **publisher, say).run(stop) : publisher.error();
     if (failure.isFinal) return tl::unexpected(failure.why);
     if (stop) break;

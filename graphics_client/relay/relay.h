@@ -19,6 +19,7 @@ struct RelayOptions {
   NatsOptions nats;
   SessionSubjects subjects;
   double sampleRate_Hz = 60;
+  int replicas = 1;  ///< As SessionPublisher::open().
 };
 
 /// Publishes the server's session until `stop` is set; comes back from a loss of either side by itself, with all that was

@@ -43,10 +43,11 @@ RelayFailure failureOf(Error why) {
 }  // namespace
 
 tl::expected<std::unique_ptr<SessionPublisher>, RelayFailure> SessionPublisher::open(const NatsOptions& options,
-                                                                                     const SessionSubjects& subjects) {
+                                                                                     const SessionSubjects& subjects,
+                                                                                     int replicas) {
   auto connection = NatsConnection::open(options);
   if (!connection) return tl::unexpected(failureOf(std::move(connection).error()));
-  std::unique_ptr<SessionPublisher> publisher(new SessionPublisher(*std::move(connection), subjects));
+  std::unique_ptr<SessionPublisher> publisher(new SessionPublisher(*std::move(connection), subjects, replicas));
   for (const auto step : {&SessionPublisher::claim, &SessionPublisher::makeContexts, &SessionPublisher::prepareStreams,
                           &SessionPublisher::readStored}) {
     if (auto failure = (publisher.get()->*step)()) return tl::unexpected(*std::move(failure));
@@ -55,16 +56,13 @@ tl::expected<std::unique_ptr<SessionPublisher>, RelayFailure> SessionPublisher::
 }
 
 SessionPublisher::~SessionPublisher() {
-  claim_.reset();
   if (scene_) {
     jsPubOptions options;
     jsPubOptions_Init(&options);
     options.MaxWait = connection_->failure() ? 1 : kAnswerWithin_ms;
     (void)js_PublishAsyncComplete(scene_.get(), &options);
   }
-  scene_.reset();
-  assets_.reset();
-  connection_.reset();
+  connection_.reset();  // before its subscriptions: NatsConnection says why
 }
 
 /// Asks whether a relay answers for this session, then answers for it.
@@ -137,6 +135,7 @@ std::optional<RelayFailure> SessionPublisher::prepareStreams() {
       config.MaxMsgsPerSubject = one.maxPerSubject;
       config.Discard = js_DiscardNew;
       config.AllowDirect = true;
+      config.Replicas = replicas_;
       status = js_AddStream(&info, scene_.get(), &config, nullptr, &code);
     }
     if (status != NATS_OK) return failureOf("JetStream stream " + one.stream, status, code, natsErrorText(status));

@@ -43,8 +43,9 @@ class SessionPublisher {
 
   /// Makes the streams if they are not there, and reads what they hold. Failed: another relay publishes this session, a
   /// stream is full or may not be written, or NATS does not answer.
+  /// @param replicas  Of streams that it makes: so many servers of a cluster hold them.
   [[nodiscard]] static tl::expected<std::unique_ptr<SessionPublisher>, RelayFailure> open(
-      const NatsOptions& options, const SessionSubjects& subjects);
+      const NatsOptions& options, const SessionSubjects& subjects, int replicas);
   ~SessionPublisher();
   SessionPublisher(const SessionPublisher&) = delete;
   SessionPublisher& operator=(const SessionPublisher&) = delete;
@@ -59,11 +60,12 @@ class SessionPublisher {
   [[nodiscard]] std::optional<RelayFailure> failure() const;
 
  private:
-  SessionPublisher(std::unique_ptr<NatsConnection> connection, const SessionSubjects& subjects)
-      : connection_(std::move(connection)), subjects_(subjects) {}
+  SessionPublisher(std::unique_ptr<NatsConnection> connection, const SessionSubjects& subjects, int replicas)
+      : connection_(std::move(connection)), subjects_(subjects), replicas_(replicas) {}
 
   std::unique_ptr<NatsConnection> connection_;
   SessionSubjects subjects_;
+  int replicas_;
   std::optional<StoredSession> stored_;
   nats::Subscription claim_;
   nats::JetStream scene_, assets_;  // apart, so that a commit never waits for room behind assets

@@ -42,7 +42,7 @@ constexpr int kTouchBudget = 64;
 constexpr double kRest = 1e-2;
 /// A pose is gone to if it lowers the energy by at least this part of that of the way to it. Over planes that do not turn it
 /// falls by the whole.
-constexpr double kDescent = 0.5;
+constexpr double kDescent = 0.8;
 /// So many skins farther from the device a pose may be than that: planes lift the points by a skin.
 constexpr double kLifts = 16;
 
@@ -179,15 +179,15 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     double bound = farthestMove(next);
     const Pose end = next;
     double part = 1;
-    while (!canTest(bound, allowance) && part > kMinPart) {
+    bool isThere = canTest(bound, allowance);
+    while (!isThere && part > kMinPart) {
       part /= 2;
       next = interpolate(proxy_, end, part);
+      if (!canTest(farthestMove(next), allowance) || !keepAbovePlanes(coupling, next, allowance)) continue;
       bound = farthestMove(next);
-      if (!canTest(bound, allowance)) continue;
-      static_cast<void>(keepAbovePlanes(coupling, next, allowance));
-      bound = farthestMove(next);
+      isThere = canTest(bound, allowance);
     }
-    if (!canTest(bound, allowance) || (part < 1 && !descends(next, device, coupling))) break;
+    if (!isThere || (part < 1 && !descends(next, device, coupling))) break;
     tried = true;
     if (isClear(bodies, next, bound, allowance)) {
       const double before = energy(proxy_, device, coupling);

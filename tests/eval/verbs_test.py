@@ -4,6 +4,7 @@ import contextlib
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -69,6 +70,11 @@ class Sweeps(Verb):
             time.sleep(0.05)
         self.fail("nats-server does not start")
 
+    @staticmethod
+    def catches_interrupts(process):
+        caught = re.search(r"SigCgt:\s*(\w+)", Path(f"/proc/{process.pid}/status").read_text())
+        return int(caught[1], 16) >> (signal.SIGINT - 1) & 1 or process.poll() is not None
+
     @classmethod
     def setUpClass(cls):
         with tempfile.TemporaryDirectory() as folder:
@@ -119,7 +125,9 @@ class Sweeps(Verb):
         url = self.start_nats()
         first = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
         worker = self.start(PROGRAM, "worker", "--nats", url)
-        time.sleep(1)
+        while not self.catches_interrupts(first):
+            time.sleep(0.01)
+        time.sleep(0.5)
         first.send_signal(signal.SIGINT)
         first.wait(20)
         said = first.stdout.read()

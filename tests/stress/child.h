@@ -29,6 +29,7 @@ class Child {
   [[nodiscard]] pid_t id() const noexcept { return process_; }
   [[nodiscard]] bool alive();
   [[nodiscard]] double resident_MB() const;
+  [[nodiscard]] double processor_s() const;  ///< That it has had, of all cores.
 
  private:
   pid_t process_ = 0;

@@ -141,14 +141,23 @@ nlohmann::ordered_json ages(const Evidence& evidence, const RunPlan& plan) {
 }
 
 Punctuality judgeServo(const Evidence& evidence, const RunPlan& plan) {
+  return judgeServo(evidence.pulses, [&plan](std::uint64_t at_ns) -> std::optional<bool> {
+    if (at_ns < plan.began_ns || at_ns >= plan.end_ns()) return std::nullopt;
+    return plan.attackAt(at_ns);
+  });
+}
+
+Punctuality judgeServo(const std::vector<Auditor::Pulse>& pulses,
+                       const std::function<std::optional<bool>(std::uint64_t)>& isAttack) {
   Punctuality result;
   const Auditor::Pulse* before = nullptr;
   std::uint64_t lifeBegan_ns = 0;
-  for (const Auditor::Pulse& pulse : evidence.pulses) {
+  for (const Auditor::Pulse& pulse : pulses) {
     if (before == nullptr || before->life != pulse.life || pulse.tick < before->tick) lifeBegan_ns = pulse.device_ns;
     const bool settled = 1e-9 * static_cast<double>(pulse.device_ns - lifeBegan_ns) > kWarmUp_s;
-    if (before != nullptr && settled && pulse.device_ns >= plan.began_ns && pulse.device_ns < plan.end_ns()) {
-      MissedTicks& phase = plan.attackAt(pulse.device_ns) ? result.attack : result.quiet;
+    const std::optional<bool> attack = isAttack(pulse.device_ns);
+    if (before != nullptr && settled && attack) {
+      MissedTicks& phase = *attack ? result.attack : result.quiet;
       const std::uint64_t missed = pulse.missedTicks - before->missedTicks;
       phase.ticks += pulse.tick - before->tick;
       phase.missed += missed;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,9 @@ struct Punctuality {
   double pTicks = 1, pBursts = 1;
 };
 [[nodiscard]] Punctuality judgeServo(const Evidence& evidence, const RunPlan& plan);
+/// `isAttack` tells the phase of a tick by when the device was read (monotonic, ns), or that it counts for neither.
+[[nodiscard]] Punctuality judgeServo(const std::vector<Auditor::Pulse>& pulses,
+                                     const std::function<std::optional<bool>(std::uint64_t)>& isAttack);
 
 /// Of one server's life, in MB, from a few seconds after its start.
 [[nodiscard]] double residentGrowth_MB(const Evidence& evidence);

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "common/wire/endpoint.h"
+#include "tests/stress/audience_run.h"
 #include "tests/stress/client.h"
 #include "tests/stress/dribbler.h"
 #include "tests/stress/picture.h"
@@ -14,6 +15,7 @@
 #include "tests/stress/ticks_run.h"
 #include "tests/stress/touch_run.h"
 #include "tests/stress/touch_viewer.h"
+#include "tests/stress/watchers.h"
 
 namespace {
 
@@ -28,10 +30,11 @@ Examples:
   haptic_stress pinch --rtt-ms 200 --loss-pct 5 --seconds 60 --out out
   haptic_stress ticks --rtt-ms 200 --loss-pct 5 --seconds 600 --out out
   haptic_stress touch --viewers 4 --rtt-ms 200 --loss-pct 5 --seconds 300 --out out
+  haptic_stress audience --watchers 500 --nodes 3 --seconds 300 --scene deploy/scenes/demo.scene --out out
 
 As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
 --relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg; touch writes DIR/touch.json, pinch
-DIR/pinch.json, ticks DIR/ticks.json.
+DIR/pinch.json, ticks DIR/ticks.json. audience is all on loopback, and writes DIR/audience.json.
 Exit status: 0 everything holds, 1 something does not (the JSON says what), 2 wrong usage.)";
 
 void addPlan(CLI::App& app, RunPlan& plan) {
@@ -95,6 +98,13 @@ int everyTick(RunPlan plan, const TicksRunOptions& options) {
   return report.at("pass").get<bool>() ? 0 : 1;
 }
 
+int shown(const RunPlan& plan, const AudienceRunOptions& options) {
+  const auto report = runAudience(plan, options);
+  std::ofstream(options.out / "audience.json") << report.dump(2) << '\n';
+  std::printf("%s\n", report.dump(2).c_str());
+  return report.at("pass").get<bool>() ? 0 : 1;
+}
+
 }  // namespace
 
 namespace haptics::stress {
@@ -117,6 +127,8 @@ int main(int argc, char** argv) {
   TouchViewerOptions viewer;
   PinchRunOptions pinch;
   HandLeaderOptions leader;
+  AudienceRunOptions audience;
+  WatchersOptions watchers;
   std::string address, journal, summary;
   bool noViewer = false, viewOnly = false;
   CLI::App app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
@@ -142,6 +154,21 @@ int main(int argc, char** argv) {
   asViewer->add_flag("--udp", viewer.datagrams);
   asLeader->add_option("--hand", leader.hand);
   asLeader->add_option("--from", leader.began_ns);
+  auto* asWatchers = app.add_subcommand("watch")->group("");
+  asWatchers->add_option("--nats", watchers.nats);
+  asWatchers->add_option("--session", watchers.session);
+  asWatchers->add_option("--count", watchers.count);
+  asWatchers->add_option("--summary", summary);
+  auto* asAudience = app.add_subcommand(
+      "audience", "A session is published to many: does the servo notice, are samples young, do all hold the same?");
+  asAudience->add_option("--watchers", audience.watchers, "That hold the session")
+      ->check(CLI::Range(1, 4000))
+      ->capture_default_str();
+  asAudience->add_option("--nodes", audience.nodes, "NATS servers; of three the one that leads the stream is killed")
+      ->check(CLI::Range(1, 5))
+      ->capture_default_str();
+  asAudience->add_option("--kills", audience.kills, "Of the relay")->check(CLI::Range(0, 1000))->capture_default_str();
+  asAudience->add_option("--scene", audience.scene, "That is published")->required()->check(CLI::ExistingFile);
   auto* asPinch = app.add_subcommand(
       "pinch", "Two clients lead a hand each, which pinch a brick and lift it: is it held, and seen where it is held?");
   asPinch->add_option("--viewers", pinch.viewers, "That look on")->check(CLI::Range(1, 32))->capture_default_str();
@@ -170,6 +197,11 @@ int main(int argc, char** argv) {
       runTouchViewer(viewer);
       return 0;
     }
+    if (asWatchers->parsed()) {
+      watchers.summary = summary;
+      runWatchers(watchers);
+      return 0;
+    }
     if (asLeader->parsed()) {
       leader.server = endpointOrThrow(address);
       runHandLeader(leader);
@@ -177,6 +209,11 @@ int main(int argc, char** argv) {
     }
     if (options.out.empty()) options.out = "out";
     options.out = std::filesystem::absolute(options.out);
+    if (asAudience->parsed()) {
+      audience.out = options.out;
+      if (app.count("--edits") == 0) plan.edits_Hz = 2;
+      return shown(plan, audience);
+    }
     if (asPinch->parsed()) {
       pinch.out = options.out;
       pinch.relay = options.relay;

@@ -14,18 +14,30 @@ using Json = nlohmann::ordered_json;
 ServerProcess::ServerProcess(const Network& network, const std::filesystem::path& out, const std::string& sceneText,
                              const std::vector<std::string>& options)
     : out_(out) {
-  const auto scene = out / "stress.scene", log = out / "server.log";
+  start(network.serverHost() + ":0", sceneText, options, [&network] { network.enterServerSide(); });
+}
+
+ServerProcess::ServerProcess(const std::filesystem::path& out, const std::string& sceneText,
+                             const std::vector<std::string>& options, std::uint16_t port)
+    : out_(out) {
+  start("127.0.0.1:" + std::to_string(port), sceneText, options, [] {});
+}
+
+void ServerProcess::start(const std::string& listen, const std::string& sceneText,
+                          const std::vector<std::string>& options, const std::function<void()>& prepare) {
+  const auto scene = out_ / "stress.scene", log = out_ / "server.log";
+  std::filesystem::remove(log);  // of a server before
   std::ofstream(scene) << sceneText;
   std::vector<std::string> command{(self().parent_path() / "haptic_server").string(),
                                    "--scene",
                                    scene.string(),
                                    "--summary",
-                                   (out / "server.json").string(),
+                                   (out_ / "server.json").string(),
                                    "--allow-insecure-lan",
                                    "--listen",
-                                   network.serverHost() + ":0"};
+                                   listen};
   command.insert(command.end(), options.begin(), options.end());
-  process_ = Child(command, log, [&network] { network.enterServerSide(); });
+  process_ = Child(command, log, prepare);
   std::optional<std::string> where;
   waitUntil(kPatience_s, "the server listens: see " + log.string(),
             [&] { return (where = lineOf(log, "listening on ")) || !process_.alive(); });

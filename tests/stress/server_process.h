@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -19,6 +20,9 @@ class ServerProcess {
   /// Until it listens. Throws std::runtime_error where it does not.
   ServerProcess(const Network& network, const std::filesystem::path& out, const std::string& sceneText,
                 const std::vector<std::string>& options = {});
+  /// On loopback; port 0: any.
+  ServerProcess(const std::filesystem::path& out, const std::string& sceneText, const std::vector<std::string>& options,
+                std::uint16_t port);
 
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
   /// Throws std::runtime_error where it has ended by itself.
@@ -29,6 +33,9 @@ class ServerProcess {
   [[nodiscard]] nlohmann::ordered_json summary() const;
 
  private:
+  void start(const std::string& listen, const std::string& sceneText, const std::vector<std::string>& options,
+             const std::function<void()>& prepare);
+
   std::filesystem::path out_;
   Child process_;
   std::uint16_t port_ = 0;

@@ -69,7 +69,7 @@ void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetent
   natsOptions* made = nullptr;
   must(natsOptions_Create(&made), "options");
   const nats::Options options(made);
-  must(setNatsServer(*options, server.url, credentials), "--nats " + server.url);
+  must(setNatsServers(*options, server.url, credentials), "--nats " + server.url);
   must(natsOptions_SetMaxReconnect(options.get(), -1), "options");
   natsConnection* connection = nullptr;
   must(natsConnection_Connect(&connection, options.get()), "no connection to " + server.url);
@@ -118,7 +118,7 @@ class Giver {
     if (left_ > 0) giveParts();
     natsSubscription* hellos = nullptr;
     must(natsConnection_SubscribeSync(&hellos, nats_.connection.get(), kHello), kHello);
-    const nats::Subscription hello(hellos);
+    hellos_.reset(hellos);
     SweepProgress progress(results_.size(), results_.size() - left_);
     auto lastSign = std::chrono::steady_clock::now();
     while (left_ > 0) {
@@ -126,7 +126,7 @@ class Giver {
         purge(*nats_.stream, kPartsStream, partsSubject());
         throw std::runtime_error("interrupted; the same command goes on with the parts that are left");
       }
-      if (answerHellos(*hello) || takeResult(kPoll)) lastSign = std::chrono::steady_clock::now();
+      if (answerHellos(*hellos) || takeResult(kPoll)) lastSign = std::chrono::steady_clock::now();
       progress.show(results_.size() - left_);
       if (std::chrono::steady_clock::now() - lastSign > kNobody && !hasSaidHow_) {
         hasSaidHow_ = true;
@@ -223,8 +223,9 @@ class Giver {
   Sweep& sweep_;
   const SweepArguments& arguments_;
   std::string url_, build_, id_;
+  nats::Subscription subscription_,
+      hellos_;  // outlive the connection: libnats 3.4 crashes on a message for one that is gone
   Connected nats_;
-  nats::Subscription subscription_;
   std::vector<std::optional<Record>> results_;
   std::size_t left_ = 0;
   bool hasSaidHow_ = false;
@@ -366,8 +367,8 @@ class Worker {
 
   const SweepMaker& makeSweep_;
   std::string build_;
+  nats::Subscription subscription_;  // outlives the connection, as the giver's
   Connected nats_;
-  nats::Subscription subscription_;
   SweepArguments arguments_;
   std::unique_ptr<Sweep> sweep_;
   std::size_t done_ = 0;

@@ -141,8 +141,10 @@ class ToolWalk {
     const auto whole = static_cast<double>(config_.allowance().left());
     const double part = 1 - static_cast<double>(result.contact.work.allowance.left()) / whole;
     counts_.largestPart = std::max(counts_.largestPart, part);
-    // A query ends at the first triangles that pass it.
-    counts_.overspent += part > 1 + Allowance::kQuery * 8 / whole ? 1 : 0;
+    // A query ends with the leaves of the node in which it passes it.
+    constexpr std::int64_t kLast = Allowance::kQuery + Allowance::kNode +
+                                   Allowance::kTriangle * BoundingHierarchy::kWidth * BoundingHierarchy::kLeafTriangles;
+    counts_.overspent += part > 1 + kLast / whole ? 1 : 0;
   }
 
   /// On planes that hold it the proxy moves no farther than the device does, measured by the coupling's energy: the torque
