@@ -10,8 +10,9 @@ namespace haptics::stress {
 struct AudienceRunOptions {
   std::filesystem::path out, scene;
   int watchers = 500;
-  int nodes = 1;   ///< NATS servers; with three a stream's leader is killed in the end.
-  int kills = 10;  ///< Of the relay.
+  int viewers = 8;  ///< Of them, as WatchersOptions.
+  int nodes = 1;    ///< NATS servers; with three a stream's leader is killed in the end.
+  int kills = 10;   ///< Of the relay.
 };
 
 /// A server's session is published to an audience, in turns with times without relay and audience of the same length, while

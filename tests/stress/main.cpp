@@ -158,11 +158,15 @@ int main(int argc, char** argv) {
   asWatchers->add_option("--nats", watchers.nats);
   asWatchers->add_option("--session", watchers.session);
   asWatchers->add_option("--count", watchers.count);
+  asWatchers->add_option("--viewers", watchers.viewers);
   asWatchers->add_option("--summary", summary);
   auto* asAudience = app.add_subcommand(
       "audience", "A session is published to many: does the servo notice, are samples young, do all hold the same?");
   asAudience->add_option("--watchers", audience.watchers, "That hold the session")
       ->check(CLI::Range(1, 4000))
+      ->capture_default_str();
+  asAudience->add_option("--viewers", audience.viewers, "Of the watchers, those that hold all assets as well")
+      ->check(CLI::Range(0, 100))
       ->capture_default_str();
   asAudience->add_option("--nodes", audience.nodes, "NATS servers; of three the one that leads the stream is killed")
       ->check(CLI::Range(1, 5))

@@ -16,10 +16,11 @@ inline constexpr std::size_t kAgeBins = 50'000;
 struct WatchersOptions {
   std::string nats, session;
   int count = 1;
+  int viewers = 0;                ///< Of them, those that hold all assets too, as graphics_client does.
   std::filesystem::path summary;  ///< What they saw, as JSON, at SIGTERM.
 };
 
-/// Many clients in one process, each with a connection of its own that watches a published session and checks every root. It
+/// Many clients in one process, each with a connection of its own, that watch a published session and check every root. It
 /// says on standard output, as allHold() has it, whenever all hold another scene.
 void runWatchers(const WatchersOptions& options);
 

@@ -42,7 +42,7 @@ TEST(AssetContent, ComesBackFromItsBytesWhateverItsKind) {
 TEST(AssetContent, IsRefusedAsAnotherKind) {
   for (const auto& [content, bytes] : oneOfEach()) {
     for (const auto& [other, itsBytes] : oneOfEach()) {
-      if (kindOf(other) != kindOf(content)) EXPECT_FALSE(decodeAsset(kindOf(content), itsBytes));
+      EXPECT_TRUE(kindOf(other) == kindOf(content) || !decodeAsset(kindOf(content), itsBytes));
     }
   }
 }
