@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "common/interruption/interruption.h"
 #include "common/maths/perception.h"
 #include "common/mesh/decimation.h"
 #include "common/mesh/self_intersection_repair.h"
@@ -85,8 +87,13 @@ class Judge {
 
 std::optional<SimplifiedMesh> simplify(const TriMesh& mesh, const CollisionMesh& surface, double error_jnd,
                                        double stiffness_N_per_m) {
+  const std::stop_token stop = Interruptible::token();
+  auto judging = std::async(std::launch::async, [&] {
+    const Interruptible here(stop);
+    return std::make_unique<const Judge>(mesh, surface, error_jnd, stiffness_N_per_m);
+  });
   const Decimation decimation(mesh);
-  const Judge judge(mesh, surface, error_jnd, stiffness_N_per_m);
+  const auto judge = judging.get();
   std::vector<std::size_t> counts;  // finest first
   for (double wanted = static_cast<double>(mesh.triangles.size()) * kStep;
        wanted >= static_cast<double>(std::max(kFewest, decimation.fewest())); wanted *= kStep) {
@@ -101,7 +108,7 @@ std::optional<SimplifiedMesh> simplify(const TriMesh& mesh, const CollisionMesh&
   std::size_t good = 0, bad = counts.size();  // counts before `good` need not be looked at
   while (good < bad) {
     const std::size_t middle = good + (bad - good) / 2;
-    if (auto found = judge.judge(decimation.copyOf(counts[middle]))) {
+    if (auto found = judge->judge(decimation.copyOf(counts[middle]))) {
       best = std::move(found);
       good = middle + 1;
     } else {

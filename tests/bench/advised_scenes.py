@@ -1,6 +1,8 @@
 """What haptic_eval advise makes of scenes: writes the advised scene of each and tries it on other strokes than it was advised by.
 
-usage: advised_scenes.py HAPTIC_EVAL SCENE... >advised_scenes.json
+usage: advised_scenes.py HAPTIC_EVAL SCENE_OR_MESH... >advised_scenes.json
+
+A mesh (OFF, PLY, ...) is felt by itself, 160 mm long and of 800 N/m.
 """
 import json
 import pathlib
@@ -9,10 +11,21 @@ import sys
 import tempfile
 
 
+def scene_of(mesh, folder):
+    """A scene file of one mesh, and the options to read it with."""
+    scene = pathlib.Path(folder, pathlib.Path(mesh).stem + ".scene")
+    scene.write_text(f'operations {{ add {{ name: "{scene.stem}" mesh {{ file: "{pathlib.Path(mesh).name}" '
+                     "largest_extent_m: 0.16 } material { stiffness_N_per_m: 800 } } }\n")
+    return scene, ["--assets", str(pathlib.Path(mesh).parent)]
+
+
 def rows_of(program, scene):
     """A row for each object: its mesh, what it takes in memory and in a tick, before and after, and the verdict."""
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run([program, "advise", scene, "--out", folder + "/out", "--apply", folder + "/advised"],
+        options = []
+        if pathlib.Path(scene).suffix != ".scene":
+            scene, options = scene_of(scene, folder)
+        done = subprocess.run([program, "advise", scene, *options, "--out", folder + "/out", "--apply", folder + "/advised"],
                               capture_output=True, text=True)
         if done.returncode not in (0, 1) or not pathlib.Path(folder, "out", "advise.json").exists():
             raise SystemExit(f"{scene}: {done.stderr}")
