@@ -15,9 +15,9 @@ struct AudienceRunOptions {
   int kills = 10;   ///< Of the relay.
 };
 
-/// A server's session is published to an audience, in turns with times without relay and audience of the same length, while
+/// A server's session is published to an audience, in turns with times of half the length without relay and audience, while
 /// it is edited and the relay is killed; then the server starts anew, and the stream's leader dies. The report, whose "pass"
-/// says whether the servo missed ticks at one rate, samples were young, and all watchers held what the server held. Throws
+/// says whether the servo missed no more ticks with an audience, samples were young, and all watchers held what the server held. Throws
 /// std::runtime_error where it cannot run.
 [[nodiscard]] nlohmann::ordered_json runAudience(const RunPlan& plan, const AudienceRunOptions& options);
 

@@ -23,9 +23,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLook{8};
+constexpr milliseconds kLook{4};
 constexpr milliseconds kBetweenComers{40};  // one after the other, as people come
-constexpr int kLooksPerScene = 6;           // between looks at what all hold
+constexpr int kLooksPerScene = 12;          // between looks at what all hold
 constexpr std::uint64_t kRetryAfter_ns = 500'000'000, kSignWithin_ns = 3'000'000'000;
 constexpr int kMaxHeartbeatsAhead = 3;
 constexpr std::size_t kMaxBehindSample = 4;
