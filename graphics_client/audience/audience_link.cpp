@@ -15,10 +15,6 @@
 namespace haptics {
 namespace {
 
-/// A relay gives a sign 60 times a second, at least once: without one for so long there is none.
-constexpr std::uint64_t kSignWithin_ns = 3'000'000'000;
-/// A sample behind which more than this waits is not looked at: the newest counts, and all came while the session was read.
-constexpr std::size_t kMaxBehindSample = 4;
 /// Between looks at whether to stop.
 constexpr std::chrono::milliseconds kSlice{50};
 

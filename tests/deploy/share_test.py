@@ -75,8 +75,8 @@ class Share(unittest.TestCase):
         if (PROJECT / "build/web/node_modules/fetched-by").exists():
             page = self.wait_for("share", r"^page    (http://\S+)$", share)[1]
             self.assertIn(b"<title>", urllib.request.urlopen(page).read())
-            told = json.load(urllib.request.urlopen(page + "haptics.json"))
-            self.assertEqual(told, {"nats": f"ws://127.0.0.1:{self.port + 1}", "session": "lecture"})
+            config = json.load(urllib.request.urlopen(page + "haptics.json"))
+            self.assertEqual(config, {"nats": f"ws://127.0.0.1:{self.port + 1}", "session": "lecture"})
         os.kill(share.pid, signal.SIGINT)
         self.assertEqual(share.wait(20), 130)
         with self.assertRaises(OSError):

@@ -90,10 +90,4 @@ std::string NatsCluster::killLeaderOf(const std::string& stream) {
   return *leader;
 }
 
-double NatsCluster::processor_s() const {
-  double sum_s = 0;
-  for (const Node& node : nodes_) sum_s += node.process.processor_s();
-  return sum_s;
-}
-
 }  // namespace haptics::stress

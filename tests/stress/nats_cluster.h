@@ -19,7 +19,6 @@ class NatsCluster {
   [[nodiscard]] std::string urls() const;
   /// Kills the node that leads this stream. @return Its name.
   std::string killLeaderOf(const std::string& stream);
-  [[nodiscard]] double processor_s() const;
 
  private:
   struct Node {

@@ -16,6 +16,7 @@
 #include "common/wire/convert.h"
 #include "graphics_client/audience/audience_link.h"
 #include "graphics_client/audience/published_messages.h"
+#include "graphics_client/audience/relayed_session.h"
 #include "graphics_client/audience/stored_session.h"
 
 namespace haptics::stress {
@@ -24,11 +25,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kLook{4};
-constexpr milliseconds kBetweenComers{40};  // one after the other, as people come
-constexpr int kLooksPerScene = 12;          // between looks at what all hold
-constexpr std::uint64_t kRetryAfter_ns = 500'000'000, kSignWithin_ns = 3'000'000'000;
-constexpr int kMaxHeartbeatsAhead = 3;
-constexpr std::size_t kMaxBehindSample = 4;
+constexpr milliseconds kBetweenJoins{2};  // one after the other, as people come
+constexpr int kLooksPerScene = 12;        // between looks at what all hold
+constexpr std::uint64_t kRetryAfter_ns = 500'000'000;
 constexpr int kJoiningThreads = 3;
 
 std::atomic<bool> stopRequested{false};
@@ -121,7 +120,7 @@ class Watcher {
     if (!sample->has_heartbeat()) return true;
     const bool isAhead = sample->heartbeat().revision() > scene_->revision();
     heartbeatsAhead_ = isAhead ? heartbeatsAhead_ + 1 : 0;
-    return heartbeatsAhead_ <= kMaxHeartbeatsAhead;
+    return heartbeatsAhead_ <= RelayedSession::kMaxHeartbeatsAhead;
   }
 
   [[nodiscard]] bool apply(const v1::Commit& message) {
@@ -214,9 +213,8 @@ void runWatchers(const WatchersOptions& options) {
       while (!stop.stop_requested()) {
         for (std::size_t i = first; i < watchers.size() && !stop.stop_requested(); i += kJoiningThreads) {
           watchers[i]->joinIfDue();
-          std::this_thread::sleep_for(kBetweenComers / 20);
+          std::this_thread::sleep_for(kBetweenJoins);
         }
-        std::this_thread::sleep_for(kBetweenComers);
       }
     });
   }
