@@ -14,6 +14,7 @@
 
 #include "common/interruption/interruption.h"
 #include "common/mesh/import.h"
+#include "common/mesh/triangle_distance.h"
 
 namespace haptics {
 namespace {
@@ -27,6 +28,7 @@ struct Traits : OpenMesh::DefaultTraits {
 };
 using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 using Point = Mesh::Point;
+using Corners = std::array<Vec3, 3>;
 using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -34,6 +36,8 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kMinTurnCosine = 0.2;
 /// Twice the area over the square of the longest side, below which a triangle may only become better.
 constexpr double kSliver = 1e-3;
+/// As many as a quadric sums, so that a place off the surface costs as much as the planes that are missed by as far.
+constexpr double kPlanes = 10;
 /// Of the vertices that are left, those that one sweep tries to take away. Larger is quicker, and keeps worse vertices.
 constexpr double kPerSweep = 0.25;
 
@@ -47,12 +51,9 @@ double longestSide_m(const TriMesh& mesh) {
   return std::max({size.x, size.y, size.z});
 }
 
-/// Of a triangle: as long as twice the area.
-Point areaNormal(const std::array<Point, 3>& corner) { return cross(corner[1] - corner[0], corner[2] - corner[0]); }
-
-double shapeOf(const std::array<Point, 3>& corner, double twiceArea) {
-  const double longest = std::max(
-      {(corner[1] - corner[0]).sqrnorm(), (corner[2] - corner[1]).sqrnorm(), (corner[0] - corner[2]).sqrnorm()});
+double shapeOf(const Corners& corner, double twiceArea) {
+  const double longest = std::max({squaredLength(corner[1] - corner[0]), squaredLength(corner[2] - corner[1]),
+                                   squaredLength(corner[0] - corner[2])});
   return twiceArea / longest;
 }
 
@@ -68,6 +69,7 @@ class Decimation::Sweeper {
         exactCost_(std::pow(kExact_of_longest * longestSide_m(source_), 2)) {
     build();
     sumQuadrics();
+    strayed_m_.assign(source_.vertices.size(), 0);
     cost_.assign(source_.vertices.size(), 0);
     alive_.resize(source_.vertices.size());
     std::iota(alive_.begin(), alive_.end(), 0);
@@ -103,6 +105,7 @@ class Decimation::Sweeper {
   Mesh mesh_;
   std::size_t left_ = 0;
   std::vector<Quadric> quadric_;
+  std::vector<double> strayed_m_;  // of each vertex, how far those at most are from it or its faces that it stands for
   std::vector<bool> locked_;
   std::vector<std::uint32_t> alive_;
   std::vector<double> cost_;  // of each vertex, when it was last looked at; kNever until its neighbours change
@@ -128,14 +131,20 @@ class Decimation::Sweeper {
     return !locked_[v] && mesh_.is_manifold(vertex) && !mesh_.is_isolated(vertex);
   }
 
-  [[nodiscard]] std::array<Point, 3> cornersOf(Mesh::FaceHandle face) const {
-    std::array<Point, 3> corners;
+  [[nodiscard]] Vec3 placeOf(Mesh::VertexHandle vertex) const {
+    const Point& place = mesh_.point(vertex);
+    return {place[0], place[1], place[2]};
+  }
+
+  [[nodiscard]] Point normalOf(Mesh::FaceHandle face) const {
+    Corners corners;
     auto halfEdge = mesh_.halfedge_handle(face);
-    for (Point& corner : corners) {
-      corner = mesh_.point(mesh_.to_vertex_handle(halfEdge));
+    for (Vec3& corner : corners) {
+      corner = placeOf(mesh_.to_vertex_handle(halfEdge));
       halfEdge = mesh_.next_halfedge_handle(halfEdge);
     }
-    return corners;
+    const Vec3 normal = glm::normalize(areaNormal(corners));
+    return {normal.x, normal.y, normal.z};
   }
 
   void addPlane(Mesh::VertexHandle vertex, const Point& normal, const Point& place) {
@@ -147,7 +156,7 @@ class Decimation::Sweeper {
     quadric_.resize(source_.vertices.size());
     for (const auto face : mesh_.faces()) {
       interruptionPoint();
-      const Point normal = areaNormal(cornersOf(face)).normalized();
+      const Point normal = normalOf(face);
       for (const auto halfEdge : face.halfedges()) {
         const Point place = mesh_.point(halfEdge.to());
         addPlane(halfEdge.to(), normal, place);
@@ -182,23 +191,43 @@ class Decimation::Sweeper {
     return mesh_.is_collapse_ok(collapse) && keepsShape(from, to);
   }
 
-  /// No triangle turns too far, or gets too thin.
-  [[nodiscard]] bool keepsShape(Mesh::VertexHandle from, Mesh::VertexHandle to) const {
-    const Point place = mesh_.point(to);
+  /// Corners of the faces that stay around a vertex: as they are, and as they are when it has gone to another.
+  template <class Visit>
+  void visitFaces(Mesh::VertexHandle from, Mesh::VertexHandle to, Visit visit) const {
+    const Vec3 place = placeOf(to);
     for (auto at = mesh_.cvoh_iter(from); at.is_valid(); ++at) {
       if (!mesh_.face_handle(*at).is_valid()) continue;
       const auto second = mesh_.to_vertex_handle(*at);
       const auto third = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(*at));
       if (second == to || third == to) continue;
-      const std::array<Point, 3> now{mesh_.point(from), mesh_.point(second), mesh_.point(third)};
-      const std::array<Point, 3> then{place, now[1], now[2]};
-      const Point before = areaNormal(now), after = areaNormal(then);
-      const double areaBefore = before.norm(), areaAfter = after.norm();
-      if (dot(before, after) <= kMinTurnCosine * areaBefore * areaAfter) return false;
-      const double shape = shapeOf(then, areaAfter);
-      if (shape < kSliver && shape <= shapeOf(now, areaBefore)) return false;
+      const Corners now{placeOf(from), placeOf(second), placeOf(third)};
+      if (!visit(now, Corners{place, now[1], now[2]})) return;
     }
-    return true;
+  }
+
+  /// No triangle turns too far, or gets too thin.
+  [[nodiscard]] bool keepsShape(Mesh::VertexHandle from, Mesh::VertexHandle to) const {
+    bool keeps = true;
+    visitFaces(from, to, [&](const Corners& now, const Corners& then) {
+      const Vec3 before = areaNormal(now), after = areaNormal(then);
+      const double areaBefore = glm::length(before), areaAfter = glm::length(after);
+      const double shape = shapeOf(then, areaAfter);
+      const bool turns = glm::dot(before, after) <= kMinTurnCosine * areaBefore * areaAfter;
+      return keeps = !turns && (shape >= kSliver || shape > shapeOf(now, areaBefore));
+    });
+    return keeps;
+  }
+
+  /// How far what `from` stands for is at most from the surface when it has gone.
+  [[nodiscard]] double strayOf(Mesh::HalfedgeHandle collapse) const {
+    const auto from = mesh_.from_vertex_handle(collapse), to = mesh_.to_vertex_handle(collapse);
+    const Vec3 place = placeOf(from);
+    double least = squaredLength(place - placeOf(to));
+    visitFaces(from, to, [&](const Corners&, const Corners& then) {
+      least = std::min(least, squaredDistance(place, then));
+      return true;
+    });
+    return strayed_m_[static_cast<std::size_t>(from.idx())] + std::sqrt(least);
   }
 
   /// The cheapest collapse that is allowed; cost kNever where there is none.
@@ -206,16 +235,23 @@ class Decimation::Sweeper {
     choices_.clear();
     for (auto at = mesh_.cvoh_iter(vertex); at.is_valid(); ++at) choices_.push_back({costOf(*at), *at});
     std::ranges::stable_sort(choices_, {}, &Choice::cost);
+    Choice best{kNever, Mesh::HalfedgeHandle()};
     for (const Choice& choice : choices_) {
-      if (isAllowed(choice.halfEdge)) return choice;
+      if (choice.cost >= best.cost) break;
+      if (!isAllowed(choice.halfEdge)) continue;
+      const double cost = std::max(choice.cost, kPlanes * std::pow(strayOf(choice.halfEdge), 2));
+      if (cost < best.cost) best = {cost, choice.halfEdge};
     }
-    return {kNever, Mesh::HalfedgeHandle()};
+    return best;
   }
 
   void collapse(Mesh::HalfedgeHandle halfEdge) {
     const auto from = mesh_.from_vertex_handle(halfEdge), to = mesh_.to_vertex_handle(halfEdge);
+    const double stray_m = strayOf(halfEdge);
     left_ -= mesh_.is_boundary(mesh_.edge_handle(halfEdge)) ? 1 : 2;
     mesh_.collapse(halfEdge);
+    double& strayed_m = strayed_m_[static_cast<std::size_t>(to.idx())];
+    strayed_m = std::max(strayed_m, stray_m);
     quadric_[static_cast<std::size_t>(to.idx())] += quadric_[static_cast<std::size_t>(from.idx())];
     to_.collapses_.push_back({static_cast<std::uint32_t>(from.idx()), static_cast<std::uint32_t>(to.idx())});
     to_.trianglesAfter_.push_back(static_cast<std::uint32_t>(left_));

@@ -7,6 +7,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/mesh/triangle_distance.h"
+
 namespace haptics {
 namespace {
 
@@ -17,27 +19,6 @@ bool names(const TriangleIndices& triangle, std::uint32_t vertex) {
 }
 
 bool holds(const Numbers& numbers, std::uint32_t n) { return std::binary_search(numbers.begin(), numbers.end(), n); }
-
-Vec3 areaNormal(const std::array<Vec3, 3>& t) { return glm::cross(t[1] - t[0], t[2] - t[0]); }
-
-double squaredDistanceToLine(Vec3 p, Vec3 a, Vec3 b) {
-  const Vec3 along = b - a;
-  const double time = glm::clamp(glm::dot(p - a, along) / squaredLength(along), 0.0, 1.0);
-  return squaredLength(p - a - along * time);
-}
-
-double squaredDistance(Vec3 p, const std::array<Vec3, 3>& t) {
-  const Vec3 normal = areaNormal(t);
-  bool over = true;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 a = t[k], b = t[(k + 1) % 3];
-    over = over && glm::dot(glm::cross(normal, b - a), p - a) >= 0;
-    least = std::min(least, squaredDistanceToLine(p, a, b));
-  }
-  const double height = glm::dot(normal, p - t[0]);
-  return over ? height * height / squaredLength(normal) : least;
-}
 
 /// The normal of the triangle that is not cut and runs along the side the other way.
 std::optional<Vec3> normalBeside(const TriMesh& mesh, const Fans& fans, const Numbers& cut, Side side) {

@@ -63,6 +63,13 @@ std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, const 
 
 std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) { return internContent<MeshAsset>(std::move(mesh)); }
 
+std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh, std::shared_ptr<const CollisionMesh> surface) {
+  auto asset = std::make_shared<MeshAsset>();
+  asset->mesh = std::make_shared<const TriMesh>(std::move(mesh));
+  asset->surface = std::move(surface);
+  return keep(std::move(asset), hashOf(*asset->mesh));
+}
+
 std::shared_ptr<const FieldAsset> AssetStore::intern(SampledField field) {
   return internContent<FieldAsset>(std::move(field));
 }

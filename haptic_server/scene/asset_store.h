@@ -77,6 +77,8 @@ class AssetStore {
   /// The asset with this content; what is built beside it only when no one holds it yet. Any thread: a mesh takes
   /// O(n log n) time in the triangles, in which the thread may be interrupted.
   [[nodiscard]] std::shared_ptr<const MeshAsset> intern(TriMesh mesh);
+  /// @param surface  buildCollisionMesh() of the mesh.
+  [[nodiscard]] std::shared_ptr<const MeshAsset> intern(TriMesh mesh, std::shared_ptr<const CollisionMesh> surface);
   [[nodiscard]] std::shared_ptr<const FieldAsset> intern(SampledField field);
   [[nodiscard]] std::shared_ptr<const VertexValuesAsset> intern(std::vector<float> vertexValues);
   [[nodiscard]] std::shared_ptr<const MovedVerticesAsset> intern(MovedVertices moved);

@@ -84,7 +84,7 @@ Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double st
     mesh->report += "; simplified from " + number(all.triangles.size()) + " triangles to " +
                     number(less->mesh.triangles.size()) + ", force error " + errorText(less->error_jnd) + " of " +
                     errorText(*source.simplifyError);
-    mesh->asset = store_.intern(std::move(less->mesh));
+    mesh->asset = store_.intern(std::move(less->mesh), std::move(less->surface));
   } else {
     mesh->report += "; not simplified: with fewer than its " + number(all.triangles.size()) +
                     " triangles the force error is not below " + errorText(*source.simplifyError);

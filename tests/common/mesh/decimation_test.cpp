@@ -3,12 +3,16 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 #include <stop_token>
 
 #include "common/interruption/interruption.h"
 #include "common/mesh/generators.h"
 #include "common/mesh/import.h"
 #include "common/mesh/topology.h"
+#include "common/mesh/triangle_distance.h"
 
 namespace haptics {
 namespace {
@@ -73,6 +77,23 @@ TEST(Decimation, KeepsTheRimOfASheet) {
   const MeshReport report = topologyOf(decimation.copyOf(2));
   EXPECT_NEAR(report.boxMax_m.x, 0.1, 1e-6);
   EXPECT_NEAR(report.boxMax_m.y, 0.1, 1e-6);
+}
+
+/// Two flat cones on one base: the planes at its sharp rim hardly say where the rim ends.
+TEST(Decimation, KeepsTheRimOfALens) {
+  TriMesh lens = makeSphere(0.05, 32).value();
+  for (Vec3f& v : lens.vertices) v.z = std::copysign(0.01F * std::max(0.F, 0.05F - std::hypot(v.x, v.y)), v.z);
+  const TriMesh copy = Decimation(lens).copyOf(lens.triangles.size() / 20);
+  double farthest_m = 0;
+  for (const Vec3f vertex : lens.vertices) {
+    double squared = std::numeric_limits<double>::infinity();
+    for (const TriangleIndices& t : copy.triangles) {
+      const std::array<Vec3, 3> corner{copy.vertices[t[0]], copy.vertices[t[1]], copy.vertices[t[2]]};
+      squared = std::min(squared, squaredDistance(vertex, corner));
+    }
+    farthest_m = std::max(farthest_m, std::sqrt(squared));
+  }
+  EXPECT_LT(farthest_m, 1e-5);
 }
 
 /// Three fins of fine triangles on one line.

@@ -7,6 +7,7 @@
 
 #include "common/interruption/interruption.h"
 #include "common/mesh/generators.h"
+#include "haptic_server/simplification/fit.h"
 #include "haptic_server/simplification/probe_strokes.h"
 
 namespace haptics {
@@ -62,6 +63,22 @@ TEST(Simplify, LeavesMoreWhereLessMayBeFelt) {
 TEST(Simplify, LeavesNothingOutWhereEachTriangleIsFelt) {
   EXPECT_FALSE(simplified(makeSphere(0.05, 3).value()));
   EXPECT_FALSE(simplified(makeBox(Vec3(0.1), 1).value()));
+}
+
+TEST(Simplify, IsNowhereFartherOffThanTwiceWhatAPressTells) {
+  TriMesh lens = makeSphere(0.05, 48).value();
+  for (Vec3f& v : lens.vertices) v.z *= 0.1F;
+  const auto simple = simplified(lens);
+  ASSERT_TRUE(simple);
+  EXPECT_LT(simple->mesh.triangles.size(), lens.triangles.size() / 2);
+  EXPECT_LE(deviationOf(lens.vertices, *surfaceOf(simple->mesh)), 2 * 0.07 / kStiffness_N_per_m);
+}
+
+TEST(Simplify, HasTheSurfaceOfItsMesh) {
+  const auto simple = simplified(makeBox(Vec3(0.1), 8).value());
+  ASSERT_TRUE(simple);
+  ASSERT_EQ(simple->surface->triangleCount(), simple->mesh.triangles.size());
+  EXPECT_EQ(deviationOf(simple->mesh.vertices, *simple->surface), 0);
 }
 
 TEST(Simplify, OfTheSameMeshIsTheSame) {
