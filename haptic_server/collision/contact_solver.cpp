@@ -161,9 +161,11 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
   const double approach = glm::dot(velocity(c), c.normal) + closing_m_per_s;
   const double pressing =
       std::max(c.pressing_Ns - c.mass_kg[0] * massScale * approach - impulseScale * c.pressing_Ns, 0.0);
-  push(c, (pressing - c.pressing_Ns) * c.normal);
+  if (pressing != c.pressing_Ns) push(c, (pressing - c.pressing_Ns) * c.normal);
   double change = std::abs(pressing - c.pressing_Ns);
   c.pressing_Ns = pressing;
+  const bool isOff = pressing == 0 && c.rubbing_Ns[0] == 0 && c.rubbing_Ns[1] == 0;
+  if (isOff) return change;
 
   const Vec3 sliding = velocity(c);
   double rubbing[2];
