@@ -5,12 +5,15 @@
 #include <limits>
 
 namespace haptics {
+namespace {
 
 double squaredDistanceToSide(Vec3 place, Vec3 from, Vec3 to) {
   const Vec3 along = to - from;
   const double part = glm::clamp(glm::dot(place - from, along) / squaredLength(along), 0.0, 1.0);
   return squaredLength(place - from - along * part);
 }
+
+}  // namespace
 
 double squaredDistance(Vec3 place, const std::array<Vec3, 3>& corner) {
   const Vec3 normal = areaNormal(corner);

@@ -11,9 +11,7 @@ namespace haptics {
   return glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
 }
 
-[[nodiscard]] double squaredDistanceToSide(Vec3 place, Vec3 from, Vec3 to);
-
-/// Of a triangle that has an area.
+/// Of a place from a triangle that has an area; m^2 where both are in m, in one frame.
 [[nodiscard]] double squaredDistance(Vec3 place, const std::array<Vec3, 3>& corner);
 
 }  // namespace haptics

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/interruption/interruption.h"
+#include "common/mesh/triangle_distance.h"
 #include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
@@ -33,8 +34,6 @@ Bounds boundsOf(const TriMesh& mesh, const Quat& toFrame = Quat(1, 0, 0, 0)) {
 std::array<Vec3, 3> corners(const std::vector<Vec3f>& vertices, const TriangleIndices& t) {
   return {Vec3(vertices[t[0]]), Vec3(vertices[t[1]]), Vec3(vertices[t[2]])};
 }
-
-Vec3 areaNormal(const std::array<Vec3, 3>& t) { return glm::cross(t[1] - t[0], t[2] - t[0]); }
 
 }  // namespace
 

@@ -61,7 +61,7 @@ std::vector<Vec3f> everyNth(const std::vector<Vec3f>& vertices, std::size_t most
   return chosen;
 }
 
-double deviationOf(std::span<const Vec3f> places, const CollisionMesh& surface) {
+double deviationOf(const std::vector<Vec3f>& places, const CollisionMesh& surface) {
   double most = 0;
   for (const Vec3f place : places) {
     interruptionPoint();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
@@ -13,7 +12,7 @@ namespace haptics {
 [[nodiscard]] std::vector<Vec3f> everyNth(const std::vector<Vec3f>& vertices, std::size_t most);
 
 /// Largest distance (m) of these places from a surface.
-[[nodiscard]] double deviationOf(std::span<const Vec3f> places, const CollisionMesh& surface);
+[[nodiscard]] double deviationOf(const std::vector<Vec3f>& places, const CollisionMesh& surface);
 
 /// Moves a copy's vertices so that these places of the original's surface lie nearest to it, in the least-squares sense:
 /// decimation keeps vertices where they were, so that a copy of a convex body lies inside of it throughout. Kept only where
