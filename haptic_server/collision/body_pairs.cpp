@@ -105,14 +105,13 @@ class NearPoints {
                           Allowance& allowance) noexcept {
     const Frame frame(pose);
     const Vec3 middle = surface.centre();
-    const double farthest = std::max(search_.range_m, search_.depth_m);
     std::uint32_t hint = kNoTriangle;  // one that was near
     std::uint32_t& n = search_.node;
     while (n < points.nodes.size()) {
       const CollisionPoints::Node& node = points.nodes[n];
       const std::uint32_t found = search_.count;
       const Vec3 centre = frame.toWorld(node.centre);
-      const double reach = node.radius_m + farthest;
+      const double reach = node.radius_m + std::max(search_.clear_m, search_.depth_m);
       const double bound = surface.radius_m() + reach;
       Allowance left = mayExceed_ ? Allowance(std::max(allowance.left(), kOneNode)) : allowance;
       const std::int64_t before = left.left();
@@ -124,7 +123,8 @@ class NearPoints {
       allowance.spend(before - left.left());
       if (left.isSpent()) {
         search_.count = found;
-        if (!mayExceed_) return false;  // else what it holds is left out, or nothing would ever go on
+        if (!mayExceed_) return false;
+        search_.clear_m = search_.range_m;  // what it holds is left out, or nothing would ever go on
       }
       mayExceed_ = false;
       n = near ? n + 1 : node.next;
@@ -194,12 +194,36 @@ class NearPoints {
   void add(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface, const Frame& frame,
            const Pose& pose, bool ofSecond, std::uint32_t& hint, Allowance& allowance) noexcept {
     const Vec3 at = frame.toWorld(points.points[point].place), out = frame.rotate(points.points[point].normal);
+    if (!comesWithinRange(surface, at, hint, allowance)) return;
     const double farthest = std::max(search_.range_m, search_.depth_m);
     const ClosestPoint foot = footWithin(surface, at, out, farthest, hint, allowance);
     if (foot.triangle == kNoTriangle || search_.count == search_.near.size()) return;
     NearPoint& near = search_.near[search_.count];
     if (nearAt(points, point, surface, at, out, foot, pose, ofSecond, near) && near.gap_m <= search_.range_m)
       ++search_.count;
+  }
+
+  /// Also true once any point of the two has come so near.
+  [[nodiscard]] bool comesWithinRange(const CollisionMesh& surface, Vec3 at, std::uint32_t& hint,
+                                      Allowance& allowance) noexcept {
+    if (search_.clear_m <= search_.range_m) return true;
+    double squared = search_.clear_m * search_.clear_m;
+    allowance.spend(kQuery);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end; ++t) {
+            const double here = closestOn(surface.triangle(t), t, at).squaredDistance;
+            if (here >= squared) continue;
+            squared = here;
+            hint = t;
+          }
+          return squared;
+        },
+        squared);
+    search_.clear_m = std::max(std::sqrt(squared), search_.range_m);
+    return search_.clear_m <= search_.range_m;
   }
 
   [[nodiscard]] static bool isNear(const CollisionMesh& surface, Vec3 at, double range_m, std::uint32_t& hint,
@@ -303,7 +327,7 @@ class NearPoints {
   }
   if (!near.find(*second.points, *first.surface, inverse(relative), true, allowance)) return false;
   near.choose(pair);
-  pair.range_m = search.range_m;
+  pair.range_m = pair.count == 0 ? search.clear_m : search.range_m;
   pair.relative = relative;
   search.pair = 0;
   return true;
@@ -377,9 +401,12 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
     const double extent_m = first.surface->extent_m();
     if (pair.range_m >= 0 && movedBy(pair.relative, relative, extent_m) + reach <= pair.range_m) continue;
     if (pairs.search.pair != i + 1 || !(pairs.search.relative == relative)) {
-      const double stale = kStaleAfter * std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+      const double smaller_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+      const double stale = kStaleAfter * smaller_m;
       const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
-      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m);
+      const bool isApart = pair.count == 0 && pair.depth_m == 0;
+      const double farthest_m = isApart ? std::max(range_m, smaller_m) : range_m;
+      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m, farthest_m);
     }
     const bool found = look(first, second, relative, pairs.search, isFirst, pair, allowance);
     isFirst = false;

@@ -70,18 +70,20 @@ struct PairSearch {
   std::uint32_t node = 0;     ///< Of the tree of points: the next one.
   std::uint32_t count = 0;    ///< Of `near`.
   Pose relative;              ///< As BodyPair::relative; where it is another one by now, the search begins anew.
-  double range_m = 0;         ///< Farther points are not looked for,
+  double range_m = 0;         ///< Farther points are not taken,
   double depth_m = 0;         ///< nor ones that are deeper inside.
+  double clear_m = 0;         ///< No point is nearer so far; range_m where one is.
   std::array<NearPoint, 96> near;
 
   [[nodiscard]] std::span<const NearPoint> found() const noexcept { return std::span(near).first(count); }
-  void begin(std::size_t place, const Pose& of, double range, double depth) noexcept {
+  void begin(std::size_t place, const Pose& of, double range, double depth, double farthest) noexcept {
     pair = static_cast<std::uint16_t>(place + 1);
     relative = of;
     reverse = 0;
     node = count = 0;
     range_m = range;
     depth_m = depth;
+    clear_m = farthest;
   }
 };
 

@@ -153,7 +153,7 @@ namespace {
   PairSearch& search = state.pairs.search;
   whole = whole && take(image, search.pair) && take(image, search.reverse) && take(image, search.node) &&
           take(image, search.count) && take(image, search.relative) && take(image, search.range_m) &&
-          take(image, search.depth_m);
+          take(image, search.depth_m) && take(image, search.clear_m);
   whole = whole && search.count <= search.near.size();
   for (std::size_t i = 0; whole && i < search.count; ++i) whole = take(image, search.near[i]);
   if (!whole || !isFlag(state.features.tool) || !isFlag(state.features.torqueFades)) return false;
@@ -168,11 +168,20 @@ namespace {
 std::uint64_t stateLayout() noexcept {
   using Parts = decltype(HapticState::partsOf(std::declval<const HapticState&>()));
   constexpr auto kSizes = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
-    return std::array{
-        sizeof(Part)...,     sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
-        sizeof(BumpState),   sizeof(MovingBody),    sizeof(BodyPair),      sizeof(ToolContact),
-        sizeof(BodyDent),    sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(PredictiveObserver),
-        sizeof(DeviceTorque)};
+    return std::array{sizeof(Part)...,
+                      sizeof(ContactState),
+                      sizeof(Body),
+                      sizeof(HapticState::ObjectState),
+                      sizeof(BumpState),
+                      sizeof(MovingBody),
+                      sizeof(BodyPair),
+                      sizeof(PairSearch),
+                      sizeof(ToolContact),
+                      sizeof(BodyDent),
+                      sizeof(SurfaceMemory),
+                      sizeof(EnergyAccount),
+                      sizeof(PredictiveObserver),
+                      sizeof(DeviceTorque)};
   }(std::type_identity<Parts>());
   std::uint64_t layout = 0;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
@@ -218,6 +227,7 @@ std::string stateImage(const HapticState& state) {
   put(image, search.relative);
   put(image, search.range_m);
   put(image, search.depth_m);
+  put(image, search.clear_m);
   for (const NearPoint& near : search.found()) put(image, near);
   if (state.features.tool) ToolContactImage::append(state.tool, image);
   if (state.features.tool || state.features.torqueFades) {

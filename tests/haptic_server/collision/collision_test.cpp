@@ -139,6 +139,40 @@ TEST(Collision, MarblesPassTheirMomentumOn) {
   EXPECT_LE(world.energy(), before);
 }
 
+/// Two bricks whose faces are 20 mm apart, without weight.
+struct TwoApart {
+  World world;
+  std::size_t a, b;
+  explicit TwoApart(const TriMesh& mesh = kBrick)
+      : a(world.add(mesh, 0.1, at({0, 0, 0}))), b(world.add(kBrick, 0.1, at({0, 0, 0.04}))) {
+    for (const std::size_t i : {a, b}) world.body(i).gravity_m_per_s2 = Vec3(0);
+  }
+  [[nodiscard]] const BodyPair& pair() const { return world.pairs().pair[0]; }
+};
+
+TEST(Collision, APairThatIsApartIsLookedAtAgainOnlyWhereItMayHaveMet) {
+  TwoApart two;
+  two.world.state(two.a).momentum_Ns = {0, 0, 0.1 * 0.1};
+  two.world.tick();
+  const Pose looked = two.pair().relative;
+  EXPECT_GT(two.pair().range_m, 0.01);
+  EXPECT_LT(two.pair().range_m, 0.0201);
+  two.world.run(0.09);
+  EXPECT_EQ(two.pair().relative, looked);
+  two.world.run(0.3);
+  EXPECT_GT(two.world.state(two.b).momentum_Ns.z, 0.004);
+  EXPECT_LT(glm::distance(two.world.momentum(), Vec3(0, 0, 0.1 * 0.1)), 1e-12);
+}
+
+TEST(Collision, ABarThatTurnsIntoWhatWasApartMeetsIt) {
+  TwoApart two(makeBox({0.08, 0.01, 0.004}, 2).value());
+  two.world.state(two.a).angularMomentum_Nms = {0, 2e-4, 0};
+  two.world.tick();
+  EXPECT_GT(two.pair().range_m, 0.01);
+  two.world.run(0.3);
+  EXPECT_GT(glm::length(two.world.state(two.b).momentum_Ns), 1e-3);
+}
+
 TEST(Collision, ASleepingBodyIsNoWallForWhatHitsIt) {
   for (const double speed_m_per_s : {0.003, 0.05, 0.2, 1.0}) {
     World world;
