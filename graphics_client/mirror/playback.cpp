@@ -20,6 +20,14 @@ TelemetrySample between(const TelemetrySample& a, const TelemetrySample& b, doub
   return sample;
 }
 
+/// From a to b by the cubic that sets out and arrives at right angles to the normals there: a straight way would leave a
+/// round surface by the square of its length. Straight where a and b are on one plane.
+Vec3 alongSurface(Vec3 a, Vec3 normalAtA, Vec3 b, Vec3 normalAtB, double s) {
+  const Vec3 chord = b - a;
+  const auto bulge = [&](Vec3 normal) { return normal * -glm::dot(normal, chord); };  // of the direction, off the chord
+  return a + s * chord + s * (1 - s) * ((1 - s) * bulge(normalAtA) - s * bulge(normalAtB));
+}
+
 bool isSameDent(const ObjectDent& a, const ObjectDent& b) {
   return a.object == b.object && a.dent.centre == b.dent.centre;
 }
@@ -126,7 +134,11 @@ class Interpolation {
       return body == view.bodies.end() ? Pose{} : body->second.pose;
     };
     const auto local = [&](const MirrorView& view) { return toLocal(in(view), (*(view.*hand)).*place); };
-    return toWorld(in(shown_), holds ? glm::mix(local(a_), local(b_), s_) : local(nearer()));
+    if (!holds) return toWorld(in(shown_), local(nearer()));
+    const auto normal = [&](const MirrorView& view) {
+      return glm::conjugate(in(view).rotation) * (*(view.*hand)).surfaceNormal;
+    };
+    return toWorld(in(shown_), alongSurface(local(a_), normal(a_), local(b_), normal(b_), s_));
   }
 
   MirrorView& shown_;

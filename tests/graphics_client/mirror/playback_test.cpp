@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 namespace haptics {
@@ -120,6 +121,20 @@ TEST(Playback, KeepsTheIhipOnTheSideOfABodyThatTurns) {
   const auto shown = onTheWay(turned(0), turned(1));
   EXPECT_NEAR(toLocal(shown->bodies.at(1).pose, shown->sample->ihip).x, 0.05, 1e-12);
   EXPECT_NEAR(toLocal(shown->bodies.at(1).pose, shown->sample->ihip).y, 0.012, 1e-12);
+}
+
+TEST(Playback, KeepsTheIhipOnARoundBody) {
+  constexpr double kRadius_m = 0.02;
+  const auto touchedAt = [](double angle_rad) {
+    return [angle_rad](MirrorView& view) {
+      view.sample->surfaceNormal = Vec3(std::cos(angle_rad), std::sin(angle_rad), 0);
+      view.sample->ihip = toWorld(view.bodies[1].pose, kRadius_m * view.sample->surfaceNormal);
+    };
+  };
+  const auto shown = onTheWay(touchedAt(0), touchedAt(0.6));
+  const Vec3 at = toLocal(shown->bodies.at(1).pose, shown->sample->ihip);
+  EXPECT_NEAR(glm::length(at), kRadius_m, 6e-5) << "the straight way is 0.86 mm inside";
+  EXPECT_NEAR(std::atan2(at.y, at.x), 0.36, 3e-3);
 }
 
 TEST(Playback, ShowsAContactThatEndsAsTheLastSampleHadIt) {
