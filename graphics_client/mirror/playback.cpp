@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/mesh/triangle_distance.h"
+
 namespace haptics {
 namespace {
 
@@ -20,12 +22,23 @@ TelemetrySample between(const TelemetrySample& a, const TelemetrySample& b, doub
   return sample;
 }
 
-/// From a to b by the cubic that sets out and arrives at right angles to the normals there: a straight way would leave a
-/// round surface by the square of its length. Straight where a and b are on one plane.
+/// From a to b by the cubic whose ends are at right angles to the normals there, of any length: a straight path of length l
+/// leaves a round surface of radius r by l^2 / 8 r. Straight on a plane, and where the normals are zero.
 Vec3 alongSurface(Vec3 a, Vec3 normalAtA, Vec3 b, Vec3 normalAtB, double s) {
   const Vec3 chord = b - a;
-  const auto bulge = [&](Vec3 normal) { return normal * -glm::dot(normal, chord); };  // of the direction, off the chord
-  return a + s * chord + s * (1 - s) * ((1 - s) * bulge(normalAtA) - s * bulge(normalAtB));
+  const auto bend = [&](Vec3 normal) {  // from the chord to the tangent
+    const double length2 = squaredLength(normal);
+    return length2 > 0 ? normal * (-glm::dot(normal, chord) / length2) : Vec3(0);
+  };
+  return a + s * chord + s * (1 - s) * ((1 - s) * bend(normalAtA) - s * bend(normalAtB));
+}
+
+/// Of the triangle that is touched, of any length, object frame: the sample's own normal is the shaded one. Zero: its mesh is
+/// not here.
+Vec3 normalAt(const MirrorView& view, const TelemetrySample& sample) {
+  const SceneVersion::Object object = view.scene->find(sample.object);
+  const auto corners = object ? view.cornersOf(*object, sample.primitive.polygon) : std::nullopt;
+  return corners ? areaNormal(*corners) : Vec3(0);
 }
 
 bool isSameDent(const ObjectDent& a, const ObjectDent& b) {
@@ -135,10 +148,8 @@ class Interpolation {
     };
     const auto local = [&](const MirrorView& view) { return toLocal(in(view), (*(view.*hand)).*place); };
     if (!holds) return toWorld(in(shown_), local(nearer()));
-    const auto normal = [&](const MirrorView& view) {
-      return glm::conjugate(in(view).rotation) * (*(view.*hand)).surfaceNormal;
-    };
-    return toWorld(in(shown_), alongSurface(local(a_), normal(a_), local(b_), normal(b_), s_));
+    const Vec3 normalAtA = normalAt(a_, *(a_.*hand)), normalAtB = normalAt(b_, *(b_.*hand));
+    return toWorld(in(shown_), alongSurface(local(a_), normalAtA, local(b_), normalAtB, s_));
   }
 
   MirrorView& shown_;
