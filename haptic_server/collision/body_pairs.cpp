@@ -194,7 +194,8 @@ class NearPoints {
   void add(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface, const Frame& frame,
            const Pose& pose, bool ofSecond, std::uint32_t& hint, Allowance& allowance) noexcept {
     const Vec3 at = frame.toWorld(points.points[point].place), out = frame.rotate(points.points[point].normal);
-    if (!comesWithinRange(surface, at, hint, allowance)) return;
+    if (search_.clear_m > search_.range_m) lowerClearance(surface, at, hint, allowance);
+    if (search_.clear_m > search_.range_m) return;
     const double farthest = std::max(search_.range_m, search_.depth_m);
     const ClosestPoint foot = footWithin(surface, at, out, farthest, hint, allowance);
     if (foot.triangle == kNoTriangle || search_.count == search_.near.size()) return;
@@ -203,10 +204,8 @@ class NearPoints {
       ++search_.count;
   }
 
-  /// Also true once any point of the two has come so near.
-  [[nodiscard]] bool comesWithinRange(const CollisionMesh& surface, Vec3 at, std::uint32_t& hint,
-                                      Allowance& allowance) noexcept {
-    if (search_.clear_m <= search_.range_m) return true;
+  /// To the place's distance from the surface where that is less, and not below range_m.
+  void lowerClearance(const CollisionMesh& surface, Vec3 at, std::uint32_t& hint, Allowance& allowance) noexcept {
     double squared = search_.clear_m * search_.clear_m;
     allowance.spend(kQuery);
     surface.hierarchy().visitNear(
@@ -223,7 +222,6 @@ class NearPoints {
         },
         squared);
     search_.clear_m = std::max(std::sqrt(squared), search_.range_m);
-    return search_.clear_m <= search_.range_m;
   }
 
   [[nodiscard]] static bool isNear(const CollisionMesh& surface, Vec3 at, double range_m, std::uint32_t& hint,
@@ -405,8 +403,8 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
       const double stale = kStaleAfter * smaller_m;
       const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
       const bool isApart = pair.count == 0 && pair.depth_m == 0;
-      const double farthest_m = isApart ? std::max(range_m, smaller_m) : range_m;
-      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m, farthest_m);
+      const double clear_m = isApart ? std::max(range_m, smaller_m) : range_m;
+      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m, clear_m);
     }
     const bool found = look(first, second, relative, pairs.search, isFirst, pair, allowance);
     isFirst = false;

@@ -72,18 +72,18 @@ struct PairSearch {
   Pose relative;              ///< As BodyPair::relative; where it is another one by now, the search begins anew.
   double range_m = 0;         ///< Farther points are not taken,
   double depth_m = 0;         ///< nor ones that are deeper inside.
-  double clear_m = 0;         ///< No point is nearer so far; range_m where one is.
+  double clear_m = 0;         ///< No point is nearer to the other surface so far; range_m once one is within that.
   std::array<NearPoint, 96> near;
 
   [[nodiscard]] std::span<const NearPoint> found() const noexcept { return std::span(near).first(count); }
-  void begin(std::size_t place, const Pose& of, double range, double depth, double farthest) noexcept {
+  void begin(std::size_t place, const Pose& of, double range, double depth, double clear) noexcept {
     pair = static_cast<std::uint16_t>(place + 1);
     relative = of;
     reverse = 0;
     node = count = 0;
     range_m = range;
     depth_m = depth;
-    clear_m = farthest;
+    clear_m = clear;
   }
 };
 
