@@ -83,6 +83,14 @@ class Share(unittest.TestCase):
             socket.create_connection(("127.0.0.1", self.port), 1)
         self.assertIsNone(server.poll())
 
+    def test_a_page_that_cannot_be_served_is_named(self):
+        if not (PROJECT / "build/web/node_modules/fetched-by").exists():
+            self.skipTest("the web page is not built")
+        with socket.create_server(("127.0.0.1", self.port + 2)):
+            share = self.start_share()
+            self.assertEqual(share.wait(PATIENCE_S), 1)
+        self.assertTrue((self.folder / "share.log").read_text().endswith("deploy/share: the web page did not start\n"))
+
     def test_a_taken_port_and_bad_options_are_named(self):
         with socket.create_server(("127.0.0.1", self.port)):
             share = self.start_share()
