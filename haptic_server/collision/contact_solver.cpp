@@ -17,17 +17,20 @@ constexpr double kDampingRatio = 10;
 /// Overlap that is left alone, m: 0 would let points at rest come and go.
 constexpr double kSlop_m = 1e-6;
 
-struct Softness {
-  double rate_per_s, massScale, impulseScale;
-};
-[[nodiscard]] constexpr Softness softness(double period_s) noexcept {
+[[nodiscard]] constexpr ContactSpring springOf(double period_s) noexcept {
   const double omega = 2 * std::numbers::pi / (kPeriodsOfSpring * period_s);
   const double a = 2 * kDampingRatio + period_s * omega;
   const double b = period_s * omega * a;
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
-[[nodiscard]] double length(const double (&v)[2]) noexcept { return std::sqrt(v[0] * v[0] + v[1] * v[1]); }
+/// No longer than `most`.
+void shorten(double (&v)[2], double most) noexcept {
+  const double squared = v[0] * v[0] + v[1] * v[1];
+  if (squared <= most * most) return;
+  const double part = most / std::sqrt(squared);
+  for (double& each : v) each *= part;
+}
 
 }  // namespace
 
@@ -56,25 +59,23 @@ Vec3 Mover::velocityAt(Vec3 place) const noexcept {
   return freedom_ == Freedom::kFree ? linear_ + glm::cross(angular_, place - centre_) : rate_ * direction(place);
 }
 
-double Mover::perMass(Vec3 place, Vec3 along) const noexcept {
-  if (freedom_ != Freedom::kFree) {
-    const double part = glm::dot(direction(place), along);
-    return perAlong_ * part * part;
-  }
-  const Vec3 lever = glm::cross(place - centre_, along);
-  return perMass_ + glm::dot(lever, perInertia_ * lever);
+glm::dmat3 Mover::mobility(Vec3 place) const noexcept {
+  if (state_ == nullptr) return glm::dmat3(0);
+  if (freedom_ != Freedom::kFree) return perAlong_ * glm::outerProduct(direction(place), direction(place));
+  const Vec3 r = place - centre_;
+  const glm::dmat3 across(0, r.z, -r.y, -r.z, 0, r.x, r.y, -r.x, 0);  // times a vector: r x it
+  return glm::dmat3(perMass_) - across * perInertia_ * across;
 }
 
 void Mover::push(Vec3 place, Vec3 impulse_Ns) noexcept {
   if (state_ == nullptr) return;
   if (freedom_ != Freedom::kFree) {
     rate_ = std::clamp(rate_ + perAlong_ * glm::dot(direction(place), impulse_Ns), lowest_, highest_);
-    state_->rate_per_s = rate_;
     return;
   }
   const Vec3 turning = glm::cross(place - centre_, impulse_Ns);
-  state_->momentum_Ns += impulse_Ns;
-  state_->angularMomentum_Nms += turning;
+  impulse_Ns_ += impulse_Ns;
+  impulse_Nms_ += turning;
   linear_ += perMass_ * impulse_Ns;
   angular_ += perInertia_ * turning;
 }
@@ -83,12 +84,25 @@ void Mover::turn(Vec3 impulse_Nms) noexcept {
   if (state_ == nullptr || freedom_ == Freedom::kSlider) return;
   if (freedom_ == Freedom::kHinge) {
     rate_ = std::clamp(rate_ + perAlong_ * glm::dot(axis_, impulse_Nms), lowest_, highest_);
+    return;
+  }
+  impulse_Nms_ += impulse_Nms;
+  angular_ += perInertia_ * impulse_Nms;
+}
+
+void Mover::give() noexcept {
+  if (state_ == nullptr) return;
+  if (freedom_ != Freedom::kFree) {
     state_->rate_per_s = rate_;
     return;
   }
-  state_->angularMomentum_Nms += impulse_Nms;
-  angular_ += perInertia_ * impulse_Nms;
+  state_->momentum_Ns += impulse_Ns_;
+  state_->angularMomentum_Nms += impulse_Nms_;
+  impulse_Ns_ = impulse_Nms_ = Vec3(0);
 }
+
+ContactSolver::ContactSolver(std::span<Mover> movers, double period_s) noexcept
+    : movers_(movers), period_s_(period_s), spring_(springOf(period_s)) {}
 
 bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 normal, double gap_m, double friction,
                         double rolling_m, Vec3 lastImpulse_Ns) noexcept {
@@ -104,18 +118,17 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   c.gap_m = gap_m;
   c.friction = friction;
   c.rolling_m = rolling_m;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 direction = k == 0 ? normal : c.along[k - 1];
-    const double perMass = movers_[a].perMass(place, direction) + movers_[b].perMass(place, direction);
-    c.mass_kg[k] = perMass > 0 ? 1 / perMass : 0;  // none of the two can go there
-  }
+  const glm::dmat3 mobility = movers_[a].mobility(place) + movers_[b].mobility(place);
+  const auto mass = [](double perMass) { return perMass > 0 ? 1 / perMass : 0; };  // 0: none of the two can go there
+  const Vec3 response = mobility * normal;
+  c.mass_kg[0] = mass(glm::dot(response, normal));
   c.pressing_Ns = std::max(glm::dot(lastImpulse_Ns, normal), 0.0);
-  const double most = friction * c.pressing_Ns;
-  for (int k = 0; k < 2; ++k) c.rubbing_Ns[k] = glm::dot(lastImpulse_Ns, c.along[k]);
-  const double wanted = length(c.rubbing_Ns);
-  if (wanted > most) {
-    for (double& part : c.rubbing_Ns) part *= most / wanted;
+  for (int k = 0; k < 2; ++k) {
+    c.mass_kg[k + 1] = mass(glm::dot(mobility * c.along[k], c.along[k]));
+    c.across_1_kg[k] = glm::dot(response, c.along[k]);
+    c.rubbing_Ns[k] = glm::dot(lastImpulse_Ns, c.along[k]);
   }
+  shorten(c.rubbing_Ns, friction * c.pressing_Ns);
   return true;
 }
 
@@ -153,33 +166,36 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
   if (c.gap_m > 0) {
     closing_m_per_s = c.gap_m / period_s_;
   } else if (soft) {
-    const Softness spring = softness(period_s_);
-    closing_m_per_s = std::max(spring.rate_per_s * std::min(c.gap_m + kSlop_m, 0.0), -kPushApart_m_per_s);
-    massScale = spring.massScale;
-    impulseScale = spring.impulseScale;
+    closing_m_per_s = std::max(spring_.rate_per_s * std::min(c.gap_m + kSlop_m, 0.0), -kPushApart_m_per_s);
+    massScale = spring_.massScale;
+    impulseScale = spring_.impulseScale;
   }
-  const double approach = glm::dot(velocity(c), c.normal) + closing_m_per_s;
+  const Vec3 before = velocity(c);
+  const double approach = glm::dot(before, c.normal) + closing_m_per_s;
   const double pressing =
       std::max(c.pressing_Ns - c.mass_kg[0] * massScale * approach - impulseScale * c.pressing_Ns, 0.0);
-  if (pressing != c.pressing_Ns) push(c, (pressing - c.pressing_Ns) * c.normal);
-  double change = std::abs(pressing - c.pressing_Ns);
+  const double more = pressing - c.pressing_Ns;
+  double change = std::abs(more);
   c.pressing_Ns = pressing;
   const bool isOff = pressing == 0 && c.rubbing_Ns[0] == 0 && c.rubbing_Ns[1] == 0;
-  if (isOff) return change;
-
-  const Vec3 sliding = velocity(c);
-  double rubbing[2];
-  for (int k = 0; k < 2; ++k) rubbing[k] = c.rubbing_Ns[k] - c.mass_kg[k + 1] * glm::dot(sliding, c.along[k]);
-  const double most = c.friction * c.pressing_Ns;
-  const double wanted = length(rubbing);
-  const double part = wanted > most ? most / wanted : 1;
-  Vec3 across(0);
-  for (int k = 0; k < 2; ++k) {
-    across += (part * rubbing[k] - c.rubbing_Ns[k]) * c.along[k];
-    change += std::abs(part * rubbing[k] - c.rubbing_Ns[k]);
-    c.rubbing_Ns[k] = part * rubbing[k];
+  if (isOff) {
+    if (more != 0) push(c, more * c.normal);
+    return change;
   }
-  push(c, across);
+
+  double rubbing[2];
+  for (int k = 0; k < 2; ++k) {
+    const double sliding = glm::dot(before, c.along[k]) + more * c.across_1_kg[k];
+    rubbing[k] = c.rubbing_Ns[k] - c.mass_kg[k + 1] * sliding;
+  }
+  shorten(rubbing, c.friction * c.pressing_Ns);
+  Vec3 impulse = more * c.normal;
+  for (int k = 0; k < 2; ++k) {
+    impulse += (rubbing[k] - c.rubbing_Ns[k]) * c.along[k];
+    change += std::abs(rubbing[k] - c.rubbing_Ns[k]);
+    c.rubbing_Ns[k] = rubbing[k];
+  }
+  push(c, impulse);
   return change;
 }
 

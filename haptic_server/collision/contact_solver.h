@@ -17,12 +17,13 @@ class Mover {
 
   [[nodiscard]] Vec3 velocityAt(Vec3 place) const noexcept;
   [[nodiscard]] Vec3 angularVelocity() const noexcept { return freedom_ == Freedom::kHinge ? rate_ * axis_ : angular_; }
-  /// 1 / kg: what an impulse of 1 Ns there adds to the velocity along it.
-  [[nodiscard]] double perMass(Vec3 place, Vec3 direction) const noexcept;
+  /// Times an impulse at the place: what it adds to the velocity there, limits of a joint apart; 1 / kg.
+  [[nodiscard]] glm::dmat3 mobility(Vec3 place) const noexcept;
   [[nodiscard]] glm::dmat3 perInertia() const noexcept { return perInertia_; }
   void push(Vec3 place, Vec3 impulse_Ns) noexcept;
   void turn(Vec3 impulse_Nms) noexcept;
-  [[nodiscard]] bool moves() const noexcept { return state_ != nullptr; }
+  /// Gives the body all impulses since the last call.
+  void give() noexcept;
 
  private:
   RigidState* state_ = nullptr;
@@ -30,6 +31,7 @@ class Mover {
   Vec3 centre_{0}, linear_{0}, angular_{0};
   double perMass_ = 0;
   glm::dmat3 perInertia_{0};
+  Vec3 impulse_Ns_{0}, impulse_Nms_{0};  // not given yet
   // On a joint.
   Vec3 axis_{0}, anchor_{0};
   double perAlong_ = 0, rate_ = 0, lowest_ = 0, highest_ = 0;
@@ -48,7 +50,8 @@ struct ContactConstraint {
   double gap_m;
   double friction;
   double rolling_m;
-  double mass_kg[3];  ///< Effective, along the three.
+  double mass_kg[3];      ///< Effective, along the three.
+  double across_1_kg[2];  ///< What a pressing impulse of 1 Ns adds to the velocities across.
   double pressing_Ns;
   double rubbing_Ns[2];
 
@@ -65,20 +68,25 @@ struct RollingConstraint {
   Vec3 turning_Nms;
 };
 
+/// The spring that pushes overlapping bodies apart.
+struct ContactSpring {
+  double rate_per_s, massScale, impulseScale;
+};
+
 /// Constraints of a tick, solved in turn.
 class ContactSolver {
  public:
   static constexpr std::size_t kMaxContacts = 768;
   static constexpr std::size_t kMaxRolling = kMaxPairs + kMaxMovingBodies;
 
-  ContactSolver(std::span<Mover> movers, double period_s) noexcept : movers_(movers), period_s_(period_s) {}
+  ContactSolver(std::span<Mover> movers, double period_s) noexcept;
 
   /// A contact with the impulse that it had in the last tick. False: there is no room.
   [[nodiscard]] bool add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 normal, double gap_m, double friction,
                          double rolling_m, Vec3 lastImpulse_Ns) noexcept;
   /// Of the contacts from `begin` on.
   void addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexcept;
-  /// Gives all bodies the impulses of the last tick.
+  /// The movers get the impulses of the last tick.
   void warmStart() noexcept;
   /// @param soft  Overlap is pushed apart.
   /// @return How much the impulses changed, of what presses.
@@ -94,6 +102,7 @@ class ContactSolver {
  private:
   std::span<Mover> movers_;
   double period_s_;
+  ContactSpring spring_;
   std::array<ContactConstraint, kMaxContacts> contacts_;
   std::array<RollingConstraint, kMaxRolling> rolling_;
   std::uint32_t count_ = 0, rollingCount_ = 0;

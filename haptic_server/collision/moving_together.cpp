@@ -158,6 +158,7 @@ class Contacts {
       }
       if (solver_.solve(true) <= kSettled) break;
     }
+    give();
   }
 
   void relax() noexcept {
@@ -165,15 +166,21 @@ class Contacts {
     for (int round = 0; round < kRelaxRounds && solver_.size() > 0; ++round) {
       if (solver_.solve(false) <= kSettled) break;
     }
+    give();
   }
 
   void keep() noexcept {
+    std::uint32_t next = 0;  // rolling constraints are in the order of what they belong to
+    const auto turningOf = [&](std::uint32_t begin, std::uint32_t end) {
+      const bool has = next < solver_.rollingSize() && end > begin && solver_.rolling(next).begin == begin;
+      return has ? solver_.rolling(next++).turning_Nms : Vec3(0);
+    };
     for (std::size_t p = 0; p < pairs_.end; ++p) {
       if (!isSolved(p)) continue;
       BodyPair& pair = pairs_.pair[p];
       for (std::uint16_t k = 0; k < pair.count; ++k)
         pair.contact[k].impulse_Ns = begin_[p] + k < end_[p] ? solver_.contact(begin_[p] + k).impulse() : Vec3(0);
-      pair.rolling_Nms = turningOf(begin_[p]);
+      pair.rolling_Nms = turningOf(begin_[p], end_[p]);
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (!isAwake(bodies_[i])) continue;
@@ -181,7 +188,7 @@ class Contacts {
       state.touchingCount = planesEnd_[i] - planesBegin_[i];
       for (std::size_t k = 0; k < state.touchingCount; ++k)
         state.touching[k].impulse_Ns = solver_.contact(planesBegin_[i] + static_cast<std::uint32_t>(k)).impulse();
-      state.rolling_Nms = turningOf(planesBegin_[i]);
+      state.rolling_Nms = turningOf(planesBegin_[i], planesEnd_[i]);
     }
   }
 
@@ -195,6 +202,10 @@ class Contacts {
   std::array<std::uint32_t, kMaxColliders> planesBegin_{}, planesEnd_{};
   ContactSolver solver_;
   double period_s_;
+
+  void give() noexcept {
+    for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].give();
+  }
 
   [[nodiscard]] bool isSolved(std::size_t p) const noexcept {
     const BodyPair& pair = pairs_.pair[p];
@@ -238,13 +249,6 @@ class Contacts {
     }
     if (solver_.size() > planesBegin_[i]) solver_.addRolling(planesBegin_[i], state.rolling_Nms);
     planesEnd_[i] = solver_.size();
-  }
-
-  [[nodiscard]] Vec3 turningOf(std::uint32_t begin) const noexcept {
-    for (std::uint32_t i = 0; i < solver_.rollingSize(); ++i) {
-      if (solver_.rolling(i).begin == begin && solver_.rolling(i).end > begin) return solver_.rolling(i).turning_Nms;
-    }
-    return Vec3(0);
   }
 };
 
