@@ -92,6 +92,7 @@ struct BodyPairs {
   std::size_t end = 0;   ///< Places of `pair` from here on are free.
   std::size_t next = 0;  ///< Whose contacts are looked for first in the next tick.
   bool isFull = false;   ///< In this tick there was no room for all pairs.
+  bool isFound = false;  ///< The last tick found all contacts, and left the move to the next one.
   std::array<BodyPair, kMaxPairs> pair;
   PairSearch search;
 
@@ -99,6 +100,7 @@ struct BodyPairs {
     end = other.end;
     next = other.next;
     isFull = other.isFull;
+    isFound = other.isFound;
     std::copy_n(other.pair.begin(), end, pair.begin());
     search = other.search;
   }

@@ -284,7 +284,11 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
     before[i] = {placeOf(*state), state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s};
     if (isAwake(bodies[i])) driveRigidBody(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
   }
-  if (!findBodyContacts(bodies, pairs, period_s, allowance.search)) {
+  const std::int64_t half = allowance.search.left() / 2;
+  const bool found = findBodyContacts(bodies, pairs, period_s, allowance.search);
+  const bool fits = pairs.isFound || allowance.search.left() >= std::min(half, leastCollisionUnits(pairs));
+  pairs.isFound = found && !fits;
+  if (!found || !fits) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       if (isAwake(bodies[i])) before[i].restoreMomentum(*bodies[i].state);
     }

@@ -9,7 +9,9 @@ namespace haptics {
 
 /// What is left out where bodies that meet take more than they may.
 struct CollisionAllowance {
-  Allowance search;  ///< Of the points at which bodies touch. Where it does not last, the bodies wait for a tick.
+  /// Of the points at which bodies touch. Where it does not last, the bodies wait for a tick; and also where a search that
+  /// took more than half of it has found more contacts than the rest would pay for.
+  Allowance search;
   MotionAllowance motion;
 };
 

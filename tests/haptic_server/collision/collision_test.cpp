@@ -44,7 +44,7 @@ class World {
     }
     CollisionAllowance allowance{search_, {}};
     waits_ += moveTogether(colliders, pairs_, kPeriod_s, allowance) ? 0 : 1;
-    isFirst_ = false;
+    searched_ = search_.left() - allowance.search.left();
   }
   void allowForSearch(std::int64_t units) { search_ = Allowance(units); }
   void run(double seconds) {
@@ -65,6 +65,7 @@ class World {
     return sum;
   }
   [[nodiscard]] int waits() const { return waits_; }
+  [[nodiscard]] std::int64_t searched() const { return searched_; }  ///< In the last tick, units.
   [[nodiscard]] const BodyPairs& pairs() const { return pairs_; }
 
  private:
@@ -79,8 +80,8 @@ class World {
   };
   std::deque<Part> parts_;
   BodyPairs pairs_;
-  bool isFirst_ = true;
   Allowance search_;
+  std::int64_t searched_ = 0;
   int waits_ = 0;
 };
 
@@ -199,6 +200,30 @@ TEST(Collision, OverlapGoesSlowly) {
   }
   for (const BodyPair& pair : world.pairs().all()) EXPECT_LT(pair.depth_m, 1e-5);
   EXPECT_LT(glm::length(world.momentum()), 1e-12);
+}
+
+TEST(Collision, MoveInTheNextTickWhereManyContactsWereFoundByALongSearch) {
+  World world;
+  world.add(kTable, 0, at({0, 0, -0.01}));
+  for (int i = 0; i < 12; ++i) {
+    const std::size_t brick = world.add(kBrick, 0.1, at({0.1 * (i % 4), 0.1 * (i / 4), 0.01}), 0.1);
+    world.state(brick).momentum_Ns = {0.03, 0.02, 0};
+  }
+  constexpr std::int64_t kUnits = 20'000;
+  world.allowForSearch(kUnits);
+  int moved = 0, leftToTheNext = 0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const bool isLeft = world.pairs().isFound;
+    const Pose before = world.pose(1);
+    world.tick();
+    const bool moves = !(world.pose(1) == before);
+    if (isLeft) EXPECT_TRUE(moves);
+    if (moves) EXPECT_LE(world.searched(), kUnits / 2);
+    moved += moves ? 1 : 0;
+    leftToTheNext += isLeft ? 1 : 0;
+  }
+  EXPECT_GT(moved, 100);
+  EXPECT_GT(leftToTheNext, 10);
 }
 
 }  // namespace
