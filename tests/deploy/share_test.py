@@ -16,7 +16,7 @@ import urllib.request
 from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[2]
-PROGRAMS = Path(sys.argv.pop(1))
+PROGRAMS = Path(sys.argv.pop(1)).resolve()
 PATIENCE_S = 300  # it builds what is missing
 
 
@@ -44,7 +44,8 @@ class Share(unittest.TestCase):
 
     def start(self, name, *command):
         log = (self.folder / f"{name}.log").open("w")
-        process = subprocess.Popen([*map(str, command)], stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
+        process = subprocess.Popen([*map(str, command)], stdout=log, stderr=subprocess.STDOUT, cwd=self.folder,
+                                   start_new_session=True)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         log.close()
