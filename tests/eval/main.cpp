@@ -290,7 +290,8 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
        "A line for each object says which mesh to use, and what of it is not felt or not judged: what moves,\n"
        "yields or is held. A shaded object is judged by its shaded force. Of a tool it looks at the spacing of\n"
        "its points; the other objects are judged under a point then too. --apply writes the advised scene,\n"
-       "ready for haptic_server, and tries it on other strokes; exit status 1: it is felt to differ.\n"
+       "ready for haptic_server, and tries it on other strokes. Exit status 1: it is felt to differ, or the IHIP was\n"
+       "inside a body.\n"
        "  haptic_eval advise deploy/scenes/demo.scene --out results --apply results/advised"},
       arguments.advise.out);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();

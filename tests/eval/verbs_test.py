@@ -515,6 +515,11 @@ class Advise(Verb):
         records = self.records("advise")
         self.assertRegex(said, r"\nball: use ball.ply, [0-9,]+ of 12,288 triangles, saves 0.[0-9] MB\n")
         self.assertIn("\nbox: keep; nothing is to be gained\n", said)
+        motions = [r for r in records if "motion" in r]
+        self.assertEqual([r["motion"] for r in motions if r["scene"] == "box"],
+                         ["pressed through", "pushed at its sharpest corner", "stroked at 2 m/s"])
+        self.assertTrue(all(r["pass"] for r in motions), motions)
+        self.assertEqual(said.count("stroked at 2 m/s: the IHIP stays outside."), 2)
         good = [r["triangles"] for r in records if r["scene"] == "box" and r.get("pass") and "triangles" in r]
         self.assertEqual(good, [192, 12], "flat faces need no more")
         for name, least, most in (("ball", 100, 12288), ("box", 192, 193)):

@@ -110,6 +110,7 @@ SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& devic
     object.features = featuresOf(whole, i, strokes[i]);
     object.textureRate_Hz = patternRate_Hz(scene[i].material.surface, object.features);
     if (object.verdict.use) {
+      advised[i].mesh = object.mesh().mesh;
       advised[i].surface = object.mesh().surface;
       advised[i].detail = shadingOf(scene[i].material, *object.mesh().surface);
     }
@@ -117,6 +118,8 @@ SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& devic
   }
   for (std::size_t i = 0; i < scene.size(); ++i) {
     if (!advice.objects[i].judged()) continue;
+    tell("failure motions on", scene[i].name);
+    advice.objects[i].motions = failureMotionsOf(servoSceneOf(advised), advised[i], strokes[i]);
     tell("rates and options of", scene[i].name);
     advice.objects[i].options = optionsFor(advised, i, strokes[i], device);
   }

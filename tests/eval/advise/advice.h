@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "tests/eval/advise/candidate.h"
+#include "tests/eval/advise/failure_motions.h"
 #include "tests/eval/advise/features.h"
 #include "tests/eval/advise/material_option.h"
 #include "tests/eval/advise/tool_spacing.h"
@@ -23,6 +25,7 @@ struct ObjectAdvice {
   std::size_t advised = 0;            ///< The mesh to use.
   Verdict verdict;
   std::vector<Feature> features;
+  std::vector<FailureMotion> motions;      ///< With the advised meshes; none where the mesh is open.
   std::optional<ForceDifference> checked;  ///< The written scene, by other strokes than it was advised by.
   double textureRate_Hz = 0;               ///< That its finest felt pattern asks for (patternRate_Hz()); 0: none.
   std::vector<MaterialOption> options;     ///< None where there are no candidates.
@@ -32,6 +35,8 @@ struct ObjectAdvice {
   [[nodiscard]] bool checkedWell() const noexcept {
     return !checked || (checked->felt_ratio <= 0.01 && checked->wrongSideTicks == 0);
   }
+  /// No motion leaves the IHIP inside.
+  [[nodiscard]] bool holds() const noexcept { return std::ranges::all_of(motions, &FailureMotion::holds); }
   [[nodiscard]] const Candidate& mesh() const { return candidates[advised]; }
   /// The scene's own material.
   [[nodiscard]] const MaterialOption& ownOption() const;

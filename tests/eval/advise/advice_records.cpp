@@ -54,6 +54,16 @@ Record featureRecord(const ObjectAdvice& object, const Feature& feature) {
   return record;
 }
 
+Record motionRecord(const ObjectAdvice& object, const FailureMotion& motion) {
+  return {{"method", "ours"},
+          {"scene", object.name},
+          {"motion", motion.name},
+          {"inside_ticks", motion.insideTicks},
+          {"longest_inside_ticks", motion.longestInside},
+          {"deepest_inside_mm", motion.deepestInside_mm},
+          {"pass", motion.holds()}};
+}
+
 Record optionRecord(const SceneAdvice& advice, const ObjectAdvice& object, const MaterialOption& option,
                     std::size_t rate) {
   const Trial& trial = option.trials[rate];
@@ -127,6 +137,7 @@ std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& dev
   for (const ObjectAdvice& object : advice.objects) {
     records.push_back(verdictRecord(object));
     for (const Feature& feature : object.features) records.push_back(featureRecord(object, feature));
+    for (const FailureMotion& motion : object.motions) records.push_back(motionRecord(object, motion));
     for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(meshRecord(object, i));
     for (const MaterialOption& option : object.options) {
       for (std::size_t i = 0; i < kRates_Hz.size(); ++i) records.push_back(optionRecord(advice, object, option, i));

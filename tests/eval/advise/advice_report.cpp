@@ -41,6 +41,24 @@ void printFeatures(const ObjectAdvice& object) {
   }
 }
 
+void printMotions(const ObjectAdvice& object) {
+  if (object.motions.empty()) {
+    std::printf("  Failure motions: not tried, for the mesh is open and has no inside.\n");
+    return;
+  }
+  std::string names;
+  for (const FailureMotion& motion : object.motions) names += (names.empty() ? "" : ", ") + motion.name;
+  if (object.holds()) {
+    std::printf("  Failure motions, %s: the IHIP stays outside.\n", names.c_str());
+    return;
+  }
+  for (const FailureMotion& motion : object.motions) {
+    if (motion.holds()) continue;
+    std::printf("  %s: THE IHIP IS INSIDE in %d ticks, %d in a row, up to %.3f mm deep.\n", motion.name.c_str(),
+                motion.insideTicks, motion.longestInside, motion.deepestInside_mm);
+  }
+}
+
 void printMeshSteps(const ObjectAdvice& object) {
   const Candidate& here = object.mesh();
   if (object.advised > 0) {
@@ -189,6 +207,7 @@ void print(const SceneAdvice& advice, const DevicePreset& device) {
       continue;
     }
     printFeatures(object);
+    printMotions(object);
     printCandidates(object);
     printMeshSteps(object);
     printOptions(advice, object);

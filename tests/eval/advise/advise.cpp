@@ -185,7 +185,7 @@ bool runAdvise(const AdviseOptions& options) {
   orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
   std::printf("written to %s: advise.json, advise.csv, advise_objects.csv, %sadvise.png, advise.svg\n",
               options.out.c_str(), advice.tool ? "advise_tool.csv, " : "");
-  return std::ranges::all_of(advice.objects, &ObjectAdvice::checkedWell);
+  return std::ranges::all_of(advice.objects, [](const ObjectAdvice& o) { return o.checkedWell() && o.holds(); });
 }
 
 }  // namespace haptics::eval
