@@ -596,6 +596,19 @@ class Advise(Verb):
         self.assertEqual([row["advised"] for row in rows].count("1"), 1)
         self.assertFalse([r for r in records if r["scene"] == "knob" and "triangles" in r], "it is no object to touch")
 
+    def test_writes_the_spacing_of_a_tools_points(self):
+        scene = HERE / "advise" / "tool_test.scene"
+        done = self.apply(scene)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        (advised,) = [r for r in self.records("advise") if r.get("tool") and r["advised"]]
+        spacing = re.search(r"spacing_m: ([0-9.e-]+)", (self.applied / scene.name).read_text())
+        self.assertAlmostEqual(float(spacing[1]), 1e-3 * advised["spacing_mm"])
+        self.assertIn("torsion_Nm_per_rad: 0.5 } }", (self.applied / scene.name).read_text())
+        self.assertGreater(advised["checked_ticks"], 500)
+        self.assertLess(advised["checked_epsilon_p99_ratio"], 1)
+        self.assertLess(advised["checked_torque_epsilon_p99_ratio"], 1)
+        self.assertIn("knob: on other strokes the error is ", done.stdout)
+
     def apply(self, scene, *options):
         self.applied = self.out.parent / "applied"
         return run("advise", str(scene), "--out", str(self.out), "--apply", str(self.applied), *options)

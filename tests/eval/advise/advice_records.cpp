@@ -120,6 +120,11 @@ Record spacingRecord(const ToolAdvice& tool, std::size_t i) {
       {"own_spacing", i == 0}, {"advised", i == tool.advised}, {"points", c.points}};
   addDifference(record, c.difference);
   record.update({{"torque_epsilon_p99_ratio", c.torque_p99}, {"hot_tick_p50_ns", c.hot_ns}, {"pass", c.good()}});
+  if (i == tool.advised && tool.checked) {
+    record.update({{"checked_ticks", tool.checked->difference.ticks},
+                   {"checked_epsilon_p99_ratio", tool.checked->difference.epsilon_p99},
+                   {"checked_torque_epsilon_p99_ratio", tool.checked->torque_p99}});
+  }
   if (i + 1 == tool.advised || i == tool.advised + 1) {
     record.update({{"step", i < tool.advised ? "up" : "down"},
                    {"hot_tick_step_ns", c.hot_ns - tool.candidates[tool.advised].hot_ns}});

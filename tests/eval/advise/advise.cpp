@@ -156,6 +156,18 @@ void apply(const AdviseOptions& options, const std::vector<LoadedObject>& scene,
   const auto written = writeAdvised(advice, options.scene, options.assets, options.apply);
   const auto checks = checkedAgainst(written, scene, kSeed);
   std::printf("the advised scene: %s\n", (options.apply / std::filesystem::path(options.scene).filename()).c_str());
+  if (advice.tool && advice.tool->replacesSpacing()) {
+    std::vector<LoadedObject> others = scene;
+    const auto held = std::ranges::find_if(others, &LoadedObject::held);
+    const LoadedObject tool = *held;
+    others.erase(held);
+    const SpacingCandidate& advised = advice.tool->candidates[advice.tool->advised];
+    advice.tool->checked = checkedSpacing(tool, advised.spacing_m, others, kSeed);
+    std::printf("  %s: on other strokes the error is %.3f, of the torque %.3f, in 99 %% of %s ticks%s\n",
+                tool.name.c_str(), advice.tool->checked->difference.epsilon_p99, advice.tool->checked->torque_p99,
+                grouped(static_cast<std::size_t>(advice.tool->checked->difference.ticks)).c_str(),
+                advice.tool->checkedWell() ? "" : ": IT IS FELT");
+  }
   for (ObjectAdvice& object : advice.objects) {
     if (!object.verdict.use || !checks.contains(object.name)) continue;
     object.checked = checks.at(object.name);
@@ -185,7 +197,8 @@ bool runAdvise(const AdviseOptions& options) {
   orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
   std::printf("written to %s: advise.json, advise.csv, advise_objects.csv, %sadvise.png, advise.svg\n",
               options.out.c_str(), advice.tool ? "advise_tool.csv, " : "");
-  return std::ranges::all_of(advice.objects, [](const ObjectAdvice& o) { return o.checkedWell() && o.holds(); });
+  return (!advice.tool || advice.tool->checkedWell()) &&
+         std::ranges::all_of(advice.objects, [](const ObjectAdvice& o) { return o.checkedWell() && o.holds(); });
 }
 
 }  // namespace haptics::eval

@@ -72,20 +72,19 @@ class SceneText {
   }
   /// Of an object, by the last operation that gives it one.
   void replaceMesh(const std::string& object, const std::string& file) {
-    for (int i = scene_.operations_size() - 1; i >= 0; --i) {
-      v1::Operation& operation = *scene_.mutable_operations(i);
-      const bool isAdded = operation.has_add() && operation.add().name() == object;
-      if (!isAdded && !(operation.has_remesh() && operation.remesh().object().name() == object)) continue;
-      pb::Message& holder = isAdded ? static_cast<pb::Message&>(*operation.mutable_add()) : *operation.mutable_remesh();
-      const auto* mesh = holder.GetDescriptor()->FindFieldByName("mesh");
-      const Tree* of = tree_.GetTreeForNested(scene_.GetDescriptor()->FindFieldByName("operations"), i);
-      of = of->GetTreeForNested(operation.GetDescriptor()->FindFieldByName(isAdded ? "add" : "remesh"), -1);
-      replaced_[spanOf(text_, *of, mesh).begin] = {spanOf(text_, *of, mesh), "mesh { file: \"" + file + "\" }"};
-      holder.GetReflection()->ClearField(&holder, mesh);  // no file is needed for it any more
-      return;
-    }
-    throw std::runtime_error("--apply: no operation gives object \"" + object +
-                             "\" a mesh by its name; name it where it is remeshed, not its id");
+    Given given = lastThatGives(object, "mesh", "remesh");
+    replace(*given.where, given.field, "mesh { file: \"" + file + "\" }");
+    given.holder->GetReflection()->ClearField(given.holder, given.field);  // no file is needed for it any more
+  }
+  /// Likewise, of a tool.
+  void replaceSpacing(const std::string& tool, double spacing_m) {
+    const Given given = lastThatGives(tool, "motion", "set_motion");
+    const auto* inMotion = v1::Motion::descriptor()->FindFieldByName("tool");
+    const Tree* where = given.where->GetTreeForNested(given.field, -1)->GetTreeForNested(inMotion, -1);
+    std::ostringstream text;
+    text.precision(17);
+    text << "spacing_m: " << spacing_m;
+    replace(*where, v1::Tool::descriptor()->FindFieldByName("spacing_m"), text.str());
   }
   void append(const std::string& operation) { appended_ += operation; }
 
@@ -114,6 +113,40 @@ class SceneText {
   Tree tree_;
   std::map<std::size_t, Replacement> replaced_;  // by where it begins
   std::string appended_;
+
+  /// A field of an operation, and where the operation's text is.
+  struct Given {
+    pb::Message* holder;
+    const pb::FieldDescriptor* field;
+    const Tree* where;
+  };
+  /// The last operation that gives an object this: one that adds it, or this one.
+  Given lastThatGives(const std::string& object, const char* what, const char* operationName) {
+    for (int i = scene_.operations_size() - 1; i >= 0; --i) {
+      v1::Operation& operation = *scene_.mutable_operations(i);
+      const auto* given = operation.GetDescriptor()->FindFieldByName(operationName);
+      const pb::Reflection& reflection = *operation.GetReflection();
+      const bool isAdded = operation.has_add() && operation.add().name() == object;
+      if (!isAdded && !reflection.HasField(operation, given)) continue;
+      const auto* of = isAdded ? operation.GetDescriptor()->FindFieldByName("add") : given;
+      pb::Message* holder = reflection.MutableMessage(&operation, of);
+      const auto* field = holder->GetDescriptor()->FindFieldByName(what);
+      if (!isAdded && nameIn(*holder) != object) continue;
+      if (!holder->GetReflection()->HasField(*holder, field)) continue;
+      const Tree* where = tree_.GetTreeForNested(scene_.GetDescriptor()->FindFieldByName("operations"), i);
+      return {holder, field, where->GetTreeForNested(of, -1)};
+    }
+    throw std::runtime_error("--apply: no operation gives object \"" + object + "\" a " + what +
+                             " by its name; name it in " + operationName + ", not its id");
+  }
+  static std::string nameIn(const pb::Message& holder) {
+    const auto* object = holder.GetDescriptor()->FindFieldByName("object");
+    return static_cast<const v1::ObjectRef&>(holder.GetReflection()->GetMessage(holder, object)).name();
+  }
+  void replace(const Tree& where, const pb::FieldDescriptor* field, std::string with) {
+    const Span span = spanOf(text_, where, field);
+    replaced_[span.begin] = {span, std::move(with)};
+  }
 
   static void collect(const pb::Message& message, std::vector<std::string>& files) {
     if (const auto* mesh = dynamic_cast<const v1::MeshSource*>(&message); mesh && mesh->has_file()) {
@@ -149,6 +182,12 @@ std::string materialOperation(const std::string& object, const MaterialOption& o
 /// The written scene has to hold what was judged.
 std::vector<LoadedObject> readWritten(const SceneAdvice& advice, const fs::path& file) {
   auto objects = orThrow(loadScene(file.string(), {}));
+  if (advice.tool && advice.tool->replacesSpacing()) {
+    const auto tool = std::ranges::find_if(objects, &LoadedObject::held);
+    const double advised_m = advice.tool->candidates[advice.tool->advised].spacing_m;
+    if (tool == objects.end() || tool->motion->tool->spacing_m != advised_m)
+      throw std::runtime_error(file.string() + ": the tool has another spacing than was judged");
+  }
   for (const ObjectAdvice& object : advice.objects) {
     if (!object.verdict.use) continue;
     const auto written = std::ranges::find(objects, object.name, &LoadedObject::name);
@@ -177,6 +216,9 @@ std::vector<LoadedObject> writeAdvised(const SceneAdvice& advice, const fs::path
   std::vector<fs::path> folders{fs::absolute(scene).parent_path()};
   folders.insert(folders.end(), assets.begin(), assets.end());
   makeFolder(folder);
+  if (advice.tool && advice.tool->replacesSpacing()) {
+    text.replaceSpacing(advice.tool->name, advice.tool->candidates[advice.tool->advised].spacing_m);
+  }
   for (const ObjectAdvice& object : advice.objects) {
     if (object.verdict.use) {
       text.replaceMesh(object.name, meshFileOf(object));

@@ -12,6 +12,7 @@
 #include "haptic_server/geometry/spaced_points.h"
 #include "haptic_server/tool/tool_contact.h"
 #include "tests/eval/advise/strokes.h"
+#include "tests/eval/random.h"
 #include "tests/eval/timing.h"
 
 namespace haptics::eval {
@@ -85,12 +86,15 @@ double reachDown_m(const LoadedObject& tool, const ToolShell& shell) {
   return down_m;
 }
 
-std::vector<ToolStroke> toolStrokes(const LoadedObject& tool, double down_m, const std::vector<LoadedObject>& scene) {
+/// @param strokesOf  Of a hand without a tool, over one object.
+template <class StrokesOf>
+std::vector<ToolStroke> toolStrokes(const LoadedObject& tool, double down_m, const std::vector<LoadedObject>& scene,
+                                    StrokesOf strokesOf) {
   constexpr double kTurn = 2 * std::numbers::pi;
   std::vector<ToolStroke> strokes;
   for (LoadedObject object : scene) {
     object.material.stiffness_N_per_m = tool.material.stiffness_N_per_m;  // the tool's springs are pressed, not its own
-    for (const HandStroke& hand : strokesOver(object)) {
+    for (const HandStroke& hand : strokesOf(object)) {
       const std::vector<Vec3> places = hand.places();
       ToolStroke& stroke = strokes.emplace_back();
       for (std::size_t i = 0; i < places.size(); ++i) {
@@ -101,6 +105,10 @@ std::vector<ToolStroke> toolStrokes(const LoadedObject& tool, double down_m, con
     }
   }
   return strokes;
+}
+
+ToolShell shellOf(const LoadedObject& tool, double spacing_m) {
+  return makeToolShell(*tool.surface, spacing_m).value();  // the scene's own spacing was taken: wider ones are smaller
 }
 
 /// In 99 % of the ticks. A torque counts as the force on its lever; a difference that is too small to be noticed by itself
@@ -117,33 +125,54 @@ double torqueError_p99(const std::vector<Forces>& felt, const std::vector<Forces
   return errors.quantile(0.99);
 }
 
+SpacingCandidate judged(double spacing_m, std::size_t points, const Felt& felt, const Felt& truth) {
+  return {.spacing_m = spacing_m,
+          .points = points,
+          .difference = differenceOf(felt.forces_N, truth.forces_N),
+          .torque_p99 = torqueError_p99(felt.torques_N, truth.torques_N),
+          .hot_ns = felt.hot_ns};
+}
+
 }  // namespace
 
 ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObject>& scene) {
-  ToolAdvice advice{tool.name, {}, 0};
+  ToolAdvice advice{.name = tool.name, .candidates = {}};
   std::vector<ToolStroke> strokes;
   Felt truth;
   for (const double times : kCoarser) {
     const double spacing_m = times * tool.motion->tool->spacing_m;
-    ToolShell shell = makeToolShell(*tool.surface, spacing_m).value();  // the own one was taken, the others are smaller
-    if (!advice.candidates.empty() && shell.points.size() >= advice.candidates.back().points) break;
+    ToolShell shell = shellOf(tool, spacing_m);
+    const std::size_t points = shell.points.size();
+    if (!advice.candidates.empty() && points >= advice.candidates.back().points) break;
     if (advice.candidates.empty()) {
-      strokes = toolStrokes(tool, reachDown_m(tool, shell), scene);
+      const auto usual = [](const LoadedObject& object) { return strokesOver(object); };
+      strokes = toolStrokes(tool, reachDown_m(tool, shell), scene, usual);
       if (strokes.empty()) return advice;
     }
-    SpacingCandidate candidate{.spacing_m = spacing_m, .points = shell.points.size(), .difference = {}};
     Felt felt = ToolInScene(tool, std::move(shell), spacing_m, scene).feel(strokes);
-    candidate.hot_ns = felt.hot_ns;
     if (advice.candidates.empty()) truth = felt;
-    candidate.difference = differenceOf(felt.forces_N, truth.forces_N);
-    candidate.torque_p99 = torqueError_p99(felt.torques_N, truth.torques_N);
-    advice.candidates.push_back(candidate);
+    advice.candidates.push_back(judged(spacing_m, points, felt, truth));
     const std::size_t count = advice.candidates.size();
     if (count > 2 && !advice.candidates[count - 1].good() && !advice.candidates[count - 2].good()) break;
   }
   const auto bad = std::ranges::find_if(advice.candidates, [](const SpacingCandidate& c) { return !c.good(); });
   advice.advised = static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, bad - advice.candidates.begin())) - 1;
   return advice;
+}
+
+SpacingCandidate checkedSpacing(const LoadedObject& tool, double spacing_m, const std::vector<LoadedObject>& scene,
+                                std::uint64_t seed) {
+  Random random(seed);
+  const auto drawn = [&](const LoadedObject& object) {
+    const std::array turns_rad{random.between(0, std::numbers::pi), random.between(0, std::numbers::pi)};
+    return strokesOver(object, turns_rad, random.between(0.7, 1.3));
+  };
+  const double own_m = tool.motion->tool->spacing_m;
+  ToolShell own = shellOf(tool, own_m), written = shellOf(tool, spacing_m);
+  const std::vector<ToolStroke> strokes = toolStrokes(tool, reachDown_m(tool, own), scene, drawn);
+  const std::size_t points = written.points.size();
+  const Felt truth = ToolInScene(tool, std::move(own), own_m, scene).feel(strokes);
+  return judged(spacing_m, points, ToolInScene(tool, std::move(written), spacing_m, scene).feel(strokes), truth);
 }
 
 }  // namespace haptics::eval

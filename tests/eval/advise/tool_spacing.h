@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,11 +29,19 @@ struct ToolAdvice {
   std::vector<SpacingCandidate>
       candidates;           ///< The own spacing first; none where there is nothing to touch from above.
   std::size_t advised = 0;  ///< The coarsest of which it and all finer ones are good.
+  std::optional<SpacingCandidate> checked = std::nullopt;  ///< As written, by other strokes than it was advised by.
+
+  [[nodiscard]] bool replacesSpacing() const noexcept { return advised > 0; }
+  [[nodiscard]] bool checkedWell() const noexcept { return !checked || checked->good(); }
 };
 
 /// Strokes the tool over each object, as the simulated hand would choose it, pressed with 1 N on the tool's lowest point and
 /// tilted to and fro, at the scene's spacing and at coarser ones, until two on end will not do.
 /// @param scene  Objects but the tool, where the scene has them.
 [[nodiscard]] ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObject>& scene);
+
+/// A spacing on strokes in directions and with presses that are drawn at random.
+[[nodiscard]] SpacingCandidate checkedSpacing(const LoadedObject& tool, double spacing_m,
+                                              const std::vector<LoadedObject>& scene, std::uint64_t seed);
 
 }  // namespace haptics::eval
