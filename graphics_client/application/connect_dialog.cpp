@@ -72,15 +72,15 @@ ConnectDialog::ConnectDialog(QWidget* parent, const RecentServers& recent)
   connect(buttons, &QDialogButtonBox::rejected, [this] { reject(); });
 
   auto* form = new QGridLayout(this);
-  const auto label = [&](const QString& words, QWidget* field, int row) {
+  const auto addLabel = [&](const QString& words, QWidget* field, int row) {
     auto* label = new QLabel(words);
     label->setBuddy(field);
     form->addWidget(label, row, 0);
   };
-  label("&Server", address_, 0);
+  addLabel("&Server", address_, 0);
   form->addWidget(address_, 0, 1, 1, 2);
   form->addWidget(addressError_, 1, 1, 1, 2);
-  label("C&redentials", credentials_, 2);
+  addLabel("C&redentials", credentials_, 2);
   form->addWidget(credentials_, 2, 1);
   form->addWidget(browse, 2, 2);
   form->addWidget(credentialsError_, 3, 1, 1, 2);

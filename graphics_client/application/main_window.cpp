@@ -67,7 +67,8 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       connection_(this, link, files_),
       replay_(new ReplayPanel),
       gizmo_(scene_, editor_, newest_),
-      importer_(new MeshImporter(link, editor_)) {
+      importer_(new MeshImporter(link, editor_)),
+      advisor_(new Advisor) {
   setWindowTitle("Haptic viewer");
   resize(options.width_px, options.height_px);
   auto* centre = new QWidget;
@@ -86,6 +87,8 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
     statusBar()->addWidget(label);
   }
   statusBar()->addPermanentWidget(importer_);
+  statusBar()->addPermanentWidget(advisor_);
+  connect(advisor_, &Advisor::said, [this](auto... words) { say(words...); });
   connect(importer_, &MeshImporter::failed, [this](auto file, auto why) { say("import " + file, why, true); });
   connect(importer_, &MeshImporter::imported, [this](const QString& object, const QString& report) {
     for (const QString& line : report.split('\n')) {
@@ -238,9 +241,10 @@ void MainWindow::select(const QString& name) {
 
 void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   const MirrorView& view = *now;
-  properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), now,
-                    scene_.objects().floor_m());
-  if (!report_.isEmpty() && view.scene->find(selected_.toStdString())) {
+  const SceneVersion::Object object = selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString());
+  properties_->show(object, now, scene_.objects().floor_m());
+  properties_->setAdvice(object ? advisor_->adviceOn(*object) : QString());
+  if (!report_.isEmpty() && object) {
     properties_->say(std::exchange(report_, {}), false);
   }
   for (const auto& [action, verb, offer] :
@@ -306,7 +310,13 @@ void MainWindow::say(const QString& edit, const QString& words, bool isError) {
 
 void MainWindow::finish() {
   importer_->finish();
+  advisor_->finish();
   editor_.finish();
+}
+
+void MainWindow::askForAdvice() {
+  if (!editor_.refusal().empty()) return say("advice", QString::fromStdString(editor_.refusal()), true);
+  advisor_->ask(editor_.view());
 }
 
 void MainWindow::importMesh() {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "graphics_client/application/advisor.h"
 #include "graphics_client/application/connection_control.h"
 #include "graphics_client/application/gizmo_tool.h"
 #include "graphics_client/application/hand_steering.h"
@@ -75,6 +76,7 @@ class MainWindow : public QMainWindow {
   ReplayPanel* replay_;
   GizmoTool gizmo_;
   MeshImporter* importer_;
+  Advisor* advisor_;
   QStringList dropped_;  // files, where the pointer is
   QString report_;       // of the import that is selected, until its object is here
   bool ending_ = false;
@@ -103,6 +105,7 @@ class MainWindow : public QMainWindow {
   void importMesh();
   void drop(const QStringList& files, const QPoint& place);
   void import(const QStringList& files, const std::optional<SurfacePoint>& onto);
+  void askForAdvice();
   void sayHand(const MirrorView& view);
   void showOtherServer();
   void showOtherSource();

@@ -64,7 +64,7 @@ void MainWindow::makeEditMenu() {
   QMenu* objects = edit->addMenu("&Add");
   int number = 0;
   for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
-    addAction(objects, kind, Qt::CTRL + Qt::Key_1 + number++, "Adds one above the scene", [this, kind] {
+    addAction(objects, kind, QString("Ctrl+%1").arg(++number), "Adds one above the scene", [this, kind] {
       select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
     });
   }
@@ -76,6 +76,13 @@ void MainWindow::makeEditMenu() {
   }));
   edit->addSeparator();
   gizmo_.addActions(edit, view_);
+  edit->addSeparator();
+  addAction(
+      edit, "Ask for ad&vice", QKeySequence("Ctrl+Shift+A"),
+      "Tries fewer triangles and other features, some minutes long, and says beside each object what feels the same",
+      [this] { askForAdvice(); });
+  addAction(edit, "&Cancel advice", QKeySequence("Ctrl+Alt+A"), "Ends the trials that are under way",
+            [this] { advisor_->cancel(); });
 }
 
 void MainWindow::addHiding(QMenu* menu) {
@@ -144,7 +151,7 @@ void MainWindow::makeMenus() {
   int number = 0;
   for (QDockWidget* panel : findChildren<QDockWidget*>()) {
     QAction* shown = panel->toggleViewAction();
-    shown->setShortcut(Qt::ALT + Qt::Key_1 + number++);
+    shown->setShortcut(QString("Alt+%1").arg(++number));
     shown->setToolTip("Shows or hides this panel");
     shown->setStatusTip(shown->toolTip());
     view->addAction(shown);

@@ -35,7 +35,7 @@ QString titleOf(const SceneVersion::Object& object, bool mayEdit) {
 }  // namespace
 
 PropertyPanel::PropertyPanel()
-    : title_(new QLabel), answer_(new QLabel), rowsOf_(new QWidget), scroll_(new QScrollArea) {
+    : title_(new QLabel), advice_(new QLabel), answer_(new QLabel), rowsOf_(new QWidget), scroll_(new QScrollArea) {
   setObjectName("properties");
   form_ = new QFormLayout(rowsOf_);
   form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
@@ -53,6 +53,11 @@ PropertyPanel::PropertyPanel()
   scroll_->setSizePolicy(policy);
   title_->setTextFormat(Qt::PlainText);
   title_->setWordWrap(true);
+  advice_->setTextFormat(Qt::PlainText);
+  advice_->setWordWrap(true);
+  advice_->setObjectName("advice on the object");
+  advice_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  advice_->hide();
   answer_->setTextFormat(Qt::PlainText);
   answer_->setWordWrap(true);
   answer_->setObjectName("answer");
@@ -68,6 +73,7 @@ PropertyPanel::PropertyPanel()
   answers->setAccessibleName("answer of the server");
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(title_);
+  layout->addWidget(advice_);
   layout->addWidget(scroll_, 1);
   layout->addWidget(answers);
   show(nullptr, nullptr, 0);
@@ -165,6 +171,11 @@ void PropertyPanel::show(const SceneVersion::Object& object, const std::shared_p
   rowsOf_->setEnabled(mayEdit);
   title_->setText(titleOf(object, mayEdit));
   showRows(isAnother);
+}
+
+void PropertyPanel::setAdvice(const QString& advice) {
+  advice_->setText(advice);
+  advice_->setVisible(!advice.isEmpty());
 }
 
 void PropertyPanel::showRows(bool withHeld) {

@@ -27,6 +27,8 @@ class PropertyPanel : public QWidget {
   /// What it shows: an object of the view, or none. A row that a person holds is left as it is.
   /// @param floor_m  World z: what is made to move comes to rest there.
   void show(const SceneVersion::Object& object, const std::shared_ptr<const MirrorView>& view, double floor_m);
+  /// Below its name: what was advised on it; empty: nothing.
+  void setAdvice(const QString& advice);
   /// Below the rows: what the server said of the last edit. After an error the rows show what holds.
   void say(const QString& text, bool isError);
   /// A height map of the object that is shown, once it is read.
@@ -48,6 +50,7 @@ class PropertyPanel : public QWidget {
  private:
   QFormLayout* form_;
   QLabel* title_;
+  QLabel* advice_;
   QLabel* answer_;
   QWidget* rowsOf_;
   QScrollArea* scroll_;  // of the rows

@@ -100,10 +100,18 @@ Result<void> saveScene(const MirrorView& view, const fs::path& file) {
     if (view.isComplete(*object)) continue;
     return refused(file.string(), "cannot be written yet: assets of object \"" + object->name + "\" are on their way");
   }
-  for (const AssetName& name : assetsNamedBy(scene)) {
-    if (auto written = write(fileOf(name, file), canonicalBytes(*assetIn(view, name)).copy()); !written) return written;
-  }
+  std::vector<AssetContent> assets;
+  for (const AssetName& name : assetsNamedBy(scene)) assets.push_back(*assetIn(view, name));
+  if (auto written = saveBeside(file, assets); !written) return written;
   return write(file, text);
+}
+
+Result<void> saveBeside(const fs::path& file, const std::vector<AssetContent>& assets) {
+  for (const AssetContent& content : assets) {
+    const CanonicalBytes bytes = canonicalBytes(content);
+    if (auto written = write(fileOf({kindOf(content), bytes.hash()}, file), bytes.copy()); !written) return written;
+  }
+  return {};
 }
 
 Result<Edit> openScene(const fs::path& file, const SceneVersion& present) {

@@ -15,6 +15,9 @@ namespace haptics {
 /// Writes the file, if there is one instead of it, and its assets. Refused: an asset of the scene is not here yet.
 [[nodiscard]] Result<void> saveScene(const MirrorView& view, const std::filesystem::path& file);
 
+/// Writes these assets beside the file, as saveScene() does.
+[[nodiscard]] Result<void> saveBeside(const std::filesystem::path& file, const std::vector<AssetContent>& assets);
+
 /// An edit that removes the present objects and carries out the file's transaction, with uploads of the assets that the
 /// present scene does not name. Refused: an asset is missing, damaged, or of another kind than its name says.
 [[nodiscard]] Result<Edit> openScene(const std::filesystem::path& file, const SceneVersion& present);

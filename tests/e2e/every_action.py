@@ -273,7 +273,8 @@ class EveryAction(harness.EndToEnd):
         self.leave()
         menus = {menu for menu, _ in self.menus}
         actions = {(menu, title) for menu, title in self.menus if title not in menus or menu == "View"}
-        elsewhere = {("File", "Cancel import"), ("Hand", "Let go")}  # edit_with_mouse.py, touch_with_mouse.py
+        elsewhere = {("File", "Cancel import"), ("Hand", "Let go"),  # edit_with_mouse.py, touch_with_mouse.py
+                     ("Edit", "Ask for advice"), ("Edit", "Cancel advice")}  # advice_in_viewer.py
         self.assertEqual(actions - self.tried, elsewhere)
 
     def test_by_key(self):

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/wire/convert.h"
+#include "graphics_client/editing/scene_file.h"
 #include "haptic_server/scene/asset_folders.h"
 #include "tests/eval/advise/ply_file.h"
 #include "tests/eval/advise/verdict.h"
@@ -96,6 +97,7 @@ class SceneText {
     }
     return edited + appended_;
   }
+  [[nodiscard]] const v1::Transaction& scene() const noexcept { return scene_; }
   /// That are named still: meshes and images, below the asset folders.
   [[nodiscard]] std::vector<std::string> files() const {
     std::vector<std::string> files;
@@ -233,6 +235,7 @@ std::vector<LoadedObject> writeAdvised(const SceneAdvice& advice, const fs::path
     writeNew(folder / name, readText(found.file));
   }
   const fs::path file = folder / scene.filename();
+  orThrow(saveBeside(file, orThrow(assetsBeside(scene, text.scene(), SceneVersion()))));
   writeNew(file, text.text());
   return readWritten(advice, file);
 }

@@ -103,8 +103,8 @@ TEST(CollidingBodies, WaitRatherThanPassThroughWhereTheAllowanceIsSmall) {
   std::vector<ServoObject> objects{table()};
   const TriMesh marble = makeSphere(0.012, 24).value();
   for (std::uint64_t i = 0; i < 8; ++i)
-    objects.push_back(
-        colliding(i + 2, marble, {0.03 * static_cast<double>(i % 4), 0.001, 0.03 + 0.03 * (i / 4)}, 0.02));
+    objects.push_back(colliding(
+        i + 2, marble, {0.03 * static_cast<double>(i % 4), 0.001, 0.03 + 0.03 * static_cast<double>(i / 4)}, 0.02));
   VirtualServo servo(still({0, 0, 0.2}), config, sceneOf(1, objects));
   for (int i = 0; i < 20'000; ++i) {
     servo.step();
