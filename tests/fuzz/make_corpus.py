@@ -10,7 +10,7 @@ import zlib
 from pathlib import Path
 
 from google.protobuf import text_format
-from haptics.v1 import envelope_pb2, recording_pb2, scene_pb2, state_pb2
+from haptics.v1 import audience_pb2, envelope_pb2, recording_pb2, scene_pb2, state_pb2
 
 CORPUS = Path(__file__).parent / "corpus"
 SCENES = {
@@ -303,6 +303,22 @@ def main():
         row = [bytes([flags]) + cookie.SerializeToString(), bytes([1]) + cookie.SerializeToString(),
                bytes([flags | 1]) + sample.SerializeToString()]
         write("datagram", f"row_{flags}", pieces(row))
+
+    # What is published, of the epoch that the fuzzer's server has: audience_fuzz.cpp, Action.
+    def published(kind, **fields):
+        return kind(protocol_version=1, epoch=1001, **fields).SerializeToString()
+    (store_snapshot, store_commit, damage_stored, live_commit, live_sample, honest, asset_chunk) = (bytes([a]) for a in range(7))
+    parts = [published(audience_pb2.SnapshotPart, begin=server["snapshot_begin"].snapshot_begin),
+             published(audience_pb2.SnapshotPart, objects=server["snapshot_objects"].snapshot_objects),
+             published(audience_pb2.SnapshotPart, end=server["snapshot_end"].snapshot_end)]
+    commit = published(audience_pb2.PublishedCommit, commit=server["commit"].commit)
+    samples = [published(audience_pb2.LiveMessage, telemetry=server["telemetry"].telemetry),
+               published(audience_pb2.LiveMessage, heartbeat=envelope_pb2.Heartbeat(epoch=1001, revision=3, root=bytes(32)))]
+    live = [honest, *(live_sample + sample for sample in samples), honest, live_commit + commit]
+    write("audience", "live", pieces(live))
+    write("audience", "stored", pieces([*(store_snapshot + part for part in parts), store_commit + commit, *live]))
+    write("audience", "damaged", pieces([damage_stored + bytes(where) for where in ((0, 9, 1), (1, 40, 255), (2, 3, 4))] + live))
+    write("audience", "chunk", pieces([asset_chunk + server["asset_chunk"].asset_chunk.SerializeToString()]))
 
     write("mesh_bytes", "tetrahedron", mesh)
     write("mesh_bytes", "empty", b"HMSH" + struct.pack("<IQQ", 1, 0, 0))
