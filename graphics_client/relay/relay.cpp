@@ -6,6 +6,7 @@
 
 #include "common/clock/monotonic.h"
 #include "graphics_client/mirror/server_link.h"
+#include "graphics_client/relay/published_surfaces.h"
 #include "graphics_client/relay/session_publisher.h"
 
 namespace haptics {
@@ -46,8 +47,10 @@ class Round {
     if (view.scene != scene_ || view.assetBytes != assetBytes_) {
       scene_ = view.scene;
       assetBytes_ = view.assetBytes;
-      publisher_.publishAssets(view);
+      surfaces_.want(view);
+      publisher_.publishAssets(view, surfaces_.keys());
     }
+    if (const auto made = surfaces_.takeMade()) publisher_.publishSurface(made->key, made->bytes);
     const std::uint64_t now_ns = monotonicNow_ns();
     if (now_ns < nextHeartbeat_ns_) return;
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
@@ -55,6 +58,7 @@ class Round {
   }
 
   SessionPublisher& publisher_;
+  PublishedSurfaces surfaces_;
   const std::function<void(const std::string&)>& say_;
   ServerLink link_;  // its thread ends before the publisher
   std::string linkText_;

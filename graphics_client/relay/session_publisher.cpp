@@ -247,13 +247,14 @@ void SessionPublisher::store(const std::string& subject, const google::protobuf:
   ++lastSequence_;
 }
 
-void SessionPublisher::publishAssets(const MirrorView& view) {
+void SessionPublisher::publishAssets(const MirrorView& view, const std::set<ContentHash>& surfaces) {
   std::set<std::string> named;
+  for (const ContentHash& key : surfaces) named.insert(key.hex());
   for (const SceneVersion::Object& object : view.scene->objects()) {
     for (const AssetName& asset : object->assets()) {
       if (!named.insert(asset.hash.hex()).second) continue;
       const auto content = view.contentOf(asset);
-      if (content) storeAsset(asset, canonicalBytes(*content));
+      if (content) storeAsset(asset.hash, static_cast<v1::AssetKind>(asset.kind), canonicalBytes(*content));
     }
   }
   std::erase_if(storedChunks_, [&](const auto& entry) {
@@ -263,20 +264,24 @@ void SessionPublisher::publishAssets(const MirrorView& view) {
   });
 }
 
-void SessionPublisher::storeAsset(const AssetName& asset, const CanonicalBytes& bytes) {
+void SessionPublisher::publishSurface(const ContentHash& key, const std::string& bytes) {
+  storeAsset(key, v1::ASSET_KIND_UNSPECIFIED, CanonicalBytes(bytes, {}));
+}
+
+void SessionPublisher::storeAsset(const ContentHash& name, v1::AssetKind kind, const CanonicalBytes& bytes) {
   const std::uint64_t chunks = (bytes.size() + kPublishedChunk_bytes - 1) / kPublishedChunk_bytes;
-  std::uint64_t& stored = storedChunks_[asset.hash.hex()];
+  std::uint64_t& stored = storedChunks_[name.hex()];
   if (stored == chunks) return;
   for (stored = 0; stored < chunks && !failure(); ++stored) {
     v1::AssetChunk chunk;
-    chunk.set_hash(asset.hash.asBytes());
-    chunk.set_kind(static_cast<v1::AssetKind>(asset.kind));
+    chunk.set_hash(name.asBytes());
+    chunk.set_kind(kind);
     chunk.set_total_size(bytes.size());
     chunk.set_offset(stored * kPublishedChunk_bytes);
     chunk.set_data(bytes.copy(chunk.offset(), kPublishedChunk_bytes));
     const std::string message = chunk.SerializeAsString();
-    const natsStatus status = js_PublishAsync(assets_.get(), subjects_.chunk(asset.hash, stored).c_str(),
-                                              message.data(), static_cast<int>(message.size()), nullptr);
+    const natsStatus status = js_PublishAsync(assets_.get(), subjects_.chunk(name, stored).c_str(), message.data(),
+                                              static_cast<int>(message.size()), nullptr);
     if (status != NATS_OK) return fail({{"JetStream stream " + subjects_.assetStream, natsErrorText(status)}});
   }
 }

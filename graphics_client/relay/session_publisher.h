@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "common/error/error.h"
@@ -54,8 +55,9 @@ class SessionPublisher {
   [[nodiscard]] std::optional<HeldScene> held() const;
   /// To be called on one thread.
   [[nodiscard]] SessionFollower follower();
-  /// The view's assets that are not stored yet; those that its scene does not name any more are removed.
-  void publishAssets(const MirrorView& view);
+  /// The view's assets that are not stored yet. Removed is what neither its scene nor one of `surfaces` names any more.
+  void publishAssets(const MirrorView& view, const std::set<ContentHash>& surfaces);
+  void publishSurface(const ContentHash& key, const std::string& bytes);
   void publishHeartbeat(const MirrorView& view);
   [[nodiscard]] std::optional<RelayFailure> failure() const;
 
@@ -90,7 +92,7 @@ class SessionPublisher {
   void commit(const v1::Commit& commit, const SceneVersion& after);
   void telemetry(const v1::Telemetry& telemetry);
   void store(const std::string& subject, const google::protobuf::Message& message, const std::string& id = {});
-  void storeAsset(const AssetName& asset, const CanonicalBytes& bytes);
+  void storeAsset(const ContentHash& name, v1::AssetKind kind, const CanonicalBytes& bytes);
   void noteStoredChunks(const jsStreamInfo& info);
   void purge(const std::string& stream, const std::string& subject, std::uint64_t upTo);
   void fail(RelayFailure failure);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "graphics_client/mirror/mirror_view.h"
-#include "graphics_client/viewer/displayed_surface.h"
+#include "graphics_client/surface/displayed_surface.h"
 
 // What the overlay says, as plain data: no VTK here.
 namespace haptics {

@@ -6,11 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-#include <variant>
 
-#include "common/surface/make_field.h"
 #include "graphics_client/viewer/dented_points.h"
-#include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/poly_data.h"
 
 namespace haptics {
@@ -29,27 +26,6 @@ std::vector<Vec3> outlineOf(const TriMesh& mesh) {
     points.emplace_back(*high);
   }
   return points;
-}
-
-SurfaceFields fieldsOf(const RenderMeshRequest& request) {
-  const auto in = [](const auto& held) {
-    return [&held](const ContentHash& hash) {
-      const auto at = held.find(hash);
-      return at == held.end() ? nullptr : at->second;
-    };
-  };
-  /// Null where a sampled or point field of the family is not here.
-  const auto fieldOf = [&](const FieldFamily& family) -> std::shared_ptr<const ScalarField> {
-    return makeField(family, in(request.fields), in(request.pointFields)).value_or(nullptr);
-  };
-  SurfaceFields fields;
-  if (request.surface.texture) fields.texture = fieldOf(request.surface.texture->family);
-  if (!request.surface.friction) return fields;
-  const auto* family = std::get_if<FieldFamily>(&request.surface.friction->over);
-  if (family) fields.friction = fieldOf(*family);
-  const bool fits = request.frictionScale && request.frictionScale->size() == request.triangles->vertices.size();
-  if (fits) fields.frictionScale = request.frictionScale;
-  return fields;
 }
 
 /// A piece that is drawn anew costs by its triangles, one that is drawn by its being one.
@@ -100,17 +76,10 @@ bool facesAway(const RenderMesh& renderMesh, const RenderMesh::Piece& piece, Vec
   return renderMesh.closed && facesAway(piece.patch, eye);
 }
 
-RenderMesh buildRenderMesh(const RenderMeshRequest& request) {
-  TriMesh shaped;
-  const bool isShaped = request.deformation.lattice || request.residue;
-  if (isShaped) {
-    shaped = {shapeAtRest(request.deformation, request.triangles->vertices, request.residue.get()),
-              request.triangles->triangles};
-  }
-  const TriMesh& mesh = isShaped ? shaped : *request.triangles;
-  SurfaceFields fields = fieldsOf(request);
-  if (isShaped) fields.material = request.triangles->vertices;
-  DisplayedSurface surface = displaySurface(mesh, request.surface, fields, request.maxTriangles);
+RenderMesh buildRenderMesh(const SurfaceRequest& request) {
+  const std::shared_ptr<const TriMesh> shape = shapeAtRest(request);
+  const TriMesh& mesh = *shape;
+  DisplayedSurface surface = displaySurface(request, mesh);
   RenderMesh renderMesh{.pieces = piecesOf(surface),
                         .shadow = {},
                         .rims = {},

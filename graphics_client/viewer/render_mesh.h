@@ -4,39 +4,13 @@
 #include <vtkSmartPointer.h>
 
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <vector>
 
-#include "common/hash/content_hash.h"
-#include "common/mesh/tri_mesh.h"
-#include "common/scene/deformation_properties.h"
-#include "common/scene/surface_properties.h"
-#include "common/surface/point_field.h"
-#include "common/surface/sampled_field.h"
+#include "graphics_client/surface/surface_request.h"
 #include "graphics_client/viewer/patches.h"
 
 namespace haptics {
-
-/// What a render mesh is built from: all that decides how an object is drawn, but for its colour and pose.
-struct RenderMeshRequest {
-  ContentHash mesh;
-  SurfaceProperties surface;
-  DeformationProperties deformation = {};  ///< Softness aside.
-  std::size_t maxTriangles = 0;
-
-  // What the hashes above stand for.
-  std::shared_ptr<const TriMesh> triangles = nullptr;
-  std::map<ContentHash, std::shared_ptr<const SampledField>> fields = {};     ///< Of texture and static friction.
-  std::map<ContentHash, std::shared_ptr<const PointField>> pointFields = {};  ///< Of texture and static friction.
-  std::shared_ptr<const std::vector<float>> frictionScale = nullptr;          ///< Null where none is named.
-  std::shared_ptr<const MovedVertices> residue = nullptr;                     ///< Null where none is named.
-
-  [[nodiscard]] bool sameAs(const RenderMeshRequest& other) const {
-    return mesh == other.mesh && maxTriangles == other.maxTriangles && surface == other.surface &&
-           deformation.lattice == other.deformation.lattice && deformation.residue == other.deformation.residue;
-  }
-};
 
 /// How the objects of one mesh and one set of surface properties are drawn. Object frame, m. Never changed once made.
 struct RenderMesh {
@@ -61,6 +35,6 @@ struct RenderMesh {
 [[nodiscard]] bool facesAway(const RenderMesh& renderMesh, const RenderMesh::Piece& piece, Vec3 eye);
 
 /// Takes from milliseconds to about a second.
-[[nodiscard]] RenderMesh buildRenderMesh(const RenderMeshRequest& request);
+[[nodiscard]] RenderMesh buildRenderMesh(const SurfaceRequest& request);
 
 }  // namespace haptics

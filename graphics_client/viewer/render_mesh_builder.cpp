@@ -16,7 +16,7 @@ RenderMeshBuilder::~RenderMeshBuilder() {
   thread_.join();
 }
 
-RenderMeshBuilder::Pending RenderMeshBuilder::request(const RenderMeshRequest& request) {
+RenderMeshBuilder::Pending RenderMeshBuilder::request(const SurfaceRequest& request) {
   forgetUnused();
   const auto at = std::ranges::find_if(known_, [&](const Known& known) { return known.request.sameAs(request); });
   if (at != known_.end()) return at->pending;

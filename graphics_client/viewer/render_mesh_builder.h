@@ -24,7 +24,7 @@ class RenderMeshBuilder {
   RenderMeshBuilder& operator=(const RenderMeshBuilder&) = delete;
 
   /// For one calling thread. A mesh that is in use, or being built, is not built twice.
-  [[nodiscard]] Pending request(const RenderMeshRequest& request);
+  [[nodiscard]] Pending request(const SurfaceRequest& request);
 
   [[nodiscard]] static bool isReady(const Pending& pending) {
     return pending.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
@@ -32,7 +32,7 @@ class RenderMeshBuilder {
 
  private:
   struct Known {
-    RenderMeshRequest request;
+    SurfaceRequest request;
     Pending pending;
   };
   using Task = std::packaged_task<std::shared_ptr<const RenderMesh>()>;

@@ -9,52 +9,9 @@
 namespace haptics {
 namespace {
 
-bool hasField(const SurfaceProperties& surface) {
-  return surface.texture || (surface.friction && !std::holds_alternative<std::monostate>(surface.friction->over));
-}
-
 std::size_t countTextured(const SceneVersion& scene) {
   return static_cast<std::size_t>(
       std::ranges::count_if(scene.objects(), [](const auto& o) { return hasField(o->material.surface); }));
-}
-
-template <class Value>
-std::shared_ptr<const Value> find(const std::map<ContentHash, std::shared_ptr<const Value>>& held,
-                                  const ContentHash& hash) {
-  const auto at = held.find(hash);
-  return at == held.end() ? nullptr : at->second;
-}
-
-/// Nothing while the mesh or a field is still on its way.
-std::optional<RenderMeshRequest> requestFor(const ObjectRecord& object, const MirrorView& view,
-                                            std::size_t maxTriangles) {
-  RenderMeshRequest request{.mesh = object.mesh,
-                            .surface = object.material.surface,
-                            .deformation = object.deformation,
-                            .maxTriangles = hasField(object.material.surface) ? maxTriangles : 0,
-                            .triangles = find(view.meshes, object.mesh)};
-  bool complete = request.triangles != nullptr;
-  if (auto& friction = request.surface.friction) {
-    friction->dynamicOver = {};  // is not drawn
-    friction->dynamicVariation = 0;
-  }
-  request.surface.stiffnessOver.reset();  // likewise
-  request.surface.softnessOver.reset();
-  for (const auto& [kind, hash] : assetsOf(request.surface)) {
-    if (kind == AssetKind::kScalarField) complete &= (request.fields[hash] = find(view.fields, hash)) != nullptr;
-    if (kind == AssetKind::kPointField) {
-      complete &= (request.pointFields[hash] = find(view.pointFields, hash)) != nullptr;
-    }
-    if (kind != AssetKind::kVertexValues) continue;
-    request.frictionScale = find(view.vertexValues, hash);
-    complete &= request.frictionScale != nullptr;
-  }
-  if (const auto& residue = request.deformation.residue) {
-    request.residue = find(view.movedVertices, *residue);
-    complete &= request.residue != nullptr;
-  }
-  if (!complete) return {};
-  return request;
 }
 
 /// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
@@ -112,7 +69,7 @@ bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const
                          std::size_t maxTriangles) {
   bool changed = takeRenderMesh(shown);
   if (!shown.pending.valid() && (shown.ordered != object || shown.share != maxTriangles)) {
-    if (std::optional<RenderMeshRequest> request = requestFor(*object, view, maxTriangles)) {
+    if (std::optional<SurfaceRequest> request = surfaceRequest(*object, view, maxTriangles)) {
       shown.ordered = object;
       shown.share = maxTriangles;
       if (!request->sameAs(shown.request)) {

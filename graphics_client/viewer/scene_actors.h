@@ -12,7 +12,7 @@
 
 #include "common/scene/scene.h"
 #include "graphics_client/mirror/mirror_view.h"
-#include "graphics_client/viewer/displayed_surface.h"
+#include "graphics_client/surface/displayed_surface.h"
 #include "graphics_client/viewer/floor.h"
 #include "graphics_client/viewer/object_actors.h"
 #include "graphics_client/viewer/render_mesh_builder.h"
@@ -76,7 +76,7 @@ class SceneActors {
     Pose pose;                             ///< Where the servo has it, as last seen.
     SceneVersion::Object ordered;          ///< The record that the last order was for ...
     std::size_t share = 0;                 ///< ... with so many triangles at most.
-    RenderMeshRequest request;             ///< The last.
+    SurfaceRequest request;                ///< The last.
     RenderMeshBuilder::Pending pending;    ///< Its render mesh while it is not shown.
     std::unique_ptr<ObjectActors> actors;  ///< Null before the first render mesh.
     std::vector<Dent> dents;               ///< As shown.

@@ -41,8 +41,8 @@ function show(chosen) {
     get ihip() { return picture.hands[0].ihip.getPosition(); },
     get hip() { return picture.hands[0].hip.getPosition(); },
     get objects() {
-      return [...picture.objects.values()].map(({state: {id, name}, actor, pose, dents}) =>
-        ({id: String(id), name, isDrawn: Boolean(actor), pose, dents: dents.length}));
+      return [...picture.objects.values()].map(({state: {id, name}, surface, actor, heights, pose, dents}) =>
+        ({id: String(id), name, isDrawn: Boolean(actor) && Boolean(heights) === Boolean(surface), heights, pose, dents: dents.length}));
     },
   };
   session.run();

@@ -14,11 +14,12 @@ import vtkRenderWindow from '@kitware/vtk.js/Rendering/Core/RenderWindow';
 import vtkSphereSource from '@kitware/vtk.js/Filters/Sources/SphereSource';
 import vtkTrackball from '@kitware/vtk.js/Interaction/Style/InteractorStyleTrackballCamera';
 
-import {decodeMesh, decodeMoved, dent, normalsOf, restShape} from './shapes.js';
+import {decodeAsset, dent, normalsOf, restShape} from './shapes.js';
 import {hex} from './scene.js';
 
 const BACKGROUND = [0.93, 0.94, 0.96], HIP = [0.85, 0.1, 0.1], IHIP = [0.1, 0.3, 0.9], FORCE = [1, 0.55, 0];
 const LEAST_FPS = 25, LEAST_SCALE = 0.4, SETTLED_MS = 2500;
+const PIT_BRIGHTNESS = 0.72, PEAK_BRIGHTNESS = 1.06;  // of the viewer, too
 const BALL_M = 0.004, METRES_PER_NEWTON = 0.01, LEAST_FORCE_N = 0.02;
 
 /** Whether WebGL is computed by the processor, where smooth edges cost four times the time. */
@@ -52,17 +53,37 @@ function actorOf(source, color) {
   return actor;
 }
 
-/** One object: its data is made once its mesh is here. */
+/** Of each point, by its height in the texture: red, green, blue. */
+function colorsOf(heights, {red, green, blue}) {
+  const byHeight = Array.from({length: 256}, (_, height) => {
+    const brightness = PIT_BRIGHTNESS + (PEAK_BRIGHTNESS - PIT_BRIGHTNESS) * height / 255;
+    return shown({red, green, blue}).map((x) => Math.round(255 * Math.min(1, brightness * x)));
+  });
+  const colors = new Uint8Array(3 * heights.length);
+  heights.forEach((height, i) => colors.set(byHeight[height], 3 * i));
+  return vtkDataArray.newInstance({name: 'Colors', values: colors, numberOfComponents: 3});
+}
+
+/** One object: its data is made once its mesh is here, and anew once its textured surface is. */
 class Shown {
-  constructor(state) {
+  constructor(state, surface) {
     this.state = state;
+    this.surface = surface;
     this.actor = null;
     this.dents = [];
   }
 
+  /** Lowest and highest as drawn, of 0 to 255; null without a texture, or before it is here. */
+  get heights() {
+    const heights = this.mesh?.heights;
+    return heights ? [heights.reduce((a, b) => Math.min(a, b)), heights.reduce((a, b) => Math.max(a, b))] : null;
+  }
+
+  /** `mesh`: of the scene, or the textured surface, which has the shape at rest. */
   make(mesh, moved) {
     this.mesh = mesh;
-    this.rest = restShape(mesh, this.state.deformation, moved);
+    const isTextured = Boolean(mesh.heights);
+    this.rest = isTextured ? mesh.vertices : restShape(mesh, this.state.deformation, moved);
     this.data = vtkPolyData.newInstance();
     const cells = new Uint32Array(mesh.triangles.length / 3 * 4);
     for (let from = 0, to = 0; from < mesh.triangles.length; from += 3, to += 4) {
@@ -73,15 +94,19 @@ class Shown {
     this.setPoints(this.rest);
     const mapper = vtkMapper.newInstance();
     mapper.setInputData(this.data);
-    mapper.setScalarVisibility(false);
+    mapper.setScalarVisibility(isTextured);
+    if (isTextured) this.data.getPointData().setScalars(colorsOf(mesh.heights, this.state.color || {}));
     this.actor = vtkActor.newInstance();
     this.actor.setMapper(mapper);
     const property = this.actor.getProperty();
     property.setColor(...shown(this.state.color || {}));
     property.setAmbient(0.25);
     property.setDiffuse(0.75);
-    if (!this.state.shading) property.setInterpolationToFlat();
-    this.place(this.state.pose);
+    if (!this.state.shading && !isTextured) property.setInterpolationToFlat();
+    this.place(this.pose || this.state.pose);
+    const {dents} = this;
+    this.dents = [];
+    this.setDents(dents);
   }
 
   setPoints(points) {
@@ -188,19 +213,18 @@ export class Picture {
 
   showScene(scene) {
     for (const [id, object] of this.objects) {
-      const state = scene.objects.get(id)?.state;
-      if (state === object.state) continue;
+      if (scene.objects.get(id)?.state === object.state) continue;
       if (object.actor) this.renderer.removeActor(object.actor);
       this.objects.delete(id);
     }
-    for (const [id, {state}] of scene.objects) {
-      if (!this.objects.has(id)) this.objects.set(id, new Shown(state));
+    for (const [id, {state, surface}] of scene.objects) {
+      if (!this.objects.has(id)) this.objects.set(id, new Shown(state, surface));
     }
     this.makeObjects();
   }
 
   addAsset(name, bytes) {
-    this.assets.set(name, String.fromCharCode(...bytes.subarray(0, 4)) === 'HMSH' ? decodeMesh(bytes) : decodeMoved(bytes));
+    this.assets.set(name, decodeAsset(bytes));
     this.makeObjects();
   }
 
@@ -208,8 +232,10 @@ export class Picture {
     for (const object of this.objects.values()) {
       const residue = object.state.deformation?.residue?.asset;
       const mesh = this.assets.get(hex(object.state.mesh)), moved = residue?.length ? this.assets.get(hex(residue)) : null;
-      if (object.actor || !mesh || moved === undefined) continue;
-      object.make(mesh, moved);
+      const surface = this.assets.get(object.surface);
+      if (object.actor ? object.mesh.heights || !surface : !surface && (!mesh || moved === undefined)) continue;
+      if (object.actor) this.renderer.removeActor(object.actor);
+      object.make(surface || mesh, moved);
       this.renderer.addActor(object.actor);
       if (!this.isFitted) this.fit();
     }

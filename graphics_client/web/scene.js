@@ -1,5 +1,5 @@
 // The scene that a page holds: objects by id, with the root of every revision computed and compared.
-import {objectBytes, rootBytes} from './scene_hash.js';
+import {objectBytes, rootBytes, surfaceBytes} from './scene_hash.js';
 
 export const hex = (bytes) => Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
 export const sha256 = async (bytes) => new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
@@ -21,7 +21,7 @@ export class Scene {
   constructor(epoch, revision, objects) {
     this.epoch = epoch;
     this.revision = revision;
-    this.objects = objects;  // by id, as text: {state, hash}
+    this.objects = objects;  // by id, as text: {state, hash, surface: its KEY in hexadecimal, null without texture}
     this.root = null;
   }
 
@@ -38,7 +38,8 @@ export class Scene {
   }
 
   async #put(state) {
-    this.objects.set(String(state.id), {state, hash: await sha256(objectBytes(state))});
+    const surface = state.texture ? hex(await sha256(surfaceBytes(state))) : null;
+    this.objects.set(String(state.id), {state, hash: await sha256(objectBytes(state)), surface});
     if (this.objects.size > MAX_OBJECTS) throw new OutOfStep(`more than ${MAX_OBJECTS} objects`);
   }
 

@@ -79,10 +79,16 @@ const objectBytes = all(
       (lattice) => concat(lattice.control_m.map(float))),
     tagged('residue', 7, raw('asset'))));
 
+/** Of what an object's textured surface is drawn from: an ObjectState with nothing else in it (audience.proto, KEY). */
+function surfaceBytes({mesh, shading, texture, deformation}) {
+  return objectBytes({id: 0, name: '', revision: 0, mesh, pose: {rotation: {w: 1}}, shading, texture,
+    deformation: deformation && {lattice: deformation.lattice, residue: deformation.residue}});
+}
+
 /** Of a scene. `hashed`: [ObjectState, its hash] of each object, in any order. */
 function rootBytes(revision, hashed) {
   const inOrder = [...hashed].sort(([a], [b]) => (big(a.id) < big(b.id) ? -1 : 1));
   return concat([whole(revision), ...inOrder.flatMap(([o, hash]) => [whole(o.id), whole(o.revision), hash])]);
 }
 
-module.exports = {big, objectBytes, rootBytes};
+module.exports = {big, objectBytes, rootBytes, surfaceBytes};

@@ -14,7 +14,7 @@ function header(bytes, magic, each) {
 }
 
 /** {vertices: Float32Array of x y z, triangles: Uint32Array of three indices}. */
-export function decodeMesh(bytes) {
+function decodeMesh(bytes) {
   const {count, view} = header(bytes, 'HMSH', 12);
   const triangles = Number(view.getBigUint64(16, true));
   if (bytes.length !== 24 + 12 * count + 12 * triangles) throw new Error('a mesh is cut off');
@@ -27,8 +27,30 @@ export function decodeMesh(bytes) {
   return mesh;
 }
 
+/** {vertices, triangles, heights: Uint8Array} of a textured surface (audience.proto). */
+function decodeSurface(bytes) {
+  const {count, view} = header(bytes, 'HSRF', 13);
+  const triangles = Number(view.getBigUint64(16, true)), at = 24 + 12 * count, end = at + 12 * triangles;
+  if (bytes.length !== end + count) throw new Error('a surface is cut off');
+  const surface = {
+    vertices: new Float32Array(bytes.slice(24, at).buffer),
+    triangles: new Uint32Array(bytes.slice(at, end).buffer),
+    heights: bytes.slice(end),
+  };
+  if (surface.triangles.some((vertex) => vertex >= count)) throw new Error('a triangle names no vertex');
+  return surface;
+}
+
+/** What the bytes hold, by how they begin. */
+export function decodeAsset(bytes) {
+  const decoders = {HMSH: decodeMesh, HMOV: decodeMoved, HSRF: decodeSurface};
+  const decode = decoders[String.fromCharCode(...bytes.subarray(0, 4))];
+  if (!decode) throw new Error('an asset of a kind that this page does not know');
+  return decode(bytes);
+}
+
 /** {vertex: Uint32Array, places: Float32Array}. */
-export function decodeMoved(bytes) {
+function decodeMoved(bytes) {
   const {count} = header(bytes, 'HMOV', 16);
   const at = 16 + 4 * count;
   return {vertex: new Uint32Array(bytes.slice(16, at).buffer), places: new Float32Array(bytes.slice(at).buffer)};

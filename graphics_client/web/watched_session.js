@@ -163,24 +163,30 @@ export class WatchedSession {
   adopt(scene) {
     this.scene = scene;
     this.show.scene(scene, this.welcome);
-    for (const {state} of scene.objects.values()) {
-      for (const hash of [state.mesh, state.deformation?.residue?.asset]) {
-        if (!hash?.length || this.assets.has(hex(hash))) continue;
-        this.assets.add(hex(hash));
-        this.fetch(hash).catch(() => this.assets.delete(hex(hash)));  // asked for again with the next scene
-      }
+    const named = new Set(), surfaces = new Set();
+    for (const {state, surface} of scene.objects.values()) {
+      for (const hash of [state.mesh, state.deformation?.residue?.asset]) if (hash?.length) named.add(hex(hash));
+      if (surface) surfaces.add(surface);
+    }
+    this.wanted = new Set([...named, ...surfaces]);
+    for (const name of this.wanted) {
+      if (this.assets.has(name)) continue;
+      this.assets.add(name);
+      // What is not got is asked for again with the next scene.
+      this.fetch(name, named.has(name)).then((bytes) => this.show.asset(name, bytes)).catch(() => this.assets.delete(name));
     }
   }
 
-  /** All bytes of an asset, whose hash is checked; asked for again as long as it is not stored. */
-  async fetch(hash) {
-    const name = hex(hash), subject = `haptics.${this.session}.asset.${name}`;
+  /** All bytes of an asset, checked against its name where that is their hash; asked for as long as it is wanted and not stored. */
+  async fetch(name, isHash) {
+    const subject = `haptics.${this.session}.asset.${name}`;
     const chunk = async (index) => {
-      for (;;) {
+      while (this.wanted.has(name)) {
         const message = await this.stored(`$JS.API.DIRECT.GET.haptics-${this.session}-assets.${subject}.${index}`);
         if (message) return readAssetChunk(message.data);
         await pause(500);
       }
+      throw new Error('not wanted any more');
     };
     const first = await chunk(0), total = Number(first.total_size);
     if (total > MAX_ASSET) throw new Error('too large');
@@ -192,8 +198,8 @@ export class WatchedSession {
       const wanted = Array.from({length: Math.min(READ_AHEAD, count - index)}, (_, i) => chunk(index + i));
       (await Promise.all(wanted)).forEach(put);
     }
-    if (hex(await sha256(bytes)) !== name) throw new Error(`asset ${name} has another hash`);
-    this.show.asset(name, bytes);
+    if (isHash && hex(await sha256(bytes)) !== name) throw new Error(`asset ${name} has another hash`);
+    return bytes;
   }
 
   /** A message that JetStream keeps, or null. */

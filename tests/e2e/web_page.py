@@ -25,6 +25,7 @@ SKIPPED = 77  # as CMake is told
 SOON_S = 60
 MAX_IHIP_MM = 0.5
 LEAST_FPS = 20
+LEAST_CONTRAST = 60  # of 255, in the heights of a texture
 PHONE = (390, 780)
 
 
@@ -110,6 +111,27 @@ class WebPage(audience.PublishedSession):
         self.take_picture(page, "phone")
         self.assertLessEqual(page.evaluate("document.documentElement.scrollWidth"), PHONE[0])
         self.assertEqual(page.said, [])
+
+    def test_shows_textures_as_they_are_felt(self):
+        nats = self.start_web_nats()
+        server = self.start_server(scene=(harness.PROJECT / "deploy/scenes/texture_wall.scene").read_text(),
+                                   options=["--assets", harness.PROJECT / "deploy/scenes"])
+        self.start_relay(server, nats)
+        client = self.client(server)
+        page = self.open_page()
+        self.wait_for_root(page, server)
+        textured = [o for o in self.state(page)["objects"] if o["heights"]]
+        self.assertGreater(len(textured), 1)
+        for drawn in textured:
+            low, high = drawn["heights"]
+            self.assertGreater(high - low, LEAST_CONTRAST, drawn["name"])
+        self.take_picture(page, "textures")
+        name = textured[0]["name"]
+        client.apply(f'operations {{ set_material {{ object {{ name: "{name}" }} material {{ texture {{ amplitude_m: 0.0004 field '
+                    '{ noise { wavelength_m: 0.01 octaves: 2 persistence: 0.5 seed: 3 } } } } } }')
+        client.apply(f'operations {{ set_pose {{ object {{ name: "{name}" }} pose {{ position {{ x: -0.12 y: 0.06 z: 0.1 }} }} }} }}')
+        self.wait_for_root(page, server)
+        self.take_picture(page, "another_texture")
 
     def test_says_what_has_become_of_the_session_and_comes_back(self):
         nats = self.start_web_nats()

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
-#include "graphics_client/viewer/mesh_normals.h"
+#include "graphics_client/surface/mesh_normals.h"
 #include "graphics_client/viewer/poly_data.h"
 
 namespace haptics {

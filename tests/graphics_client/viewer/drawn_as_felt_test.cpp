@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "common/maths/barycentric.h"
+#include "graphics_client/surface/displayed_surface.h"
 #include "graphics_client/viewer/dented_points.h"
-#include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/poly_data.h"
 #include "haptic_server/surface/nearest_point.h"
 #include "tests/haptic_server/step/surface_world.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
-#include "graphics_client/viewer/mesh_normals.h"
+#include "graphics_client/surface/mesh_normals.h"
 #include "haptic_server/surface/shading_normals.h"
 
 namespace haptics {

@@ -8,22 +8,22 @@
 namespace haptics {
 namespace {
 
-RenderMeshRequest ball(std::uint32_t segments) {
+SurfaceRequest ball(std::uint32_t segments) {
   const TriMesh mesh = makeSphere(0.05, segments).value();
   return {.mesh = hashOf(mesh), .surface = {}, .maxTriangles = 0, .triangles = std::make_shared<const TriMesh>(mesh)};
 }
 
 TEST(RenderMeshBuilder, MakesWhatIsOrdered) {
   RenderMeshBuilder builder;
-  const RenderMeshRequest request = ball(8);
+  const SurfaceRequest request = ball(8);
   const auto renderMesh = builder.request(request).get();
   EXPECT_EQ(renderMesh->triangles, request.triangles->triangles.size());
 }
 
 TEST(RenderMeshBuilder, MakesTheSameOnceForAllWhoAsk) {
   RenderMeshBuilder builder;
-  const RenderMeshRequest request = ball(8);
-  RenderMeshRequest shaded = request;
+  const SurfaceRequest request = ball(8);
+  SurfaceRequest shaded = request;
   shaded.surface.shading = Shading{.crease_rad = 1, .creases = {}};
   const auto one = builder.request(request).get();  // a mesh is cached for as long as it is in use
   EXPECT_EQ(one, builder.request(request).get());

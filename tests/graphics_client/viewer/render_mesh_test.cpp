@@ -14,13 +14,13 @@ namespace {
 constexpr std::size_t kPlenty = 100'000;
 constexpr double kSide_m = 0.05;
 
-RenderMeshRequest requestFor(const TriMesh& mesh) {
+SurfaceRequest requestFor(const TriMesh& mesh) {
   return {
       .mesh = hashOf(mesh), .surface = {}, .maxTriangles = kPlenty, .triangles = std::make_shared<const TriMesh>(mesh)};
 }
 
-RenderMeshRequest texturedBox() {
-  RenderMeshRequest request = requestFor(makeBox({kSide_m, kSide_m, kSide_m}, 1).value());
+SurfaceRequest texturedBox() {
+  SurfaceRequest request = requestFor(makeBox({kSide_m, kSide_m, kSide_m}, 1).value());
   request.surface.texture = Texture{.family = NoiseFamily{.wavelength_m = 0.01}, .amplitude_m = 0.0005};
   return request;
 }
@@ -42,7 +42,7 @@ TEST(RenderMesh, OfATexturedBoxLeavesOutItsFarSides) {
 }
 
 TEST(RenderMesh, OfAnOpenSurfaceIsSeenFromBothSides) {
-  RenderMeshRequest request = texturedBox();
+  SurfaceRequest request = texturedBox();
   TriMesh open = *request.triangles;
   open.triangles.pop_back();
   request.triangles = std::make_shared<const TriMesh>(open);
@@ -50,7 +50,7 @@ TEST(RenderMesh, OfAnOpenSurfaceIsSeenFromBothSides) {
 }
 
 TEST(RenderMesh, HasEveryTriangleInOnePieceAndAShadowOfTheMesh) {
-  RenderMeshRequest request = texturedBox();
+  SurfaceRequest request = texturedBox();
   request.surface.shading = Shading{.crease_rad = 0.5, .creases = {}};
   const RenderMesh renderMesh = buildRenderMesh(request);
   vtkIdType triangles = 0;
@@ -86,7 +86,7 @@ TEST(RenderMesh, OfAFineMeshHasACoarseShadowOfTheSameOutline) {
 }
 
 TEST(RenderMesh, KnowsTheLeastAndTheMostFriction) {
-  RenderMeshRequest request = requestFor(makeBox({kSide_m, kSide_m, kSide_m}, 1).value());
+  SurfaceRequest request = requestFor(makeBox({kSide_m, kSide_m, kSide_m}, 1).value());
   request.surface.friction = Friction{.mu_static = 0.5, .mu_dynamic = 0.4, .over = PerVertexScale{}};
   request.frictionScale = std::make_shared<const std::vector<float>>(std::vector<float>{1, 1, 0, 1, 1, 2, 1, 1});
   const RenderMesh renderMesh = buildRenderMesh(request);

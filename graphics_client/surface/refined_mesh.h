@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
-#include "graphics_client/viewer/mesh_normals.h"
+#include "graphics_client/surface/mesh_normals.h"
 
 namespace haptics {
 

@@ -1,4 +1,4 @@
-#include "graphics_client/viewer/displayed_surface.h"
+#include "graphics_client/surface/displayed_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 
 #include "common/deform/triangle_map.h"
 #include "common/surface/texture_pits.h"
-#include "graphics_client/viewer/mesh_normals.h"
-#include "graphics_client/viewer/refined_mesh.h"
+#include "graphics_client/surface/mesh_normals.h"
+#include "graphics_client/surface/refined_mesh.h"
 
 namespace haptics {
 namespace {

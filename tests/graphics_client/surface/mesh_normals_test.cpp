@@ -1,4 +1,4 @@
-#include "graphics_client/viewer/mesh_normals.h"
+#include "graphics_client/surface/mesh_normals.h"
 
 #include <gtest/gtest.h>
 

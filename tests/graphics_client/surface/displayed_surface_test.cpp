@@ -1,4 +1,4 @@
-#include "graphics_client/viewer/displayed_surface.h"
+#include "graphics_client/surface/displayed_surface.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "graphics_client/viewer/refined_mesh.h"
+#include "graphics_client/surface/refined_mesh.h"
 
 #include <algorithm>
 #include <unordered_map>
