@@ -47,7 +47,7 @@ class Share(unittest.TestCase):
         process = subprocess.Popen([*map(str, command)], stdout=log, stderr=subprocess.STDOUT, cwd=self.folder,
                                    start_new_session=True)
         self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
+        self.addCleanup(process.terminate)  # the watchdog of a server that is killed would write into the folder
         log.close()
         return process
 
