@@ -17,8 +17,9 @@ namespace {
 
 template <class Contact>
 auto ToolContactImage::partsOf(Contact& contact) noexcept {
-  return std::tie(contact.cursor_, contact.waited_, contact.proxy_, contact.moved_, contact.travelled_,
-                  contact.bodiesPart_, contact.testCost_, contact.search_, contact.skin_);
+  return std::tie(contact.cursor_, contact.waited_, contact.isOnWay_, contact.wayTested_, contact.way_, contact.proxy_,
+                  contact.moved_, contact.travelled_, contact.bodiesPart_, contact.testCost_, contact.search_,
+                  contact.skin_);
 }
 
 void ToolContactImage::append(const ToolInHand& tool, std::string& image) {
@@ -58,6 +59,7 @@ bool ToolContactImage::takeFrom(std::string_view& image, const ServoScene& scene
 bool ToolContactImage::isWhole(const ToolContact& contact, const ServoScene& scene) {
   const std::size_t all = contact.pointCount_ + contact.sharpCount_;
   if (!isFlag(contact.waited_) || contact.cursor_ >= all || !isPose(contact.proxy_)) return false;
+  if (!isFlag(contact.isOnWay_) || contact.wayTested_ > all || !isPose(contact.way_)) return false;
   if (!isAmount(contact.moved_) || !isAmount(contact.travelled_) || !isAmount(contact.skin_)) return false;
   if (!(contact.bodiesPart_ > 0 && contact.bodiesPart_ <= 1) || !(isAmount(contact.testCost_) && contact.testCost_ > 0))
     return false;

@@ -94,11 +94,13 @@ void ToolContact::hold(const Tool& tool) noexcept {
   tool_ = &tool;
   pointCount_ = tool.shell.points.size();
   bodyCount_ = sharpCount_ = touchCount_ = cursor_ = 0;
+  isOnWay_ = false;
 }
 
 void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
   const auto before = bodyAt_;
   bool isSame = obstacles.size() == bodyCount_;
+  isOnWay_ = false;
   sharpCount_ = 0;
   bodyCount_ = std::min(obstacles.size(), kMaxBodies);
   for (std::size_t b = 0; b < bodyCount_; ++b) {
@@ -123,7 +125,7 @@ void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexce
   proxy_ = device;
   touchCount_ = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
-  waited_ = false;
+  waited_ = isOnWay_ = false;
   bodiesPart_ = 1;
   forgetClearances();
 }
@@ -143,6 +145,9 @@ void ToolContact::copyInUse(const ToolContact& other) noexcept {
   touchCount_ = other.touchCount_;
   cursor_ = other.cursor_;
   waited_ = other.waited_;
+  isOnWay_ = other.isOnWay_;
+  wayTested_ = other.wayTested_;
+  way_ = other.way_;
   proxy_ = other.proxy_;
   moved_ = other.moved_;
   travelled_ = other.travelled_;
@@ -162,20 +167,27 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
                                Allowance allowance) noexcept {
   const Pose start = proxy_;
   gather(bodies, device);
-  if (moved_ > 0) ++search_;
+  if (moved_ > 0) {
+    ++search_;
+    isOnWay_ = false;
+  }
   ToolResult result;
   if (waited_) {
     const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
-    renewClearances(bodies, pointCount_ + sharpCount_, left, allowance);
+    renewClearances(bodies, pointCount_ + sharpCount_, isOnWay_ ? farthestMove(way_) : 0, left, allowance);
   }
   const bool arrived = moved_ == 0 || (bodiesPart_ == 1 && canTest(0, allowance));
   if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
-  bool settled = false, tried = false;
+  bool settled = false, tried = isOnWay_;
   for (int round = 0; round < kMaxRounds && !settled && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     Pose next = proxy_;
     if (!solve(device, coupling, next, result, allowance)) break;
+    if (isOnWay_) {
+      goOnOnWay(bodies, device, coupling, allowance);
+      continue;
+    }
     double bound = farthestMove(next);
     const Pose end = next;
     double part = 1;
@@ -193,6 +205,10 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       const double before = energy(proxy_, device, coupling);
       moveTo(bodies, next, bound, allowance);
       settled = part == 1 && (touchCount_ == 0 || energy(proxy_, device, coupling) >= (1 - kRest) * before);
+    } else if (moved_ == 0 && hitCount_ == 0) {  // the allowance is spent
+      isOnWay_ = true;
+      way_ = next;
+      wayTested_ = tested_;
     } else if (!addHits()) {
       // Half of the way to the hit, unless it is there already: so near to a surface rounding would take it through.
       if (lowestHit_ < skin_ / 2) break;
@@ -213,6 +229,24 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   if (!waited_ || proxy_ != start) ++search_;
   result.allowance = allowance;
   return result;
+}
+
+/// Goes on with the test of a way that the last tick did not come to the end of, if it is one that the device still pulls to.
+void ToolContact::goOnOnWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                            Allowance& allowance) noexcept {
+  const double bound = farthestMove(way_);
+  isOnWay_ = descends(way_, device, coupling);
+  if (!isOnWay_) return;
+  const bool clear = isClear(bodies, way_, bound, allowance, wayTested_);
+  if (!clear && hitCount_ == 0) {
+    wayTested_ = tested_;
+    return;
+  }
+  isOnWay_ = false;
+  if (clear)
+    moveTo(bodies, way_, bound, allowance);
+  else
+    static_cast<void>(addHits());
 }
 
 /// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
@@ -421,17 +455,32 @@ double ToolContact::farthestMove(const Pose& next) const noexcept {
 }
 
 /// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else hits_ are the first
-/// ones found.
-bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
+/// ones found; or there are none, and the allowance was spent before the point tested_.
+/// @param from  The points before it have been tested on this way.
+bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance,
+                          std::size_t from) noexcept {
   const std::int64_t before = allowance.left();
+  tested_ = from;
   hitCount_ = 0;
   firstHit_ = 1;
   lowestHit_ = std::numeric_limits<double>::infinity();
+  const Frame frame(next);
+  std::int64_t tests = testPoints(bodies, frame, bound, allowance);
+  if (!allowance.isSpent()) tests += testBodysPoints(bodies, frame, bound, allowance);
+  learnTestCost(tests, before - allowance.left());
+  return hitCount_ == 0 && !allowance.isSpent();
+}
+
+/// The tool's points from tested_ on, against the surfaces of bodies; how many needed it.
+std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                     Allowance& allowance) noexcept {
   const double travelled = travelled_ + moved_ + bound;
-  const Frame now(proxy_), frame(next);
-  for (std::uint16_t i = 0; i < pointCount_ && !allowance.isSpent(); ++i) {
-    if (travelled < clearTo_[i]) continue;
-    const Vec3 here = now.toWorld(point(i)), there = frame.toWorld(point(i));
+  const Frame now(proxy_);
+  std::int64_t tests = 0;
+  for (; tested_ < pointCount_; ++tested_) {
+    if (travelled < clearTo_[tested_]) continue;
+    ++tests;
+    const Vec3 here = now.toWorld(point(tested_)), there = tool.toWorld(point(tested_));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const Body& body = bodies[b];
       const double radius = body.surface->radius_m() + bound + bodyMoved_[b];
@@ -439,20 +488,20 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
       const Vec3 from = toLocal(bodyAt_[b], here);
       const Vec3 to = body.frame.toLocal(there);
       const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
-      if (allowance.isSpent()) break;
+      if (allowance.isSpent()) return tests;
       if (!crossing) continue;
-      addHit({false, i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, search_, {}, {}, 0},
-             crossing.time, heightOver(*body.surface, crossing.triangle, from));
+      const auto point = static_cast<std::uint16_t>(tested_), of = static_cast<std::uint16_t>(b);
+      addHit({false, point, of, crossing.triangle, crossing.side, search_, {}, {}, 0}, crossing.time,
+             heightOver(*body.surface, crossing.triangle, from));
     }
   }
-  if (!allowance.isSpent()) testBodysPoints(bodies, frame, bound, allowance);
-  learnTestCost(testsWithin(bound), before - allowance.left(), allowance.isSpent());
-  return hitCount_ == 0 && !allowance.isSpent();
+  return tests;
 }
 
-/// The sharp points of bodies, against the tool's own surface.
-void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
-                                  Allowance& allowance) noexcept {
+/// The sharp points of bodies from tested_ on, against the tool's own surface; how many needed it.
+std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                          Allowance& allowance) noexcept {
+  std::int64_t tests = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     const auto& [points, first] = sharp_[b];
@@ -460,7 +509,8 @@ void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& too
     const double reach = tool_->shell.radius_m + bound + bodyMoved_[b];
     if (points.empty() || body.pendingRemoval) continue;
     if (glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
-    for (std::size_t j = 0; j < points.size(); ++j) {
+    const std::size_t begin = pointCount_ + first;
+    for (std::size_t j = std::max(tested_, begin) - begin; j < points.size(); ++j) {
       double& clearTo = sharpClearTo_[first + j];
       if (travelled < clearTo) continue;
       const Vec3 place = body.frame.toWorld(points[j]);
@@ -469,15 +519,18 @@ void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& too
         clearTo = bodyTravelled_[b] + beyond;
         continue;
       }
+      ++tests;
+      tested_ = begin + j;
       const Vec3 from = toLocal(proxy_, toWorld(bodyAt_[b], points[j]));
       const Crossing crossing = tool_->surface->firstCrossing(from, tool.toLocal(place), allowance);
-      if (allowance.isSpent()) return;
+      if (allowance.isSpent()) return tests;
       if (!crossing) continue;
       const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
       addHit({true, point, of, crossing.triangle, crossing.side, search_, place, {}, 0}, crossing.time,
              heightOver(*tool_->surface, crossing.triangle, from));
     }
   }
+  return tests;
 }
 
 void ToolContact::addHit(const Touch& hit, double time, double height) noexcept {
@@ -515,7 +568,7 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
     bodyMoved_[b] = 0;
   }
   const std::size_t all = pointCount_ + sharpCount_;
-  renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
+  renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, 0, allowance);
 }
 
 /// How many points would have to be tested on a way of this length.
@@ -536,14 +589,15 @@ bool ToolContact::canTest(double bound, const Allowance& allowance) const noexce
   return static_cast<double>(allowance.left()) >= testCost_ * static_cast<double>(testsWithin(bound));
 }
 
-void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent, bool unfinished) noexcept {
-  const double measured = static_cast<double>(spent) / static_cast<double>(std::max<std::int64_t>(tests, 1));
-  testCost_ = unfinished ? 2 * testCost_ : std::max({kCheapestTest, kTestDecay * testCost_, kTestMargin * measured});
+void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent) noexcept {
+  if (tests == 0) return;
+  const double measured = static_cast<double>(spent) / static_cast<double>(tests);
+  testCost_ = std::max({kCheapestTest, kTestDecay * testCost_, kTestMargin * measured});
 }
 
-/// Asks the next `count` points, in turn, how far everything was from them when the proxy moved last, those that may have met
-/// something by then; as long as the allowance has more than `keep` left.
-void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
+/// Asks the next `count` points, in turn, how far everything was from them when the proxy moved last, those that may meet
+/// something within `way` (m) from there; as long as the allowance has more than `keep` left.
+void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, double way, std::int64_t keep,
                                   Allowance& allowance) noexcept {
   const std::size_t all = pointCount_ + sharpCount_;
   const Frame tool(proxy_);
@@ -551,7 +605,8 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     std::size_t at = cursor_;
     cursor_ = cursor_ + 1 == all ? 0 : cursor_ + 1;
     if (at < pointCount_) {
-      if (travelled_ >= clearTo_[at]) clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
+      if (travelled_ + way >= clearTo_[at])
+        clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
       continue;
     }
     at -= pointCount_;
@@ -560,7 +615,7 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     const auto next =
         std::upper_bound(sharp_.begin(), end, at, [](std::size_t p, const Sharp& s) { return p < s.first; });
     const auto b = static_cast<std::size_t>(next - sharp_.begin()) - 1;
-    if (bodyTravelled_[b] < clearTo) continue;
+    if (bodyTravelled_[b] + way < clearTo) continue;
     const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], sharp_[b].points[at - sharp_[b].first]));
     const double arm = glm::length(place), radius = tool_->shell.radius_m;
     const double distance = distanceFrom(*tool_->surface, place, kFarthestClearance_m, allowance);

@@ -121,8 +121,11 @@ class ToolContact {
   const Tool* tool_ = nullptr;
   std::size_t pointCount_ = 0, bodyCount_ = 0, sharpCount_ = 0;  // sharp ones of all bodies
   std::size_t touchCount_ = 0;
-  std::size_t cursor_ = 0;  // the point whose clearance is next
-  bool waited_ = false;     // in the last tick
+  std::size_t cursor_ = 0;     // the point whose clearance is next
+  bool waited_ = false;        // in the last tick
+  bool isOnWay_ = false;       // a way was not tested to its end in the last tick: it goes on with it
+  std::size_t wayTested_ = 0;  // from this point on, of the tool's, then of the bodies'
+  Pose way_;                   // where it leads
   Pose proxy_;
   double moved_ = 0;  // m, at most, of any body that is near since the proxy moved last
   double travelled_ =
@@ -139,6 +142,7 @@ class ToolContact {
   std::array<double, kMaxSharpPoints> sharpClearTo_;  // bodyTravelled_ likewise
 
   // Of a tick.
+  std::size_t tested_ = 0;  // points of a way, those that need no test too
   std::size_t hitCount_ = 0;
   double firstHit_ = 1;   // fraction of the way
   double lowestHit_ = 0;  // of the points that hit, above what they hit, before; m
@@ -153,7 +157,10 @@ class ToolContact {
   void forgetClearances() noexcept;
   void refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept;
   [[nodiscard]] double height(const Touch& touch, const Frame& tool) const noexcept;
-  void testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound, Allowance& allowance) noexcept;
+  [[nodiscard]] std::int64_t testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                        Allowance& allowance) noexcept;
+  [[nodiscard]] std::int64_t testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                             Allowance& allowance) noexcept;
   void addHit(const Touch& hit, double time, double height) noexcept;
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
@@ -170,15 +177,17 @@ class ToolContact {
   [[nodiscard]] std::span<const Body> takePartOfTheWay(std::span<const Body> bodies,
                                                        const Allowance& allowance) noexcept;
   [[nodiscard]] double farthestMove(const Pose& next) const noexcept;
-  [[nodiscard]] bool isClear(std::span<const Body> bodies, const Pose& next, double bound,
-                             Allowance& allowance) noexcept;
+  [[nodiscard]] bool isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance,
+                             std::size_t from = 0) noexcept;
+  void goOnOnWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                 Allowance& allowance) noexcept;
   void moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept;
   [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
   [[nodiscard]] bool addHits() noexcept;
   [[nodiscard]] std::int64_t testsWithin(double bound) const noexcept;
   [[nodiscard]] bool canTest(double bound, const Allowance& allowance) const noexcept;
-  void learnTestCost(std::int64_t tests, std::int64_t spent, bool unfinished) noexcept;
-  void renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
+  void learnTestCost(std::int64_t tests, std::int64_t spent) noexcept;
+  void renewClearances(std::span<const Body> bodies, std::size_t count, double way, std::int64_t keep,
                        Allowance& allowance) noexcept;
 };
 

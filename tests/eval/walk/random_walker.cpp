@@ -13,7 +13,7 @@ constexpr double kSlowest_m_per_s = 0.02;
 
 RandomWalker::RandomWalker(const TriangleSoup& soup, Random random, const WalkRange& range)
     : soup_(soup), random_(random), range_(range) {
-  hip_ = random_.direction() * (1.1 * soup.extent_m());
+  hip_ = random_.direction() * (1.1 * soup.extent_m() + range.startsApart_m);
   choose();
 }
 

@@ -10,6 +10,7 @@ struct WalkRange {
   double highest_m = 0.002;  ///< Above the surface.
   double deepest_m = 0.005;
   double fastest_m_per_s = 2;
+  double startsApart_m = 0;  ///< From the sphere about everything.
 };
 
 /// A HIP that wanders about a scene, mostly in contact: it goes from one random place under or over the surface to the

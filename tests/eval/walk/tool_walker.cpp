@@ -8,8 +8,8 @@
 namespace haptics::eval {
 namespace {
 
-/// The surface of a tool is some 10 mm about its middle.
-constexpr WalkRange kRange{.highest_m = 0.012, .deepest_m = 0.005, .fastest_m_per_s = 1};
+/// The surface of a tool is some 10 mm about its middle, and its farthest point 27 mm from it.
+constexpr WalkRange kRange{.highest_m = 0.012, .deepest_m = 0.005, .fastest_m_per_s = 1, .startsApart_m = 0.03};
 constexpr double kSlowest_rad_per_s = 0.1, kFastest_rad_per_s = 10;
 /// From the tool to where the hand means to turn it, and at which it gives up.
 constexpr double kFarthest_rad = 0.7, kGivesUp_rad = 1;

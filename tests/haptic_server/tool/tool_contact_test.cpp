@@ -401,6 +401,25 @@ TEST(ToolContact, IsOutsideOfARoughBallAndTheBallOfItWhileItsAllowanceIsTooSmall
 
 TEST(ToolContact, IsOutsideOfABallThatComesToItWhileItsAllowanceIsTooSmall) { feelRoughBall(true); }
 
+TEST(ToolContact, GoesOnWhereATicksAllowanceIsTooSmallForAllPointsThatTouch) {
+  const auto plate = surfaceOf(makeBox({0.2, 0.2, 0.02}, 40).value());  // its top at z = 0
+  const std::vector<Body> bodies{bodyOf(plate, {{1, 0, 0, 0}, {0, 0, -0.01}})};
+  HeldAmong tool(makeBox({0.05, 0.014, 0.014}, 2).value(), 0.00145, bodies);
+  Pose device{{1, 0, 0, 0}, {0, 0, 0.0071}};
+  tool.reset(device, bodies);
+  device.position.z = 0.005;
+  ASSERT_GT(tool.follow(bodies, device, kCoupling).touching, 50);
+  double farthest = 0;
+  for (int i = 0; i < 2'000; ++i) {
+    device.position.x = 1e-5 * std::min(i, 1'000);
+    const ToolResult result = tool.follow(bodies, device, kCoupling, Allowance(80'000));
+    ASSERT_GT(result.proxy.position.z, 0.007) << i;
+    farthest = std::max(farthest, device.position.x - result.proxy.position.x);
+  }
+  EXPECT_LT(farthest, 0.001);
+  EXPECT_NEAR(tool.proxy().position.x, 0.01, 1e-6);
+}
+
 TEST(ToolContact, StretchesNoSpringByItselfWhereItsDeviceIsTurnedFarFromIt) {
   constexpr ToolCoupling kSoft{.stiffness_N_per_m = 800, .torsion_Nm_per_rad = 0.5};
   constexpr double kFarthest_m = 0.008, kFarthest_rad = 1, kMaxTurn_rad = 0.7;
