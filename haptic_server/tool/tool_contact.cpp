@@ -172,22 +172,19 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     isOnWay_ = false;
   }
   ToolResult result;
-  if (waited_) {
+  if (waited_ && !isOnWay_) {
     const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
-    renewClearances(bodies, pointCount_ + sharpCount_, isOnWay_ ? farthestMove(way_) : 0, left, allowance);
+    renewClearances(bodies, pointCount_ + sharpCount_, left, allowance);
   }
   const bool arrived = moved_ == 0 || (bodiesPart_ == 1 && canTest(0, allowance));
   if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
   bool settled = false, tried = isOnWay_;
-  for (int round = 0; round < kMaxRounds && !settled && !allowance.isSpent(); ++round) {
+  if (isOnWay_) goOnOnWay(bodies, device, coupling, allowance);
+  for (int round = 0; round < kMaxRounds && !settled && !isOnWay_ && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     Pose next = proxy_;
     if (!solve(device, coupling, next, result, allowance)) break;
-    if (isOnWay_) {
-      goOnOnWay(bodies, device, coupling, allowance);
-      continue;
-    }
     double bound = farthestMove(next);
     const Pose end = next;
     double part = 1;
@@ -198,6 +195,13 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       if (!canTest(farthestMove(next), allowance) || !keepAbovePlanes(coupling, next, allowance)) continue;
       bound = farthestMove(next);
       isThere = canTest(bound, allowance);
+    }
+    if (!isThere && moved_ == 0 &&
+        testCost_ == kCheapestTest) {  // nor will it be in the next tick: more than one tests it
+      next = end;
+      bound = farthestMove(end);
+      part = 1;
+      isThere = true;
     }
     if (!isThere || (part < 1 && !descends(next, device, coupling))) break;
     tried = true;
@@ -568,7 +572,7 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
     bodyMoved_[b] = 0;
   }
   const std::size_t all = pointCount_ + sharpCount_;
-  renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, 0, allowance);
+  renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
 }
 
 /// How many points would have to be tested on a way of this length.
@@ -595,9 +599,9 @@ void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent) noexcept
   testCost_ = std::max({kCheapestTest, kTestDecay * testCost_, kTestMargin * measured});
 }
 
-/// Asks the next `count` points, in turn, how far everything was from them when the proxy moved last, those that may meet
-/// something within `way` (m) from there; as long as the allowance has more than `keep` left.
-void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, double way, std::int64_t keep,
+/// Asks the next `count` points, in turn, how far everything was from them when the proxy moved last, those that may have met
+/// something by then; as long as the allowance has more than `keep` left.
+void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
                                   Allowance& allowance) noexcept {
   const std::size_t all = pointCount_ + sharpCount_;
   const Frame tool(proxy_);
@@ -605,8 +609,7 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     std::size_t at = cursor_;
     cursor_ = cursor_ + 1 == all ? 0 : cursor_ + 1;
     if (at < pointCount_) {
-      if (travelled_ + way >= clearTo_[at])
-        clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
+      if (travelled_ >= clearTo_[at]) clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
       continue;
     }
     at -= pointCount_;
@@ -615,7 +618,7 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     const auto next =
         std::upper_bound(sharp_.begin(), end, at, [](std::size_t p, const Sharp& s) { return p < s.first; });
     const auto b = static_cast<std::size_t>(next - sharp_.begin()) - 1;
-    if (bodyTravelled_[b] + way < clearTo) continue;
+    if (bodyTravelled_[b] < clearTo) continue;
     const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], sharp_[b].points[at - sharp_[b].first]));
     const double arm = glm::length(place), radius = tool_->shell.radius_m;
     const double distance = distanceFrom(*tool_->surface, place, kFarthestClearance_m, allowance);

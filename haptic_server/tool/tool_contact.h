@@ -187,7 +187,7 @@ class ToolContact {
   [[nodiscard]] std::int64_t testsWithin(double bound) const noexcept;
   [[nodiscard]] bool canTest(double bound, const Allowance& allowance) const noexcept;
   void learnTestCost(std::int64_t tests, std::int64_t spent) noexcept;
-  void renewClearances(std::span<const Body> bodies, std::size_t count, double way, std::int64_t keep,
+  void renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
                        Allowance& allowance) noexcept;
 };
 
