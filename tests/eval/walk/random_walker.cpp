@@ -15,6 +15,7 @@ RandomWalker::RandomWalker(const TriangleSoup& soup, Random random, const WalkRa
     : soup_(soup), random_(random), range_(range) {
   hip_ = random_.direction() * (1.1 * soup.extent_m() + range.startsApart_m);
   choose();
+  if (range.startsApart_m > 0) speed_ = range.fastest_m_per_s;  // it comes at once
 }
 
 Vec3 RandomWalker::next() {
