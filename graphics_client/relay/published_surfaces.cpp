@@ -27,8 +27,6 @@ ObjectRecord surfaceOf(const ObjectRecord& object) {
 
 }  // namespace
 
-ContentHash surfaceKey(const ObjectRecord& object) { return surfaceOf(object).hash(); }
-
 std::string encodeSurface(const DisplayedSurface& surface) {
   constexpr float kHighest = 255;
   std::vector<std::uint8_t> heights;

@@ -14,10 +14,6 @@
 
 namespace haptics {
 
-/// Names the surface of a textured object among a session's assets: the hash of its record with nothing in it but mesh,
-/// shading, texture, lattice and residue (audience.proto).
-[[nodiscard]] ContentHash surfaceKey(const ObjectRecord& object);
-
 /// A textured surface as it is drawn, for who cannot evaluate a texture: HSRF, u32 1, u64 points, u64 triangles, f32 x y z of
 /// each point (object frame, m; dents aside), u32 indices of the three points of each triangle, u8 height of each point: 0 at
 /// the texture's lowest, 255 at its highest.
@@ -36,7 +32,8 @@ class PublishedSurfaces {
 
   /// The textured objects of this view's scene; those whose assets are not all here are left for a later call.
   void want(const MirrorView& view);
-  /// Of the objects wanted.
+  /// Of the objects wanted. A key names a surface among a session's assets: the hash of the object's record with nothing in it
+  /// but mesh, shading, texture, lattice and residue (audience.proto).
   [[nodiscard]] const std::set<ContentHash>& keys() const noexcept { return keys_; }
   /// One that has been made and is wanted; nothing: none is ready yet.
   [[nodiscard]] std::optional<Surface> takeMade();

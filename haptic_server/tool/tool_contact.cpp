@@ -179,7 +179,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   const bool arrived = moved_ == 0 || (bodiesPart_ == 1 && canTest(0, allowance));
   if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
   bool settled = false, tried = isOnWay_;
-  if (isOnWay_) goOnOnWay(bodies, device, coupling, allowance);
+  if (isOnWay_) continueWay(bodies, device, coupling, allowance);
   for (int round = 0; round < kMaxRounds && !settled && !isOnWay_ && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
@@ -196,8 +196,8 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       bound = farthestMove(next);
       isThere = canTest(bound, allowance);
     }
-    if (!isThere && moved_ == 0 &&
-        testCost_ == kCheapestTest) {  // nor will it be in the next tick: more than one tests it
+    if (!isThere && moved_ == 0 && testCost_ == kCheapestTest) {
+      // No later tick can test it at once either: this one begins, and the next ones continue.
       next = end;
       bound = farthestMove(end);
       part = 1;
@@ -235,9 +235,9 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   return result;
 }
 
-/// Goes on with the test of a way that the last tick did not come to the end of, if it is one that the device still pulls to.
-void ToolContact::goOnOnWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
-                            Allowance& allowance) noexcept {
+/// Continues the test of a way that the last tick did not come to the end of, if it is one that the device still pulls to.
+void ToolContact::continueWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                              Allowance& allowance) noexcept {
   const double bound = farthestMove(way_);
   isOnWay_ = descends(way_, device, coupling);
   if (!isOnWay_) return;

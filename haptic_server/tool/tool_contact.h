@@ -123,7 +123,7 @@ class ToolContact {
   std::size_t touchCount_ = 0;
   std::size_t cursor_ = 0;     // the point whose clearance is next
   bool waited_ = false;        // in the last tick
-  bool isOnWay_ = false;       // a way was not tested to its end in the last tick: it goes on with it
+  bool isOnWay_ = false;       // a way was not tested to its end in the last tick: it is continued
   std::size_t wayTested_ = 0;  // from this point on, of the tool's, then of the bodies'
   Pose way_;                   // where it leads
   Pose proxy_;
@@ -179,8 +179,8 @@ class ToolContact {
   [[nodiscard]] double farthestMove(const Pose& next) const noexcept;
   [[nodiscard]] bool isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance,
                              std::size_t from = 0) noexcept;
-  void goOnOnWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
-                 Allowance& allowance) noexcept;
+  void continueWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                   Allowance& allowance) noexcept;
   void moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept;
   [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
   [[nodiscard]] bool addHits() noexcept;

@@ -69,11 +69,11 @@ class Watcher {
   void take(Piece piece) {
     switch (actionOf(piece)) {
       case kLiveCommit:
-        return goOn(session_.commit(bytesOf(piece)));
+        return note(session_.commit(bytesOf(piece)));
       case kLiveSample:
-        return goOn(session_.sample(bytesOf(piece)));
+        return note(session_.sample(bytesOf(piece)));
       case kHonestCommit:
-        return goOn(session_.commit(published_.commit("n" + std::to_string(++added_)).SerializeAsString()));
+        return note(session_.commit(published_.commit("n" + std::to_string(++added_)).SerializeAsString()));
       case kChunk:
         (void)readAssetChunk(bytesOf(piece), published_.server.scene.objects().front()->mesh, piece[0] / kActions);
         return;
@@ -82,7 +82,7 @@ class Watcher {
     }
   }
 
-  void goOn(const Result<void>& taken) { isOver_ = !taken; }
+  void note(const Result<void>& taken) { isOver_ = !taken; }
 
   void answer(std::span<const char> bytes) {
     decoder_.feed(bytes);

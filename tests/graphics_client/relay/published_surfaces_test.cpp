@@ -33,6 +33,12 @@ MirrorView viewOf(std::vector<ObjectRecord> objects) {
   return view;
 }
 
+ContentHash surfaceKey(const ObjectRecord& object) {
+  PublishedSurfaces surfaces;
+  surfaces.want(viewOf({object}));
+  return *surfaces.keys().begin();
+}
+
 /// All that are made within a while.
 std::vector<PublishedSurfaces::Surface> madeBy(PublishedSurfaces& surfaces, std::size_t count) {
   std::vector<PublishedSurfaces::Surface> made;
