@@ -94,7 +94,7 @@ class ReplayedServo {
  private:
   [[nodiscard]] bool compare(const RecordedTick& recorded, Vec3 force_N, Vec3 torque_Nm) {
     if (sameBits(recorded.force_N, force_N) && sameBits(recorded.torque_Nm, torque_Nm)) return true;
-    const ForceDifference difference{outcome_.ticks, recorded.input.tick, recorded.force_N, force_N};
+    const ReplayDifference difference{outcome_.ticks, recorded.input.tick, recorded.force_N, force_N};
     if (!outcome_.first) outcome_.first = difference;
     outcome_.largestDifference_N =
         std::max(outcome_.largestDifference_N, glm::distance(difference.recorded_N, difference.now_N));

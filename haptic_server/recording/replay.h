@@ -12,7 +12,7 @@
 namespace haptics {
 
 /// A tick of a hand that came to another force or torque than the one recorded.
-struct ForceDifference {
+struct ReplayDifference {
   std::uint64_t position = 0;  ///< In the recording, from 0.
   std::uint64_t tick = 0;
   Vec3 recorded_N{0};
@@ -27,7 +27,7 @@ struct ReplayOutcome {
   std::uint64_t contactTicks = 0;  ///< Of the first hand.
   std::uint64_t scenes = 0;        ///< That the servo was given.
   std::uint64_t differing = 0;     ///< Ticks whose force or torque, of any hand, differs in any bit.
-  std::optional<ForceDifference> first;
+  std::optional<ReplayDifference> first;
   double largestDifference_N = 0, largestDifference_Nm = 0;
   bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.
   std::optional<Error> refusal;  ///< Why it was not replayed to its end.

@@ -52,7 +52,7 @@ void print(const ReplayOutcome& outcome, double seconds) {
   if (outcome.cutOff)
     std::printf("the recording was cut off while it was being written: it ends with the last whole part\n");
   if (outcome.first) {
-    const ForceDifference& d = *outcome.first;
+    const ReplayDifference& d = *outcome.first;
     std::printf(
         "%llu forces differ, by up to %.3g N; the first at tick %llu: recorded (%.17g, %.17g, %.17g) N, "
         "now (%.17g, %.17g, %.17g) N\n",
