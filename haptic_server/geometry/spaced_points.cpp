@@ -1,5 +1,6 @@
 #include "haptic_server/geometry/spaced_points.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -57,7 +58,10 @@ bool SpacedPoints::hasRoomAt(Vec3 place) const {
 }
 
 SpacedPoints::Cell SpacedPoints::cellOf(Vec3 place) const {
-  const auto along = [&](double x) { return static_cast<std::int64_t>(std::floor(x / spacing_)); };
+  constexpr double kFarthest = 0x1p60;  // cells: those beyond are one
+  const auto along = [&](double x) {
+    return static_cast<std::int64_t>(std::clamp(std::floor(x / spacing_), -kFarthest, kFarthest));
+  };
   return {along(place.x), along(place.y), along(place.z)};
 }
 

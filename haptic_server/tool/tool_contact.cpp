@@ -37,9 +37,11 @@ constexpr double kMinPart = 1.0 / (1 << kMaxHalvings);
 constexpr double kFarthestClearance_m = 0.05;
 /// Triangles that the search of a touching point may look at.
 constexpr int kTouchBudget = 64;
-/// A move that lowers the energy by less than this part of it is the last one of a tick. Smaller lets a point that is held
-/// by an edge go to and fro between its faces.
-constexpr double kRest = 1e-2;
+/// A move that lowers the energy by less than this part of it is the last one of a tick.
+constexpr double kRest = 1e-3;
+/// Planes that a tick begins with: the lowest ones. Between two walls every point may have come to have planes on both, and to
+/// follow them takes the whole allowance.
+constexpr std::size_t kMostPlanes = 128;
 /// A pose is gone to if it lowers the energy by at least this part of that of the way to it. Over planes that do not turn it
 /// falls by the whole.
 constexpr double kDescent = 0.8;
@@ -166,7 +168,9 @@ void ToolContact::copyInUse(const ToolContact& other) noexcept {
 ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
                                Allowance allowance) noexcept {
   const Pose start = proxy_;
+  const double startEnergy = energy(start, device, coupling);
   gather(bodies, device);
+  const bool bodiesRest = moved_ == 0;
   if (moved_ > 0) {
     ++search_;
     isOnWay_ = false;
@@ -183,6 +187,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   for (int round = 0; round < kMaxRounds && !settled && !isOnWay_ && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
+    if (round == 0) forgetHighTouches();
     Pose next = proxy_;
     if (!solve(device, coupling, next, result, allowance)) break;
     double bound = farthestMove(next);
@@ -222,6 +227,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       moveTo(bodies, before, partly, allowance);
     }
   }
+  if (settled && bodiesRest && energy(proxy_, device, coupling) > startEnergy) moveBackTo(start);
   if (!tried) testCost_ = std::max(kCheapestTest, testCost_ / 2);  // too dear to be tried: it may have become cheaper
   result.proxy = proxy_;
   result.force_N = coupling.stiffness_N_per_m * (proxy_.position - device.position);
@@ -314,6 +320,19 @@ void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, All
     touches_[kept++] = touch;
   }
   touchCount_ = kept;
+}
+
+/// Keeps no more than kMostPlanes. A point that is forgotten hits its plane again before it passes it.
+void ToolContact::forgetHighTouches() noexcept {
+  if (touchCount_ <= kMostPlanes) return;
+  const Frame tool(proxy_);
+  std::array<double, kMaxHalfSpaces> heights;
+  for (std::size_t i = 0; i < touchCount_; ++i) heights[i] = height(touches_[i], tool);
+  const auto heightsEnd = heights.begin() + static_cast<std::ptrdiff_t>(touchCount_);
+  const auto highest = heights.begin() + kMostPlanes;
+  std::nth_element(heights.begin(), highest, heightsEnd);
+  const auto kept = std::ranges::remove_if(touches(), [&](const Touch& t) { return height(t, tool) >= *highest; });
+  touchCount_ = static_cast<std::size_t>(kept.begin() - touches().begin());
 }
 
 void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept {
@@ -573,6 +592,15 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
   }
   const std::size_t all = pointCount_ + sharpCount_;
   renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
+}
+
+/// To where it has come from in this tick, on the same way: planes lift the points by a skin, and without this a tool between
+/// two edges would be lifted by the one and the other for ever. While the device rests the energy falls, until the tool does.
+void ToolContact::moveBackTo(const Pose& start) noexcept {
+  const double bound = farthestMove(start);
+  travelled_ += bound;
+  for (std::size_t b = 0; b < bodyCount_; ++b) bodyTravelled_[b] += bound;
+  proxy_ = start;
 }
 
 /// How many points would have to be tested on a way of this length.

@@ -156,6 +156,7 @@ class ToolContact {
   [[nodiscard]] Vec3 point(std::size_t i) const noexcept { return tool_->shell.points[i]; }
   void forgetClearances() noexcept;
   void refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept;
+  void forgetHighTouches() noexcept;
   [[nodiscard]] double height(const Touch& touch, const Frame& tool) const noexcept;
   [[nodiscard]] std::int64_t testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                         Allowance& allowance) noexcept;
@@ -182,6 +183,7 @@ class ToolContact {
   void continueWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
                    Allowance& allowance) noexcept;
   void moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept;
+  void moveBackTo(const Pose& start) noexcept;
   [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
   [[nodiscard]] bool addHits() noexcept;
   [[nodiscard]] std::int64_t testsWithin(double bound) const noexcept;

@@ -55,7 +55,8 @@ Parts generated(const std::string& name) {
   return overlappingBodies();
 }
 
-/// Fans about the middles of the lines at which the mesh ends. False: lines meet there, and it is left as it is.
+/// Fans about the middles of the lines at which the mesh ends, raised so that the fan of a line that is not flat does not cut the
+/// surface beside it. False: lines meet there, and it is left as it is.
 bool closeHoles(TriMesh& mesh) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -76,8 +77,17 @@ bool closeHoles(TriMesh& mesh) {
       next.erase(at);
     }
     if (line.front() != line.back()) return false;
+    constexpr double kRaised = 0.25;  // of the line's radius
+    const Vec3 centre = sum / static_cast<double>(line.size() - 1);
+    Vec3 outward(0);
+    double radius = 0;
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+      const Vec3 arm = Vec3(mesh.vertices[line[i]]) - centre;
+      outward += glm::cross(arm, Vec3(mesh.vertices[line[i + 1]]) - centre);
+      radius = std::max(radius, glm::length(arm));
+    }
     const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.emplace_back(sum / static_cast<double>(line.size() - 1));
+    mesh.vertices.emplace_back(centre + kRaised * radius * glm::normalize(outward));
     for (std::size_t i = 0; i + 1 < line.size(); ++i) mesh.triangles.push_back({line[i], line[i + 1], middle});
   }
   return true;
