@@ -2,17 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/text/grouped.h"
+
 namespace haptics {
 namespace {
 
 using Json = nlohmann::json;
-
-/// "16,384".
-std::string grouped(std::size_t number) {
-  std::string digits = std::to_string(number);
-  for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
-  return digits;
-}
 
 /// What was found of one object.
 struct Found {

@@ -41,7 +41,7 @@ constexpr int kTouchBudget = 64;
 constexpr double kRest = 1e-3;
 /// Planes that a tick begins with: the lowest ones. Between two walls every point may have come to have planes on both, and to
 /// follow them takes the whole allowance.
-constexpr std::size_t kMostPlanes = 128;
+constexpr std::size_t kMaxPlanes = 128;
 /// A pose is gone to if it lowers the energy by at least this part of that of the way to it. Over planes that do not turn it
 /// falls by the whole.
 constexpr double kDescent = 0.8;
@@ -322,14 +322,14 @@ void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, All
   touchCount_ = kept;
 }
 
-/// Keeps no more than kMostPlanes. A point that is forgotten hits its plane again before it passes it.
+/// Keeps no more than kMaxPlanes. A point that is forgotten hits its plane again before it passes it.
 void ToolContact::forgetHighTouches() noexcept {
-  if (touchCount_ <= kMostPlanes) return;
+  if (touchCount_ <= kMaxPlanes) return;
   const Frame tool(proxy_);
   std::array<double, kMaxHalfSpaces> heights;
   for (std::size_t i = 0; i < touchCount_; ++i) heights[i] = height(touches_[i], tool);
   const auto heightsEnd = heights.begin() + static_cast<std::ptrdiff_t>(touchCount_);
-  const auto highest = heights.begin() + kMostPlanes;
+  const auto highest = heights.begin() + kMaxPlanes;
   std::nth_element(heights.begin(), highest, heightsEnd);
   const auto kept = std::ranges::remove_if(touches(), [&](const Touch& t) { return height(t, tool) >= *highest; });
   touchCount_ = static_cast<std::size_t>(kept.begin() - touches().begin());

@@ -17,7 +17,7 @@ import harness
 import haptic_recording
 from haptic_client import Client
 
-TIMES = int(os.environ.get("HAPTICS_FAULTS", "2"))
+TIMES = int(os.environ.get("HAPTICS_FAULTS", "1"))
 DETECTED_MS, ZERO_MS = 5, 30
 EXAMPLE = harness.PROJECT / "haptic_server" / "examples" / "udp_device"
 PORT = "17171"

@@ -11,9 +11,9 @@ import usb_bench
 from haptic_client import Client
 from haptics.v1 import telemetry_pb2 as v1
 
-SECONDS = float(os.environ.get("HAPTICS_SECONDS", "6"))
+SECONDS = float(os.environ.get("HAPTICS_SECONDS", "4"))
 TRIES = 8  # of so many seconds
-TIMES = int(os.environ.get("HAPTICS_FAULTS", "2"))
+TIMES = int(os.environ.get("HAPTICS_FAULTS", "1"))
 DEMO = (harness.Path(__file__).parents[2] / "deploy/scenes/demo.scene").read_text()
 
 # What a test does to the hardware: how telemetry names it.

@@ -18,7 +18,7 @@ import usb_bench
 from haptic_client import Client
 from haptics.v1 import telemetry_pb2 as v1
 
-ROUNDS = int(os.environ.get("HAPTICS_ROUNDS", "2"))
+ROUNDS = int(os.environ.get("HAPTICS_ROUNDS", "1"))
 MOST_MS = 30
 HARM_NS = 2_000_000  # takes no longer where nothing holds it up
 PRIORITY = 70  # of this test, where it is permitted: below servo and watchdog

@@ -13,7 +13,7 @@ from haptic_client import Client
 from led_hand import GROUND
 from viewer_window import MessageBus, ReadableWindow, Window
 
-EDITS = int(os.environ.get("HAPTICS_EDITS", "12"))
+EDITS = int(os.environ.get("HAPTICS_EDITS", "8"))
 # On a quiet machine 30 ms and 0.05; beside others the clock says less.
 MAX_FELT_MS = float(os.environ.get("HAPTICS_MAX_FELT_MS", "100"))
 MAX_IDLE = float(os.environ.get("HAPTICS_MAX_IDLE", "0.1"))

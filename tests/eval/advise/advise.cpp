@@ -8,6 +8,7 @@
 #include <iomanip>
 #include <stdexcept>
 
+#include "common/text/grouped.h"
 #include "tests/eval/advise/advice.h"
 #include "tests/eval/advise/independent_check.h"
 #include "tests/eval/advise/scene_writer.h"

@@ -7,6 +7,8 @@
 #include <limits>
 #include <ranges>
 
+#include "common/text/grouped.h"
+
 namespace haptics::eval {
 namespace {
 
@@ -106,12 +108,6 @@ std::string whyMeshStays(const std::vector<LoadedObject>& scene, std::size_t ind
 }
 
 }  // namespace
-
-std::string grouped(std::size_t number) {
-  std::string digits = std::to_string(number);
-  for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
-  return digits;
-}
 
 std::string meshFileOf(const ObjectAdvice& object) { return object.name + ".ply"; }
 

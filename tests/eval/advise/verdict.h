@@ -18,7 +18,4 @@ void decide(ObjectAdvice& advice, const std::vector<LoadedObject>& scene, std::s
 /// The file of an object's advised mesh: NAME.ply.
 [[nodiscard]] std::string meshFileOf(const ObjectAdvice& object);
 
-/// "16,384".
-[[nodiscard]] std::string grouped(std::size_t number);
-
 }  // namespace haptics::eval
