@@ -89,6 +89,8 @@ class ToolContact {
 
   static constexpr std::size_t kMaxBodies = 256;
   static constexpr std::size_t kMaxHits = 64;
+  static constexpr double kFarthestClearance_m = 0.05;  // nothing is looked for farther away
+  static constexpr double kCheapestTest = 100;  // what a point's test is taken to cost at least; units of the allowance
 
   /// A point on a surface: of the tool on a body's, or a sharp one of a body on the tool's.
   struct Touch {
