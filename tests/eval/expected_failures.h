@@ -59,7 +59,8 @@ struct Expectation {
 ///   scale_free_tolerances: scaled scenes (S12).
 ///   substeps: is not where a slow hand would be (S7).
 ///   gain_clamp: gratings (S13).
-///   watertight_test: segments through edges and vertices (S5); elsewhere the first contact alone needs a segment.
+///   watertight_test: segments through edges and vertices (S5); elsewhere the first contact alone needs a segment, and of 50
+///     seeds 5 came in by such a one (S1).
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
     Expectation{"ours_shaded", "", ""},
@@ -75,7 +76,7 @@ inline constexpr std::array kExpectedFailures{
     Expectation{"ours_without_budget", "S6 ", "S22 "},
     Expectation{"ours_without_scale_free_tolerances", "S12 ", "S22 "},
     Expectation{"ours_without_substeps", "S7 ", "S22 "},
-    Expectation{"ours_without_watertight_test", "S5 ", "S22 "},
+    Expectation{"ours_without_watertight_test", "S5 ", "S1 S22 "},
     Expectation{"ours_without_gain_clamp", "S13 ", ""},
     Expectation{"surface_as_printed", "S13 S14 S15 ", ""},
     Expectation{"bump_mapping", "S13 S14 S15 ", ""},
