@@ -302,8 +302,9 @@ void ToolContact::forgetHighTouches() noexcept {
   const auto heightsEnd = heights.begin() + static_cast<std::ptrdiff_t>(touchCount_);
   const auto highest = heights.begin() + kMaxPlanes;
   std::nth_element(heights.begin(), highest, heightsEnd);
-  const auto kept = std::ranges::remove_if(touches(), [&](const Touch& t) { return height(t, tool) >= *highest; });
-  touchCount_ = static_cast<std::size_t>(kept.begin() - touches().begin());
+  const auto end = std::remove_if(touches().begin(), touches().end(),
+                                  [&](const Touch& touch) { return height(touch, tool) >= *highest; });
+  touchCount_ = static_cast<std::size_t>(end - touches().begin());
 }
 
 void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept {

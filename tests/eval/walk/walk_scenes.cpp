@@ -31,9 +31,10 @@ shapes::Shape comb() {
   constexpr int kTeeth = 9;
   constexpr double kTooth_m = 0.0045;
   constexpr double kGap_m = 0.0005;
+  constexpr int kMiddle = kTeeth / 2;
   shapes::Shape shape;
   for (int i = 0; i < kTeeth; ++i) {
-    shape.add(shapes::box({kTooth_m, 0.04, 0.03}, 8), Vec3((kTooth_m + kGap_m) * (i - kTeeth / 2), 0, 0));
+    shape.add(shapes::box({kTooth_m, 0.04, 0.03}, 8), Vec3((kTooth_m + kGap_m) * (i - kMiddle), 0, 0));
   }
   return shape;
 }
