@@ -74,7 +74,7 @@ Result<void> runRelay(const RelayOptions& options, const std::atomic<bool>& stop
   std::string said;
   while (!stop) {
     auto publisher = SessionPublisher::open(options.nats, options.subjects, options.replicas);
-    if (publisher) say("publishing the stream " + options.subjects.sceneStream + " at " + options.nats.url);
+    if (publisher) say("publishing the stream " + options.subjects.sceneStream);
     const RelayFailure failure = publisher ? Round(options, **publisher, say).run(stop) : publisher.error();
     if (failure.isFinal) return tl::unexpected(failure.why);
     if (stop) break;
