@@ -166,7 +166,10 @@ void FlightRecorder::look(bool last) {
   }
   std::array<RecordedTick, kMaxHands> ticks;
   const auto tick = std::span(ticks).first(ring_.hands());
+  std::optional<FlightRing::HeldKeyframes> keyframes;
+  if (writer_ && end > stateDue_) keyframes.emplace(ring_);
   for (; seen_ < end; ++seen_) {
+    if (keyframes && writer_ && seen_ >= stateDue_) addState(*keyframes);
     if (ring_.read(seen_, tick)) {
       take(tick);
     } else if (writer_) {
@@ -174,12 +177,21 @@ void FlightRecorder::look(bool last) {
              " s; the recording ends there");
     }
   }
+  keyframes.reset();
   if (writer_) {
     if (auto flushed = writer_->flush(); !flushed) giveUp(flushed.error().reason);
   }
   writeDue(end, last);
   keepDue();
   releaseScenes();
+}
+
+/// The state before the next tick, where a keyframe has it.
+void FlightRecorder::addState(const FlightRing::HeldKeyframes& keyframes) {
+  const auto keyframe = keyframes.atOrBefore(seen_);
+  if (keyframe.empty() || keyframe.front().position != seen_) return;
+  writer_->add(keyframe);
+  stateDue_ = seen_ + kTicksPerState;
 }
 
 void FlightRecorder::take(std::span<const RecordedTick> tick) {

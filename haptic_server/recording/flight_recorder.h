@@ -48,6 +48,8 @@ class FlightRecorder {
   /// kept, 30 s after 235 MB (12.6 million triangles).
   static constexpr double kFaultBytes_per_s = 8e6;
   static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;  ///< Between two requests that are granted.
+  /// From one state in the file of every tick to the next, at least: parts of that length are replayed at the same time.
+  static constexpr std::uint64_t kTicksPerState = 5'000;
   /// Assets of a scene that given() itself keeps for after a crash; to keep more takes tens of milliseconds.
   static constexpr std::size_t kKeptAtOnce_bytes = 4U << 20;
 
@@ -80,6 +82,7 @@ class FlightRecorder {
   void run();
   void look(bool last);
   void take(std::span<const RecordedTick> tick);
+  void addState(const FlightRing::HeldKeyframes& keyframes);
   void writeDue(std::uint64_t end, bool last);
   [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] bool mayBeRecorded(Fault fault);
@@ -111,9 +114,10 @@ class FlightRecorder {
 
   // The recorder's thread only.
   std::optional<RecordingWriter> writer_;
-  std::optional<Error> failure_;  // of --record
-  std::uint64_t seen_ = 0;        // ticks
-  std::uint64_t written_ = 0;     // scenes, by number
+  std::optional<Error> failure_;             // of --record
+  std::uint64_t seen_ = 0;                   // ticks
+  std::uint64_t stateDue_ = kTicksPerState;  // at the first keyframe from this tick on
+  std::uint64_t written_ = 0;                // scenes, by number
   std::array<bool, kMaxHands> wasGood_{};
   int faults_ = 0;
   std::uint64_t nextFault_ns_ = 0;  // not recorded before

@@ -22,6 +22,7 @@ Result<std::unique_ptr<RecordedRun>> RecordedRun::open(std::string_view bytes, A
 }
 
 Result<std::optional<RecordedRunTick>> RecordedRun::next() {
+  keyframe_.reset();
   while (left_[0].ticks.empty()) {
     const auto part = reader_.next();
     if (!part) return tl::unexpected(part.error());
@@ -60,7 +61,13 @@ Result<RecordedTick> RecordedRun::nextOf(std::size_t hand) {
 
 const RemadeScene* RecordedRun::find(std::uint64_t number) const {
   const auto at = given_.find(number);
-  return at == given_.end() ? nullptr : &at->second;
+  return at == given_.end() ? nullptr : at->second.get();
+}
+
+std::vector<std::shared_ptr<const RemadeScene>> RecordedRun::heldScenes() const {
+  std::vector<std::shared_ptr<const RemadeScene>> held;
+  for (const auto& [number, scene] : given_) held.push_back(scene);
+  return held;
 }
 
 Result<void> RecordedRun::take(const v1::RecordingPart& part) {
@@ -81,28 +88,39 @@ Result<void> RecordedRun::take(const v1::RecordingPart& part) {
 Result<void> RecordedRun::take(const v1::RecordedScene& message) {
   auto remade = scenes_.make(message);
   if (!remade) return tl::unexpected(std::move(remade.error()));
-  given_.insert_or_assign(message.number(), *std::move(remade));
+  given_.insert_or_assign(message.number(), std::make_shared<const RemadeScene>(*std::move(remade)));
   ++scenesMade_;
   return {};
 }
 
 Result<void> RecordedRun::take(const v1::RecordedState& message) {
-  if (lastTick_) return refused("state", "comes after the first tick");
+  if (lastTick_) {
+    if (reader_.sameLayout()) keyframe_ = message;
+    return {};
+  }
   if (!reader_.sameLayout()) {
     return refused("state",
                    "was recorded by a build whose state looks different, and the recording begins with it; "
                    "replay it with that build");
   }
-  if (message.has_second_hand() != facts().secondHand.has_value())
+  auto beginnings = beginningsAt(message);
+  if (!beginnings) return tl::unexpected(std::move(beginnings.error()));
+  beginnings_ = *std::move(beginnings);
+  return {};
+}
+
+Result<RecordedBeginnings> RecordedRun::beginningsAt(const v1::RecordedState& keyframe) const {
+  if (keyframe.has_second_hand() != facts().secondHand.has_value())
     return refused("state.second_hand", "does not go with the hands that the head names");
-  const v1::RecordedState* ofHand = &message;
+  RecordedBeginnings beginnings;
+  const v1::RecordedState* ofHand = &keyframe;
   for (std::size_t hand = 0; hand < facts().hands(); ++hand) {
     auto begun = beginningFrom(*ofHand, hand);
     if (!begun) return tl::unexpected(std::move(begun.error()));
-    beginning_[hand] = *std::move(begun);
-    ofHand = &message.second_hand();
+    beginnings[hand] = *std::move(begun);
+    ofHand = &keyframe.second_hand();
   }
-  return {};
+  return beginnings;
 }
 
 Result<RecordedBeginning> RecordedRun::beginningFrom(const v1::RecordedState& message, std::size_t hand) const {

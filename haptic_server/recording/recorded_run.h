@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "common/error/error.h"
 #include "haptic_server/recording/recorded_scenes.h"
@@ -14,12 +15,14 @@
 
 namespace haptics {
 
-/// Where a recording begins, for one hand.
+/// A state that a recording holds, of one hand.
 struct RecordedBeginning {
   const ServoScene* scene = nullptr;    ///< That the state had adopted; null: the empty one.
   const ServoScene* pending = nullptr;  ///< That it was still to adopt; null: none.
   std::unique_ptr<HapticState> state;   ///< Null: as a server starts.
 };
+
+using RecordedBeginnings = std::array<RecordedBeginning, kMaxHands>;
 
 struct RecordedRunTick {
   std::array<RecordedTick, kMaxHands> recorded;  ///< Of each hand.
@@ -40,9 +43,15 @@ class RecordedRun {
   /// Nothing at the end. Refused: what the recording cannot be followed beyond.
   [[nodiscard]] Result<std::optional<RecordedRunTick>> next();
   /// Once next() was called.
-  [[nodiscard]] RecordedBeginning& beginning(std::size_t hand = 0) noexcept { return beginning_[hand]; }
+  [[nodiscard]] RecordedBeginnings& beginnings() noexcept { return beginnings_; }
+  /// The state that lies before the tick that next() gave last; null: none does, or this build's states look different.
+  [[nodiscard]] const v1::RecordedState* keyframe() const noexcept { return keyframe_ ? &*keyframe_ : nullptr; }
+  /// Refused: no state of its scene.
+  [[nodiscard]] Result<RecordedBeginnings> beginningsAt(const v1::RecordedState& keyframe) const;
   /// Null when it is not there, or was let go.
   [[nodiscard]] const RemadeScene* find(std::uint64_t number) const;
+  /// That were not let go.
+  [[nodiscard]] std::vector<std::shared_ptr<const RemadeScene>> heldScenes() const;
   /// Releases the scenes before this one (ServoScene::number): none is in use any more.
   void letGoBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
 
@@ -63,8 +72,9 @@ class RecordedRun {
 
   RecordingReader reader_;
   RecordedScenes scenes_;
-  std::map<std::uint64_t, RemadeScene> given_;  // that may still be used, by number
-  std::array<RecordedBeginning, kMaxHands> beginning_;
+  std::map<std::uint64_t, std::shared_ptr<const RemadeScene>> given_;  // that may still be used, by number
+  RecordedBeginnings beginnings_;
+  std::optional<v1::RecordedState> keyframe_;
   std::uint64_t scenesMade_ = 0;
   struct Left {
     std::string_view ticks, turns;

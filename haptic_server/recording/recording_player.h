@@ -48,7 +48,7 @@ class RecordingPlayer final : public ReplaySource {
   /// After prepare(): whether this program has the step that made the recording.
   [[nodiscard]] bool sameStep() const noexcept { return run_->sameStep(); }
   [[nodiscard]] const RecordedBeginning& beginning(std::size_t hand = 0) const noexcept {
-    return run_->beginning(hand);
+    return run_->beginnings()[hand];
   }
   void start();
   /// After the servo's last tick. Ends the thread.

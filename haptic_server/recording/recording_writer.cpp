@@ -34,6 +34,7 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fil
 }
 
 void RecordingWriter::add(std::span<const Keyframe> keyframes) {
+  appendTicks();
   v1::RecordingPart part;
   v1::RecordedState* message = part.mutable_state();
   for (const Keyframe& keyframe : keyframes) {
@@ -57,13 +58,16 @@ void RecordingWriter::Ticks::moveTo(v1::RecordedTicks& message) {
   turns.clear();
 }
 
+void RecordingWriter::appendTicks() {
+  if (ticks_[0].ticks.empty()) return;
+  v1::RecordingPart part;
+  ticks_[0].moveTo(*part.mutable_ticks());
+  if (!ticks_[1].ticks.empty()) ticks_[1].moveTo(*part.mutable_ticks()->mutable_second_hand());
+  append(part);
+}
+
 Result<void> RecordingWriter::flush() {
-  if (!ticks_[0].ticks.empty()) {
-    v1::RecordingPart part;
-    ticks_[0].moveTo(*part.mutable_ticks());
-    if (!ticks_[1].ticks.empty()) ticks_[1].moveTo(*part.mutable_ticks()->mutable_second_hand());
-    append(part);
-  }
+  appendTicks();
   writePending();
   if (failure_) return tl::unexpected(*failure_);
   return {};

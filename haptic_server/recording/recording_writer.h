@@ -28,7 +28,7 @@ class RecordingWriter {
   void add(const GivenScene& scene) {
     scenes_.add(scene, [this](const v1::RecordingPart& part) { append(part); });
   }
-  /// Of each hand.
+  /// The state between the ticks added so far and the next one, of each hand.
   void add(std::span<const Keyframe> keyframes);
   /// Likewise.
   void add(std::span<const RecordedTick> tick) {
@@ -52,6 +52,7 @@ class RecordingWriter {
 
   RecordingWriter(std::filesystem::path file, FileHandle handle) : file_(std::move(file)), handle_(std::move(handle)) {}
   void append(const v1::RecordingPart& part) { addPart(part.SerializeAsString()); }
+  void appendTicks();
   void writePending();
 
   std::filesystem::path file_;

@@ -1,130 +1,284 @@
 #include "haptic_server/recording/replay.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <deque>
+#include <future>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
+#include "haptic_server/recording/image_bytes.h"
 #include "haptic_server/recording/recorded_run.h"
-#include "haptic_server/step/moving_bodies.h"
-#include "haptic_server/step/soft_bodies.h"
-#include "haptic_server/step/tool_step.h"
-#include "haptic_server/step/two_hands.h"
+#include "haptic_server/recording/replayed_servo.h"
 
 namespace haptics {
 namespace {
 
-/// A hand of a recording, in its own time.
-class ReplayedHand {
- public:
-  explicit ReplayedHand(const StepConfig& config) : config_(config), state_(std::make_unique<HapticState>(config)) {}
-
-  void begin(RecordedBeginning& beginning) {
-    if (!beginning.state) return;
-    state_ = std::move(beginning.state);
-    if (beginning.scene != nullptr) scene_ = beginning.scene;
-    next_ = beginning.pending;
-  }
-  void followFirst() { followFirstHand(*state_); }
-  void adopt(const RemadeScene* given, std::uint64_t tick) {
-    if (given != nullptr) next_ = given->scene.get();
-    if (next_ != nullptr && adoptScene(*next_, *state_, tick)) scene_ = std::exchange(next_, nullptr);
-  }
-  [[nodiscard]] HandTick feel(const StepInput& input) {
-    result_ = {};
-    computeForce(*scene_, *state_, config_, input, result_);
-    return {*scene_, *state_, config_, input, result_};
-  }
-  /// Null: as at the last call.
-  [[nodiscard]] const MotionState* describe(std::uint64_t tick) {
-    const bool moved = describeMotion(*state_, tick, motion_);
-    const bool gave = describeDents(*state_, tick, motion_);
-    return moved || gave ? &motion_ : nullptr;
-  }
-  [[nodiscard]] const MotionState& motion() const { return motion_; }
-  [[nodiscard]] const ServoScene& scene() const { return *scene_; }
-  [[nodiscard]] Vec3 torque_Nm() const { return writtenTorque_Nm(*state_); }
-
- private:
-  const StepConfig& config_;
-  ServoScene empty_;
-  const ServoScene* scene_ = &empty_;
-  const ServoScene* next_ = nullptr;
-  std::unique_ptr<HapticState> state_;
-  ForceResult result_;
-  MotionState motion_;
+/// Ticks that follow one another.
+struct Stretch {
+  std::vector<RecordedRunTick> ticks;
+  std::vector<std::shared_ptr<const RemadeScene>> scenes;  // that they may use
+  std::optional<RecordedBeginnings> next;                  // state that the recording has after them
+  double share = 0;                                        // of the recording that was read then
 };
 
-/// The servo of a recording.
-class ReplayedServo {
+/// States of motion one after another, as far as they are in use.
+class MotionStates {
  public:
-  ReplayedServo(RecordedRun& run, ReplayOutcome& outcome, const OnReplayedTick& onTick)
-      : run_(run), outcome_(outcome), onTick_(onTick), first_(outcome.facts.config) {
-    if (!outcome.facts.secondHand) return;
-    second_.emplace(outcome.facts.secondHand->config);
-    second_->followFirst();
+  void add(const MotionState& motion) {
+    put(bytes_, motion.tick);
+    put(bytes_, motion.sceneRevision);
+    put(bytes_, motion.tool);
+    put(bytes_, motion.bodyCount);
+    for (const BodyState& body : motion.bodies()) put(bytes_, body);
+    put(bytes_, motion.dentCount);
+    for (const ObjectDent& dent : motion.dents()) put(bytes_, dent);
+    put(bytes_, motion.staying);
   }
 
-  /// False: it is to end.
-  [[nodiscard]] bool take(const RecordedRunTick& tick) {
-    if (outcome_.ticks == 0) {
-      first_.begin(run_.beginning());
-      if (second_) second_->begin(run_.beginning(1));
+  class Reader {
+   public:
+    explicit Reader(const MotionStates& states) : left_(states.bytes_) {}
+    /// As many times as there are states. Valid until the next call.
+    [[nodiscard]] const MotionState& next() {
+      get(motion_.tick);
+      get(motion_.sceneRevision);
+      get(motion_.tool);
+      get(motion_.bodyCount);
+      for (BodyState& body : std::span(motion_.body).first(motion_.bodyCount)) get(body);
+      get(motion_.dentCount);
+      for (ObjectDent& dent : std::span(motion_.dent).first(motion_.dentCount)) get(dent);
+      get(motion_.staying);
+      return motion_;
     }
-    const std::uint64_t number = tick.recorded[0].input.tick;
-    first_.adopt(tick.given, number);
-    if (second_) second_->adopt(tick.given, number);
-    run_.letGoBefore(second_ ? std::min(first_.scene().number, second_->scene().number) : first_.scene().number);
-    TelemetrySample sample, secondSample;
-    const HandTick ticked = first_.feel(tick.recorded[0].input);
-    if (second_) {
-      finishSteps(ticked, second_->feel(tick.recorded[1].input), sample, secondSample);
-    } else {
-      sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
+
+   private:
+    std::string_view left_;
+    MotionState motion_;
+
+    template <class T>
+    void get(T& value) {
+      std::memcpy(static_cast<void*>(&value), left_.data(), sizeof value);
+      left_.remove_prefix(sizeof value);
     }
-    const bool isSame = compare(tick.recorded[0], sample.force.written, first_.torque_Nm());
-    const bool isSecondSame = !second_ || compare(tick.recorded[1], secondSample.force.written, second_->torque_Nm());
-    if (!isSame || !isSecondSame) ++outcome_.differing;
-    account(number, sample);
-    if (!onTick_) return true;
-    return onTick_(
-        {sample, describe(number), second_ ? &secondSample : nullptr, run_.find(first_.scene().number), run_.share()});
+  };
+
+ private:
+  std::string bytes_;
+};
+
+/// What they come to.
+struct Computed {
+  struct Tick {
+    TelemetrySample sample;
+    std::uint64_t scene;  // ServoScene::number
+    bool moved;           // has the next one of the motions
+  };
+  std::vector<Tick> ticks;  // where they are wanted, as the next two
+  std::vector<TelemetrySample> secondSamples;
+  MotionStates motions;
+  ReplayCount count;
+  std::unique_ptr<ReplayedServo> servo;  // after them
+  bool meetsNext = false;                // its state is Stretch::next
+};
+
+class StretchReader {
+ public:
+  explicit StretchReader(RecordedRun& run) : run_(run) { readTick(); }
+
+  /// Reads on, to the next state that the recording holds. False: it has ended.
+  [[nodiscard]] bool read(Stretch& stretch) {
+    if (!tick_) return false;
+    do {
+      stretch.ticks.push_back(*tick_);
+      stretch.share = run_.share();
+      readTick();
+    } while (tick_ && run_.keyframe() == nullptr && stretch.ticks.size() < kMaxTicks);
+    stretch.scenes = run_.heldScenes();
+    readState(stretch);
+    return true;
+  }
+  /// Why that is before its end.
+  [[nodiscard]] const std::optional<Error>& refusal() const noexcept { return refusal_; }
+
+ private:
+  static constexpr std::size_t kMaxTicks = 20'000;  // what is kept of them takes up to 100 MB
+
+  RecordedRun& run_;
+  std::optional<RecordedRunTick> tick_;  // that comes next
+  std::optional<Error> refusal_;
+
+  void readState(Stretch& stretch) const {
+    if (!tick_ || run_.keyframe() == nullptr || !run_.sameStep()) return;
+    if (auto state = run_.beginningsAt(*run_.keyframe())) stretch.next = *std::move(state);
+  }
+
+  void readTick() {
+    auto tick = run_.next();
+    tick_ = tick ? *tick : std::nullopt;
+    if (!tick) refusal_ = tick.error();
+  }
+};
+
+/// False: it differs.
+[[nodiscard]] bool compare(const RecordedTick& recorded, Vec3 force_N, Vec3 torque_Nm, ReplayCount& count) {
+  if (sameBits(recorded.force_N, force_N) && sameBits(recorded.torque_Nm, torque_Nm)) return true;
+  if (!count.first) count.first = {count.ticks, recorded.input.tick, recorded.force_N, force_N};
+  count.largestDifference_N = std::max(count.largestDifference_N, glm::distance(recorded.force_N, force_N));
+  count.largestDifference_Nm = std::max(count.largestDifference_Nm, glm::distance(recorded.torque_Nm, torque_Nm));
+  return false;
+}
+
+/// @param next  Of ticks that come later.
+void append(ReplayCount& count, const ReplayCount& next) {
+  if (!count.first && next.first) {
+    count.first = next.first;
+    count.first->position += count.ticks;
+  }
+  count.ticks += next.ticks;
+  count.contactTicks += next.contactTicks;
+  count.differing += next.differing;
+  count.largestDifference_N = std::max(count.largestDifference_N, next.largestDifference_N);
+  count.largestDifference_Nm = std::max(count.largestDifference_Nm, next.largestDifference_Nm);
+}
+
+[[nodiscard]] const RemadeScene* find(const Stretch& stretch, std::uint64_t number) {
+  const auto found = std::ranges::find(stretch.scenes, number, [](const auto& scene) { return scene->scene->number; });
+  return found == stretch.scenes.end() ? nullptr : found->get();
+}
+
+class Replay {
+ public:
+  Replay(RecordedRun& run, const OnReplayedTick& onTick, ReplayOutcome& outcome)
+      : run_(run), onTick_(onTick), outcome_(outcome), reader_(run) {}
+  ~Replay() { givenUp_ = true; }
+  Replay(const Replay&) = delete;
+  Replay& operator=(const Replay&) = delete;
+
+  void run() {
+    const std::size_t ahead = std::max(2U, std::thread::hardware_concurrency());
+    while (begin()) {
+      if (underWay_.size() > ahead && !finish()) return;
+    }
+    while (!underWay_.empty()) {
+      if (!finish()) return;
+    }
+    outcome_.refusal = reader_.refusal();
   }
 
  private:
-  [[nodiscard]] bool compare(const RecordedTick& recorded, Vec3 force_N, Vec3 torque_Nm) {
-    if (sameBits(recorded.force_N, force_N) && sameBits(recorded.torque_Nm, torque_Nm)) return true;
-    const ReplayDifference difference{outcome_.ticks, recorded.input.tick, recorded.force_N, force_N};
-    if (!outcome_.first) outcome_.first = difference;
-    outcome_.largestDifference_N =
-        std::max(outcome_.largestDifference_N, glm::distance(difference.recorded_N, difference.now_N));
-    outcome_.largestDifference_Nm =
-        std::max(outcome_.largestDifference_Nm, glm::distance(recorded.torque_Nm, torque_Nm));
-    return false;
-  }
-
-  [[nodiscard]] const MotionState* describe(std::uint64_t tick) {
-    const MotionState* motion = first_.describe(tick);
-    if (!second_) return motion;
-    if (second_->describe(tick) == nullptr && motion == nullptr) return nullptr;
-    motion_ = ofBothHands(first_.motion(), second_->motion());
-    return &motion_;
-  }
-
-  void account(std::uint64_t tick, const TelemetrySample& sample) {
-    if (outcome_.ticks != 0) outcome_.missed += tick - lastTick_ - 1;
-    if (sample.object != 0) ++outcome_.contactTicks;
-    lastTick_ = tick;
-    ++outcome_.ticks;
-  }
+  struct UnderWay {
+    Stretch stretch;
+    std::future<Computed> computed;  // from the state that the recording has before it; not valid: it has none
+  };
 
   RecordedRun& run_;
-  ReplayOutcome& outcome_;
   const OnReplayedTick& onTick_;
-  ReplayedHand first_;
-  std::optional<ReplayedHand> second_;
-  MotionState motion_;  // of both
+  ReplayOutcome& outcome_;
+  StretchReader reader_;
+  std::atomic<bool> givenUp_{false};
+  std::deque<UnderWay> underWay_;
+  // After what is finished.
+  std::unique_ptr<ReplayedServo> servo_;
+  std::vector<std::shared_ptr<const RemadeScene>> scenes_;  // of the servo
+  bool meetsNext_ = true;
   std::uint64_t lastTick_ = 0;
+
+  /// The next stretch. False: there is none.
+  [[nodiscard]] bool begin() {
+    auto servo = recordedServo();
+    UnderWay& last = underWay_.emplace_back();
+    if (!reader_.read(last.stretch)) {
+      underWay_.pop_back();
+      return false;
+    }
+    if (!servo) return true;
+    last.computed = std::async(std::launch::async, [this, &stretch = last.stretch, servo = std::move(servo)]() mutable {
+      return compute(stretch, std::move(servo));
+    });
+    return true;
+  }
+
+  /// As the recording has it before the next stretch. Null: it has none.
+  [[nodiscard]] std::unique_ptr<ReplayedServo> recordedServo() {
+    const bool isFirst = underWay_.empty();  // later some stay under way
+    if (!isFirst && !underWay_.back().stretch.next) return nullptr;
+    auto servo = std::make_unique<ReplayedServo>(run_.facts());
+    servo->begin(isFirst ? run_.beginnings() : *underWay_.back().stretch.next);
+    return servo;
+  }
+
+  [[nodiscard]] Computed compute(const Stretch& stretch, std::unique_ptr<ReplayedServo> servo) const {
+    Computed computed;
+    const std::size_t hands = run_.facts().hands();
+    ReplayCount& count = computed.count;
+    if (onTick_) computed.ticks.reserve(stretch.ticks.size());
+    for (const RecordedRunTick& tick : stretch.ticks) {
+      if (givenUp_.load(std::memory_order_relaxed)) break;
+      const ReplayedServo::Tick now = servo->take(tick);
+      bool isSame = compare(tick.recorded[0], now.sample.force.written, now.torque_Nm[0], count);
+      if (hands > 1) {
+        const Vec3 force_N = now.secondSample.force.written;
+        isSame = compare(tick.recorded[1], force_N, now.torque_Nm[1], count) && isSame;
+      }
+      if (!isSame) ++count.differing;
+      if (now.sample.object != 0) ++count.contactTicks;
+      ++count.ticks;
+      if (!onTick_) continue;
+      const MotionState* motion = servo->describe(now.sample.tick);
+      computed.ticks.push_back({now.sample, servo->scene(), motion != nullptr});
+      if (hands > 1) computed.secondSamples.push_back(now.secondSample);
+      if (motion != nullptr) computed.motions.add(*motion);
+    }
+    computed.meetsNext = stretch.next && servo->isAt(*stretch.next);
+    computed.servo = std::move(servo);
+    return computed;
+  }
+
+  /// The oldest stretch that is under way. False: the replay is to end.
+  [[nodiscard]] bool finish() {
+    UnderWay& oldest = underWay_.front();
+    Computed computed;
+    if (oldest.computed.valid()) computed = oldest.computed.get();
+    if (!computed.servo || !meetsNext_ || (servo_ && computed.count.differing > 0)) {
+      computed = compute(oldest.stretch, std::move(servo_));
+    } else if (servo_) {
+      outcome_.ticksAhead += computed.count.ticks;
+    }
+    const std::uint64_t first = oldest.stretch.ticks.front().recorded[0].input.tick;
+    const std::uint64_t last = oldest.stretch.ticks.back().recorded[0].input.tick;
+    if (outcome_.ticks > 0) outcome_.missed += first - lastTick_ - 1;
+    outcome_.missed += last - first + 1 - oldest.stretch.ticks.size();
+    lastTick_ = last;
+    append(outcome_, computed.count);
+    const bool goesOn = handOver(oldest.stretch, computed);
+    servo_ = std::move(computed.servo);
+    scenes_ = std::move(oldest.stretch.scenes);
+    meetsNext_ = computed.meetsNext;
+    run_.letGoBefore(servo_->oldestScene());
+    underWay_.pop_front();
+    return goesOn;
+  }
+
+  [[nodiscard]] bool handOver(const Stretch& stretch, const Computed& computed) const {
+    MotionStates::Reader motions(computed.motions);
+    auto second = computed.secondSamples.begin();
+    const RemadeScene* scene = nullptr;
+    std::uint64_t number = 0;
+    for (const Computed::Tick& tick : computed.ticks) {
+      if (tick.scene != std::exchange(number, tick.scene)) scene = find(stretch, number);
+      if (!onTick_({tick.sample, tick.moved ? &motions.next() : nullptr,
+                    computed.secondSamples.empty() ? nullptr : &*second++, scene, stretch.share}))
+        return false;
+    }
+    return true;
+  }
 };
 
 }  // namespace
@@ -137,12 +291,9 @@ Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& o
   ReplayOutcome outcome;
   outcome.facts = run.facts();
   outcome.sameStep = run.sameStep();
-  ReplayedServo servo(run, outcome, onTick);
-  auto tick = run.next();
-  while (tick && *tick && servo.take(**tick)) tick = run.next();
+  Replay(run, onTick, outcome).run();
   outcome.scenes = run.scenes();
-  outcome.cutOff = tick && !*tick && run.cutOff();
-  if (!tick) outcome.refusal = tick.error();
+  outcome.cutOff = !outcome.refusal && run.cutOff();
   return outcome;
 }
 

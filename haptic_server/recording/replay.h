@@ -19,16 +19,21 @@ struct ReplayDifference {
   Vec3 now_N{0};
 };
 
-struct ReplayOutcome {
-  RecordingFacts facts;
-  bool sameStep = false;           ///< The step's sources are those that made the recording.
+/// What came of ticks that were computed again.
+struct ReplayCount {
   std::uint64_t ticks = 0;         ///< Ticks replayed.
   std::uint64_t missed = 0;        ///< Ticks between them that the servo slept through.
   std::uint64_t contactTicks = 0;  ///< Of the first hand.
-  std::uint64_t scenes = 0;        ///< That the servo was given.
   std::uint64_t differing = 0;     ///< Ticks whose force or torque, of any hand, differs in any bit.
   std::optional<ReplayDifference> first;
   double largestDifference_N = 0, largestDifference_Nm = 0;
+};
+
+struct ReplayOutcome : ReplayCount {
+  RecordingFacts facts;
+  std::uint64_t ticksAhead = 0;  ///< Of them computed ahead of those before them, from a state in the recording.
+  bool sameStep = false;         ///< The step's sources are those that made the recording.
+  std::uint64_t scenes = 0;      ///< That the servo was given.
   bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.
   std::optional<Error> refusal;  ///< Why it was not replayed to its end.
 };
@@ -46,7 +51,10 @@ struct ReplayedTick {
 using OnReplayedTick = std::function<bool(const ReplayedTick&)>;
 
 /// Runs the step over a recording as fast as it goes, with what the servo computed with, and compares the forces bit for
-/// bit. Untrusted bytes are welcome. Refused: no recording of this version.
+/// bit. Parts that begin with a state that the recording holds are computed on threads of their own, ahead of the parts
+/// before them, and again where those do not come to that state. Untrusted bytes are welcome.
+/// @param onTick  In order, on the calling thread.
+/// Refused: no recording of this version.
 [[nodiscard]] Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick = {});
 
 }  // namespace haptics

@@ -22,10 +22,11 @@ namespace {
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   const Adoption& adoption = state.adoption;
   const SceneFeatures& features = state.features;
-  bool whole = areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut,
-                         &features.detail, &features.soft, &features.bumps, &features.varyingStiffness,
-                         &features.beingMoved, &features.pendingRemoval, &features.tool, &features.torqueFades,
-                         &state.supervision.attached, &state.groove.shaded, &state.motion.follows});
+  bool whole =
+      areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut, &features.detail,
+                &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved,
+                &features.pendingRemoval, &features.tool, &features.torqueFades, &state.supervision.attached,
+                &state.groove.shaded, &state.motion.follows, &state.denting.isHeldUp});
   for (std::size_t i = 0; i < adoption.bodyCount; ++i) {
     whole = whole && areFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved});
   }

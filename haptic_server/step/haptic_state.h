@@ -166,6 +166,7 @@ struct Denting {
   std::size_t count = 0;
   std::uint64_t revision = 0;  ///< Counts the ticks in which some dent changed.
   std::uint64_t newest = 0;    ///< Its number.
+  bool isHeldUp = false;       ///< In this tick another body holds the dent of the contact up.
 };
 
 /// A body that has a motion.
@@ -269,7 +270,6 @@ struct HapticState {
     ShadedPoint shaded;    ///< DentSolver::smooth();
     Vec3 foot{0};          ///< DentSolver::foot().
     bool isLevel = false;  ///< No other dents are there: from the foot to the IHIP the surface has not turned.
-    bool between = false;  ///< Another body holds the dent up.
   } deformedContact;
   [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(denting.count); }
   /// The contact's dents are pressed no longer: they go back.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <utility>
 
 #include "haptic_server/step/held_springs.h"
 #include "haptic_server/step/joint_dent_solver.h"
@@ -84,7 +85,7 @@ void yield(const ServoScene& scene, HapticState& state, const StepConfig& config
         state.adoption.contactBroken = true;
         state.limits.slew.begin();
       }
-      state.deformedContact.between = true;
+      state.denting.isHeldUp = true;
       return deformTogether(scene, state, config, tick, below);
     }
   }
@@ -115,10 +116,10 @@ void deformAtContact(const ServoScene& scene, HapticState& state, const StepConf
   const std::size_t countBefore = state.denting.count;
   std::ranges::transform(state.allDents(), before.begin(), &whereIs);
   relaxDents(scene, state, config);
-  const bool wasBetween = state.deformedContact.between;
+  const bool wasHeldUp = std::exchange(state.denting.isHeldUp, false);
   state.deformedContact = {};
   if (contact.touching) yield(scene, state, config, tick);
-  if (state.adoption.now && wasBetween && !state.deformedContact.between) state.adoption.contactBroken = true;
+  if (state.adoption.now && wasHeldUp && !state.denting.isHeldUp) state.adoption.contactBroken = true;
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), {}, {}, &whereIs)) {
     ++state.denting.revision;
   }

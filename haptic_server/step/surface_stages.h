@@ -34,7 +34,7 @@ namespace haptics {
   ShadingFade::How how = ShadingFade::How::kNot;
   if (severalBodiesHold(state_)) {
     if (shadeTogether(touch)) how = ShadingFade::How::kTogether;
-  } else if (state_.features.soft && state_.deformedContact.between) {
+  } else if (state_.features.soft && state_.denting.isHeldUp) {
     how = ShadingFade::How::kBetween;
   } else if (hasShading(touch.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
              shadeAt(touch, {touch.triangle, feature, contact_.primitive.localIndex}, state_.contact.holding[0].side)) {

@@ -12,6 +12,7 @@
 #include "common/maths/rotation.h"
 #include "common/wire/convert.h"
 #include "haptic_server/recording/flight_recorder.h"
+#include "haptic_server/recording/state_image.h"
 #include "haptic_server/scene/scene_service.h"
 #include "haptic_server/servo/scene_mailbox.h"
 #include "haptic_server/step/tool_step.h"
@@ -111,18 +112,26 @@ class RecordedServo {
   }
   void tick(const DeviceReading& reading) {
     ring_.beginTick(std::array{StateMoment{state_.get(), scene_->number, next_ != nullptr ? next_->number : 0}});
+    const auto twin = hasTwin_ ? stateFrom(stateImage(*state_), *scene_, config_).value() : nullptr;
+    if (twin) {
+      EXPECT_EQ(twin->denting.isHeldUp, state_->denting.isHeldUp);
+    }
     const ServoScene* newest = mailbox_.newest();
     if (newest != nullptr) next_ = newest;
+    if (next_ != nullptr && twin) static_cast<void>(adoptScene(*next_, *twin, tick_));
     if (next_ != nullptr && adoptScene(*next_, *state_, tick_)) {
       scene_ = std::exchange(next_, nullptr);
       mailbox_.adopted();
     }
     const StepInput input{tick_++, 0, reading};
     last_ = hapticStep(*scene_, *state_, config_, input);
+    if (twin) judge(hapticStep(*scene_, *twin, config_, input));
     contactTicks_ += last_.object != 0 ? 1 : 0;
     ring_.add(std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
                                       writtenTorque_Nm(*state_)}});
   }
+  /// From here on each tick is also computed from the image of the state before it.
+  void computeTwice() { hasTwin_ = true; }
   void skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
 
   /// The file of every tick, finished.
@@ -144,6 +153,12 @@ class RecordedServo {
   [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
 
  private:
+  void judge(const TelemetrySample& again) const {
+    EXPECT_EQ(again.force.written, last_.force.written) << "tick " << last_.tick;
+    EXPECT_EQ(again.force.contact, last_.force.contact) << "tick " << last_.tick;
+    EXPECT_EQ(again.ihip, last_.ihip) << "tick " << last_.tick;
+    EXPECT_EQ(again.energyGiven_J, last_.energyGiven_J) << "tick " << last_.tick;
+  }
   [[nodiscard]] Vec3 hand(std::uint64_t later = 0) const {
     const double t = 0.001 * static_cast<double>(tick_ + later);
     const double x = 0.05 * std::sin(1.7 * t);
@@ -204,6 +219,7 @@ class RecordedServo {
   const ServoScene* next_ = nullptr;
   std::uint64_t tick_ = 0;
   std::uint64_t contactTicks_ = 0;
+  bool hasTwin_ = false;
   TelemetrySample last_;
 };
 

@@ -2,16 +2,56 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <future>
 #include <limits>
 
 #include "haptic_server/recording/recording_reader.h"
+#include "haptic_server/recording/state_image.h"
 #include "recorded_servo.h"
 
 namespace haptics {
 namespace {
 
 using namespace test;
+
+/// The parts of a recording, changed: a function that returns false leaves the part out.
+std::string changed(const std::string& recording, const std::function<bool(v1::RecordingPart&)>& change) {
+  auto reader = RecordingReader::open(recording).value();
+  v1::RecordingPart head;
+  *head.mutable_head() = toMessage(reader.facts());
+  head.mutable_head()->set_state_layout(stateLayout());
+  std::string parts(kRecordingHead);
+  RecordWriter chain(kRecordingHead);
+  chain.append(parts, head.SerializeAsString());
+  for (auto next = reader.next(); *next != nullptr; next = reader.next()) {
+    v1::RecordingPart part = **next;
+    if (change(part)) chain.append(parts, part.SerializeAsString());
+  }
+  return parts;
+}
+
+/// All that a replay tells of each tick, as bytes.
+std::string told(const std::string& recording, ReplayOutcome& outcome) {
+  std::string bytes;
+  const auto put = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  MotionState motion;
+  outcome = replay(recording, [&](const ReplayedTick& tick) {
+              put(tick.sample.tick);
+              for (const Vec3 v : {tick.sample.hip, tick.sample.ihip, tick.sample.stickingPoint,
+                                   tick.sample.force.written, tick.sample.force.friction, tick.sample.force.texture})
+                put(v);
+              put(tick.sample.energyGiven_J);
+              put(tick.sample.frictionState);
+              if (tick.motion != nullptr) motion = *tick.motion;
+              for (const BodyState& body : motion.bodies()) put(body.pose);
+              for (const ObjectDent& dent : motion.dents()) put(dent.dent);
+              put(motion.tool.torque_Nm);
+              put(tick.scene == nullptr ? 0 : tick.scene->scene->number);
+              return true;
+            }).value();
+  return bytes;
+}
 
 constexpr int kWhile = 2000;  // ticks: the hand comes round everything
 
@@ -45,6 +85,7 @@ TEST(Replay, MakesEveryForceAgainBitForBitAcrossEditsTexturesFrictionAndShading)
   EXPECT_EQ(outcome->differing, 0U);
   EXPECT_FALSE(outcome->cutOff);
   EXPECT_TRUE(outcome->sameStep);
+  EXPECT_EQ(outcome->ticksAhead, 5'300U) << "from the states at ticks 5,000 and 10,000";
   EXPECT_EQ(outcome->contactTicks, servo.contactTicks());
   EXPECT_GT(outcome->contactTicks, 4000U) << "the hand must feel something";
 }
@@ -92,6 +133,52 @@ TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
   EXPECT_EQ(outcome->ticks, 5U * kWhile);
   EXPECT_EQ(outcome->differing, 0U);
   EXPECT_EQ(outcome->largestDifference_Nm, 0);
+}
+
+/// States between ticks let parts of a recording be computed at the same time: nothing else may come of them.
+TEST(Replay, TellsTheSameOfEveryTickWithAndWithoutTheStatesInARecording) {
+  RecordedServo pushed(kScene + kBricks), yielding(kScene + kCushion), held(kScene + kBlock + kTool);
+  runWithEdits(pushed);
+  runWithEdits(yielding);
+  held.runTurning(10'300);
+  for (RecordedServo* servo : {&pushed, &yielding, &held}) {
+    const std::string recording = servo->recording();
+    const std::string without = changed(recording, [](const auto& part) { return !part.has_state(); });
+    ReplayOutcome outcome, outcomeWithout;
+    EXPECT_TRUE(told(recording, outcome) == told(without, outcomeWithout));
+    EXPECT_EQ(outcome.ticksAhead, 5'300U);
+    EXPECT_EQ(outcomeWithout.ticksAhead, 0U);
+    EXPECT_EQ(outcome.ticks, outcomeWithout.ticks);
+    EXPECT_EQ(outcome.missed, outcomeWithout.missed);
+    EXPECT_EQ(outcome.contactTicks, outcomeWithout.contactTicks);
+    EXPECT_EQ(outcome.differing + outcomeWithout.differing, 0U);
+  }
+}
+
+TEST(Replay, DoesNotGoByAStateThatTheTicksBeforeItDoNotComeTo) {
+  RecordedServo servo(kScene + kBricks);
+  runWithEdits(servo);
+  const std::string recording = servo.recording();
+  std::vector<v1::RecordedState> states;
+  static_cast<void>(changed(recording, [&](const auto& part) {
+    if (part.has_state()) states.push_back(part.state());
+    return true;
+  }));
+  ASSERT_EQ(states.size(), 2U);
+  const std::string images[] = {stateImage(HapticState(servo.config())), states[0].image(), "no image"};
+  for (const std::string& image : images) {
+    const bool isEmpty = image == images[0];
+    const auto outcome = replay(changed(recording, [&](v1::RecordingPart& part) {
+      if (!part.has_state() || part.state().scene() == states[0].scene()) return true;
+      part.mutable_state()->set_image(image);
+      if (isEmpty) part.mutable_state()->set_scene(0);
+      return true;
+    }));
+    ASSERT_TRUE(outcome) << outcome.error().text();
+    EXPECT_EQ(outcome->differing, 0U);
+    EXPECT_EQ(outcome->ticks, 10'300U);
+    EXPECT_EQ(outcome->ticksAhead, 5'000U) << "from the first state, not from the second";
+  }
 }
 
 TEST(Replay, GoesOnFromTheStateInARecordingOfTheLastSeconds) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "recorded_servo.h"
@@ -38,6 +40,31 @@ TEST(StateImage, GivesAStateThatGoesOnBitForBit) { goesOnBitForBit(kScene + kBlo
 TEST(StateImage, GivesAStateWithAToolThatGoesOnBitForBit) { goesOnBitForBit(kScene + kBlock + kTool); }
 
 TEST(StateImage, GivesAStateWithDentsThatGoesOnBitForBit) { EXPECT_GT(goesOnBitForBit(kScene + kCushion), 5); }
+
+/// What holds a dent up is put there and taken away again, at any moment of a press.
+TEST(StateImage, GoesOnBitForBitFromEveryTickAcrossEditsBelowADent) {
+  RecordedServo servo(kScene + kCushion);
+  servo.computeTwice();
+  int held = 0;
+  for (int i = 0; i < 60; ++i) {
+    const std::string z = i % 2 == 0 ? "0.04" : "0.01";
+    servo.apply(R"(operations { remesh { object { name: "slab" } mesh { box { size_m { x: 0.2 y: 0.2 z: )" + z +
+                " } } } } }");
+    for (int tick = 0; tick < 100; ++tick) {
+      const double phase = 2 * std::numbers::pi * (100 * i + tick) / 430;
+      servo.tick({Vec3(-0.035, 0, 0.005 + 0.008 * std::cos(phase)), DeviceState::kReady, {}});
+      held += servo.state().denting.isHeldUp ? 1 : 0;
+    }
+  }
+  EXPECT_GT(held, 100);
+}
+
+TEST(StateImage, GoesOnBitForBitFromEveryTickWhileBodiesMeet) {
+  RecordedServo servo(kScene + kBricks);
+  servo.computeTwice();
+  servo.run(4'000);
+  EXPECT_GT(servo.state().pairs.end, 0U);
+}
 
 TEST(StateImage, IsRefusedOnAnotherScene) {
   RecordedServo servo(kScene), other(kScene + kBlock);

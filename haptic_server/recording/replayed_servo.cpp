@@ -1,0 +1,99 @@
+#include "haptic_server/recording/replayed_servo.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "haptic_server/step/moving_bodies.h"
+#include "haptic_server/step/soft_bodies.h"
+#include "haptic_server/step/tool_step.h"
+#include "haptic_server/step/two_hands.h"
+
+namespace haptics {
+
+ReplayedHand::ReplayedHand(const StepConfig& config)
+    : config_(config),
+      empty_(std::make_unique<const ServoScene>()),
+      scene_(empty_.get()),
+      state_(std::make_unique<HapticState>(config)) {}
+
+void ReplayedHand::begin(const RecordedBeginning& beginning) {
+  if (!beginning.state) return;
+  *state_ = *beginning.state;
+  if (beginning.scene != nullptr) scene_ = beginning.scene;
+  next_ = beginning.pending;
+}
+
+void ReplayedHand::adopt(const RemadeScene* given, std::uint64_t tick) {
+  if (given != nullptr) next_ = given->scene.get();
+  if (next_ != nullptr && adoptScene(*next_, *state_, tick)) scene_ = std::exchange(next_, nullptr);
+}
+
+HandTick ReplayedHand::feel(const StepInput& input) {
+  result_ = {};
+  computeForce(*scene_, *state_, config_, input, result_);
+  return {*scene_, *state_, config_, input, result_};
+}
+
+const MotionState* ReplayedHand::describe(std::uint64_t tick) {
+  const bool moved = describeMotion(*state_, tick, motion_);
+  const bool gave = describeDents(*state_, tick, motion_);
+  return moved || gave ? &motion_ : nullptr;
+}
+
+bool ReplayedHand::isAt(const RecordedBeginning& recorded) const {
+  const HapticState &a = *state_, &b = *recorded.state;
+  const auto poseOf = &Body::current;
+  const auto bodies = std::span(a.bodies).first(a.adoption.bodyCount);
+  return scene_->number == (recorded.scene != nullptr ? recorded.scene->number : 0) && next_ == recorded.pending &&
+         a.limits.unlimited_N == b.limits.unlimited_N && a.energy.all_J() == b.energy.all_J() &&
+         a.contact.hip == b.contact.hip && a.contact.ihip == b.contact.ihip && a.estimate.hip == b.estimate.hip &&
+         a.adoption.bodyCount == b.adoption.bodyCount &&
+         std::ranges::equal(bodies, std::span(b.bodies).first(b.adoption.bodyCount), {}, poseOf, poseOf) &&
+         std::ranges::equal(a.allDents(), b.allDents(), {}, &BodyDent::dent, &BodyDent::dent);
+}
+
+ReplayedServo::ReplayedServo(const RecordingFacts& facts) : first_(facts.config) {
+  if (!facts.secondHand) return;
+  second_.emplace(facts.secondHand->config);
+  followFirstHand(second_->state());
+}
+
+void ReplayedServo::begin(const RecordedBeginnings& beginnings) {
+  first_.begin(beginnings[0]);
+  if (second_) second_->begin(beginnings[1]);
+}
+
+ReplayedServo::Tick ReplayedServo::take(const RecordedRunTick& tick) {
+  const std::uint64_t number = tick.recorded[0].input.tick;
+  first_.adopt(tick.given, number);
+  if (second_) second_->adopt(tick.given, number);
+  Tick made;
+  const HandTick ticked = first_.feel(tick.recorded[0].input);
+  if (second_) {
+    finishSteps(ticked, second_->feel(tick.recorded[1].input), made.sample, made.secondSample);
+    made.torque_Nm[1] = writtenTorque_Nm(second_->state());
+  } else {
+    made.sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
+  }
+  made.torque_Nm[0] = writtenTorque_Nm(first_.state());
+  return made;
+}
+
+const MotionState* ReplayedServo::describe(std::uint64_t tick) {
+  const MotionState* motion = first_.describe(tick);
+  if (!second_) return motion;
+  if (second_->describe(tick) == nullptr && motion == nullptr) return nullptr;
+  motion_ = ofBothHands(first_.motion(), second_->motion());
+  return &motion_;
+}
+
+std::uint64_t ReplayedServo::oldestScene() const noexcept {
+  return second_ ? std::min(first_.scene(), second_->scene()) : first_.scene();
+}
+
+bool ReplayedServo::isAt(const RecordedBeginnings& recorded) const {
+  return first_.isAt(recorded[0]) && (!second_ || second_->isAt(recorded[1]));
+}
+
+}  // namespace haptics

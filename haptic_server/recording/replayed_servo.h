@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "common/telemetry/motion_state.h"
+#include "haptic_server/recording/recorded_run.h"
+
+namespace haptics {
+
+/// A hand of a recording, in its own time.
+class ReplayedHand {
+ public:
+  /// As a server starts. The configuration outlives it.
+  explicit ReplayedHand(const StepConfig& config);
+
+  /// Goes on from a state of the recording, where it holds one.
+  void begin(const RecordedBeginning& beginning);
+  void adopt(const RemadeScene* given, std::uint64_t tick);
+  [[nodiscard]] HandTick feel(const StepInput& input);
+  /// Null: as at the last call.
+  [[nodiscard]] const MotionState* describe(std::uint64_t tick);
+
+  [[nodiscard]] HapticState& state() noexcept { return *state_; }
+  [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
+  /// ServoScene::number of the one adopted; 0: the empty one.
+  [[nodiscard]] std::uint64_t scene() const noexcept { return scene_->number; }
+  /// Whether it has come to this state: by its scenes, force, energies, IHIP, dents and where the bodies are. Equal states
+  /// may differ in what lies between their members.
+  [[nodiscard]] bool isAt(const RecordedBeginning& recorded) const;
+
+ private:
+  const StepConfig& config_;
+  std::unique_ptr<const ServoScene> empty_;
+  const ServoScene* scene_;
+  const ServoScene* next_ = nullptr;
+  std::unique_ptr<HapticState> state_;
+  ForceResult result_;
+  MotionState motion_;
+};
+
+/// The servo of a recording: computes its ticks again. The scenes that it is given outlive it.
+class ReplayedServo {
+ public:
+  struct Tick {
+    TelemetrySample sample, secondSample;
+    std::array<Vec3, kMaxHands> torque_Nm;  ///< As written to each device.
+  };
+
+  /// The facts outlive it.
+  explicit ReplayedServo(const RecordingFacts& facts);
+
+  void begin(const RecordedBeginnings& beginnings);
+  [[nodiscard]] Tick take(const RecordedRunTick& tick);
+  /// Where the objects that move are, and all dents, after take(); null: as at the last call.
+  [[nodiscard]] const MotionState* describe(std::uint64_t tick);
+
+  /// ServoScene::number of the first hand's; 0: the empty one.
+  [[nodiscard]] std::uint64_t scene() const noexcept { return first_.scene(); }
+  /// Scenes before this one are not in use any more.
+  [[nodiscard]] std::uint64_t oldestScene() const noexcept;
+  /// As ReplayedHand::isAt().
+  [[nodiscard]] bool isAt(const RecordedBeginnings& recorded) const;
+
+ private:
+  ReplayedHand first_;
+  std::optional<ReplayedHand> second_;
+  MotionState motion_;  // of both
+};
+
+}  // namespace haptics
