@@ -17,7 +17,7 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kTicksOfChunk = 8'192;
+constexpr std::size_t kTicksOfChunk = 4'096;
 constexpr std::size_t kRowsOfChunk = 1'024;
 
 /// "2026-11-25T01:02:03Z".

@@ -69,6 +69,8 @@ class MotionStates {
     }
   };
 
+  void clear() { bytes_.clear(); }
+
  private:
   std::string bytes_;
 };
@@ -86,6 +88,14 @@ struct Computed {
   ReplayCount count;
   std::unique_ptr<ReplayedServo> servo;  // after them
   bool meetsNext = false;                // its state is Stretch::next
+
+  /// Keeps the memory.
+  void clear() {
+    ticks.clear();
+    secondSamples.clear();
+    motions.clear();
+    count = {};
+  }
 };
 
 class StretchReader {
@@ -184,6 +194,7 @@ class Replay {
   StretchReader reader_;
   std::atomic<bool> givenUp_{false};
   std::deque<UnderWay> underWay_;
+  std::vector<Computed> spare_;  // memory for the next ones
   // After what is finished.
   std::unique_ptr<ReplayedServo> servo_;
   std::vector<std::shared_ptr<const RemadeScene>> scenes_;  // of the servo
@@ -199,8 +210,14 @@ class Replay {
       return false;
     }
     if (!servo) return true;
-    last.computed = std::async(std::launch::async, [this, &stretch = last.stretch, servo = std::move(servo)]() mutable {
-      return compute(stretch, std::move(servo));
+    Computed room;
+    if (!spare_.empty()) {
+      room = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    last.computed = std::async(std::launch::async, [this, &stretch = last.stretch, servo = std::move(servo),
+                                                    room = std::move(room)]() mutable {
+      return compute(stretch, std::move(servo), std::move(room));
     });
     return true;
   }
@@ -214,8 +231,9 @@ class Replay {
     return servo;
   }
 
-  [[nodiscard]] Computed compute(const Stretch& stretch, std::unique_ptr<ReplayedServo> servo) const {
-    Computed computed;
+  /// @param computed  Empty: its memory is used.
+  [[nodiscard]] Computed compute(const Stretch& stretch, std::unique_ptr<ReplayedServo> servo,
+                                 Computed computed = {}) const {
     const std::size_t hands = run_.facts().hands();
     ReplayCount& count = computed.count;
     if (onTick_) computed.ticks.reserve(stretch.ticks.size());
@@ -263,6 +281,8 @@ class Replay {
     meetsNext_ = computed.meetsNext;
     run_.letGoBefore(servo_->oldestScene());
     underWay_.pop_front();
+    computed.clear();
+    spare_.push_back(std::move(computed));
     return goesOn;
   }
 
