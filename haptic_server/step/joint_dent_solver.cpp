@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <span>
 
 #include "haptic_server/step/held_planes.h"
@@ -12,10 +14,12 @@ namespace haptics {
 namespace {
 
 /// Rounds in which the IHIP is looked for on several dented surfaces: they are not flat.
-constexpr int kRounds = 2;
-/// Steps, at most, towards an IHIP that is inside of a dented surface, each as far as the surface is away; and how far inside
-/// (m) counts.
-constexpr int kClearSteps = 3;
+constexpr int kRounds = 3;
+constexpr int kObstructedRounds = 2;  // of one, and of what is in its way
+/// Of a way towards the IHIP: the least step on it, and how often the place is looked for where it meets a dented surface.
+constexpr double kLeastStep = 0.125;
+constexpr int kMeetings = 4;
+/// How far inside (m) counts.
 constexpr double kOnSurface_m = 1e-6;
 /// Rounds, at most, in which what different springs push is looked for, and of it what a round may still change.
 constexpr int kSpringRounds = 40;
@@ -190,14 +194,21 @@ class JointDentSolver {
             .softness = part.softness.value};
   }
 
-  /// The IHIP: of what is on the surfaces as they are now, or outside, the nearest to the HIP.
+  /// The IHIP: of what is on the surfaces as they are now, or outside, the nearest to the HIP that it slides to from where
+  /// it is on the shapes at rest.
   void settle() noexcept {
     if (obstructed_ && isClear()) return;
     Vec3 ihip = contact_.ihip, planeParts;
-    for (int round = 0; round < kRounds; ++round) {
-      ihip = planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts);
+    putFeetAtRest();
+    if (obstructed_) {
+      for (int round = 0; round < kObstructedRounds; ++round)
+        ihip = planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts);
+      putFeetAtRest();
+      ihip = clearOfDents(contact_.ihip, ihip);
+    } else {
+      for (int round = 0; round < kRounds; ++round)
+        ihip = clearOfDents(ihip, planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts));
     }
-    if (obstructed_) ihip = clearOfDent(ihip);
     contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);
     if (!(contact_.penetration_m > 0)) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
     contact_.alongNormal = false;
@@ -206,27 +217,63 @@ class JointDentSolver {
     if (obstructed_ && !(planeParts[0] > 0)) meet(parts_[1].held);
   }
 
-  /// As far of the way from the obstruction's place in the dent to `ihip` as is outside of the dented surface, which is not
-  /// flat: its planes may leave `ihip` inside.
-  [[nodiscard]] Vec3 clearOfDent(Vec3 ihip) noexcept {
-    const Body& body = state_.bodies[bodyOf(parts_[0])];
-    const PressedBody pressed = pressedBody(parts_[0]);
-    DentSolver yielding(scene_, state_, config_, contact_.work, pressed);
-    const auto clearance_m = [&](Vec3 place) noexcept {
-      const Vec3 local = body.frame.toLocal(place);
-      const DentSolver::Nearest at = yielding.nearestTo(local);
-      return glm::dot(local - at.foot.point, at.normal);
-    };
-    if (clearance_m(ihip) > -kOnSurface_m) return ihip;
-    Vec3 clear = parts_[1].point;
-    const Vec3 way = ihip - clear;
-    const double way_m = glm::length(way);
-    double gone_m = 0;
-    for (int step = 0; step < kClearSteps && gone_m < way_m; ++step) {
-      gone_m += std::clamp(clearance_m(clear), 0.0, way_m - gone_m);
-      clear = parts_[1].point + way * (gone_m / way_m);
+  void putFeetAtRest() noexcept {
+    std::ranges::transform(parts(), foot_.begin(), [](const Part& part) { return part.held.triangle; });
+  }
+
+  /// As far of a way as is outside of the dented surfaces, which are not flat: their planes may leave its end inside.
+  /// @param from  Outside.
+  [[nodiscard]] Vec3 clearOfDents(Vec3 from, Vec3 to) noexcept {
+    const double way_m = glm::distance(from, to);
+    if (!(way_m > kOnSurface_m)) return from;
+    const auto at = [&](double gone) noexcept { return glm::mix(from, to, gone); };
+    double clear = 0, clear_m = clearance_m(from);
+    while (clear < 1) {
+      const double next = std::min(1.0, clear + std::max(clear_m / way_m, kLeastStep));
+      const double next_m = clearance_m(at(next));
+      if (next_m < -kOnSurface_m) return at(meeting(at, {clear, clear_m}, {next, next_m}));
+      clear = next;
+      clear_m = next_m;
     }
-    return clear;
+    return to;
+  }
+
+  struct OnWay {
+    double gone;
+    double clearance_m;
+  };
+  /// Where a way comes upon the dented surfaces.
+  template <class At>
+  [[nodiscard]] double meeting(const At& at, OnWay outside, OnWay inside) noexcept {
+    for (int i = 0; i < kMeetings && outside.clearance_m > kOnSurface_m; ++i) {
+      const double part = outside.clearance_m / (outside.clearance_m - inside.clearance_m);
+      const double gone = glm::mix(outside.gone, inside.gone, part);
+      const OnWay between{gone, clearance_m(at(gone))};
+      (between.clearance_m < -kOnSurface_m ? inside : outside) = between;
+    }
+    return outside.gone;
+  }
+
+  /// Of the dented surfaces; negative inside of one.
+  [[nodiscard]] double clearance_m(Vec3 place) noexcept {
+    double least_m = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (parts_[i].tissue == nullptr) continue;
+      const DentSolver::Nearest at = nearestOn(i, place);
+      const Vec3 local = state_.bodies[bodyOf(parts_[i])].frame.toLocal(place);
+      least_m = std::min(least_m, glm::dot(local - at.foot.point, at.normal));
+    }
+    return least_m;
+  }
+
+  /// On a dented surface, from where it was nearest before: beyond a rim the nearest place is another one.
+  [[nodiscard]] DentSolver::Nearest nearestOn(std::size_t part, Vec3 place) noexcept {
+    PressedBody pressed = pressedBody(parts_[part]);
+    pressed.atRest.triangle = foot_[part];
+    DentSolver yielding(scene_, state_, config_, contact_.work, pressed);
+    const DentSolver::Nearest at = yielding.nearestTo(state_.bodies[pressed.body].frame.toLocal(place));
+    foot_[part] = at.foot.triangle;
+    return at;
   }
 
   /// The dent is not as deep as what is in the way, and holds the IHIP alone.
@@ -252,16 +299,15 @@ class JointDentSolver {
 
   [[nodiscard]] HeldPlanes planesAt(Vec3 ihip) noexcept {
     HeldPlanes planes;
-    for (const Part& part : parts()) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Part& part = parts_[i];
       if (part.tissue == nullptr) {
         planes.add(part.point, part.normal);
         continue;
       }
-      const Body& body = state_.bodies[bodyOf(part)];
-      const PressedBody pressed = pressedBody(part);
-      DentSolver yielding(scene_, state_, config_, contact_.work, pressed);
-      const DentSolver::Nearest at = yielding.nearestTo(body.frame.toLocal(ihip));
-      planes.add(body.frame.toWorld(at.foot.point), body.frame.rotate(at.normal));
+      const Frame& frame = state_.bodies[bodyOf(part)].frame;
+      const DentSolver::Nearest at = nearestOn(i, ihip);
+      planes.add(frame.toWorld(at.foot.point), frame.rotate(at.normal));
       if (part.held.body == contact_.body) contact_.triangle = at.foot.triangle;
     }
     return planes;
@@ -274,6 +320,7 @@ class JointDentSolver {
   ContactResult& contact_;
   Vec3 penetration_m_;
   std::array<Part, ContactState::kMaxHolding> parts_;
+  std::array<std::uint32_t, ContactState::kMaxHolding> foot_{};  // of each: the triangle last found nearest
   std::size_t count_ = 0;
   bool obstructed_ = false;  // one body holds the IHIP, part 0; part 1 is what is in its way
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -50,6 +51,16 @@ std::vector<Method> chosenMethods(std::string_view name) {
   return {findMethod(name, all)};
 }
 
+/// All when no name is given.
+std::vector<FailureScene> chosenScenes(std::string_view name) {
+  std::vector<FailureScene> scenes;
+  std::ranges::copy_if(kFailureScenes, std::back_inserter(scenes),
+                       [&](const FailureScene& scene) { return name.empty() || scene.name == name; });
+  if (scenes.empty())
+    throw std::invalid_argument("--scene: there is no scene " + std::string(name) + ", but S1 to S32");
+  return scenes;
+}
+
 /// Beside the measures, in a run's record.
 constexpr std::string_view kAboutTheRun[] = {"method", "scene", "seed", "pass", "expected", "as_expected"};
 
@@ -64,17 +75,18 @@ Record runOf(const Method& method, const FailureScene& scene, std::uint64_t seed
   return record;
 }
 
-/// A part is a method with a seed, in all scenes.
+/// A part is a method with a seed, in all scenes that were chosen.
 class FailuresSweep : public Sweep {
  public:
-  explicit FailuresSweep(const FailuresOptions& options) : options_(options), chosen_(chosenMethods(options.method)) {}
+  explicit FailuresSweep(const FailuresOptions& options)
+      : options_(options), chosen_(chosenMethods(options.method)), scenes_(chosenScenes(options.scene)) {}
 
   [[nodiscard]] std::size_t size() const override { return static_cast<std::size_t>(options_.seeds) * chosen_.size(); }
 
   [[nodiscard]] Record run(std::size_t part) override {
     Record runs = Record::array();
     const Method& method = methodOf(part);
-    for (const FailureScene& scene : kFailureScenes) {
+    for (const FailureScene& scene : scenes_) {
       if (method.isFor(scene.concern)) runs.push_back(runOf(method, scene, seedOf(part)));
     }
     return runs;
@@ -119,10 +131,10 @@ class FailuresSweep : public Sweep {
       if (!run.at("pass")) ++failures[{run.at("method"), run.at("scene")}];
     }
     std::printf("%-35s", "failed runs");
-    for (const FailureScene& scene : kFailureScenes) std::printf("%5s", scene.name.data());
+    for (const FailureScene& scene : scenes_) std::printf("%5s", scene.name.data());
     for (const Method& method : chosen_) {
       std::printf("\n%-35s", method.name.data());
-      for (const FailureScene& scene : kFailureScenes) {
+      for (const FailureScene& scene : scenes_) {
         const auto failed = failures.find({std::string(method.name), std::string(scene.name)});
         const bool notRun = !method.isFor(scene.concern);
         std::printf("%5s", notRun ? "" : failed == failures.end() ? "." : std::to_string(failed->second).c_str());
@@ -133,6 +145,7 @@ class FailuresSweep : public Sweep {
 
   FailuresOptions options_;
   std::vector<Method> chosen_;
+  std::vector<FailureScene> scenes_;
 };
 
 }  // namespace

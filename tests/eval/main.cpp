@@ -123,6 +123,7 @@ void addFailures(CLI::App& app, Arguments& arguments) {
   addSeed(verb, options.seed);
   addSeeds(verb, options.seeds);
   verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
+  verb->add_option("--scene", options.scene, "Only this one, such as S17")->type_name("NAME");
   addSweep(verb, arguments);
   verb->callback([&arguments, &options] {
     arguments.sweep = makeFailuresSweep(options);
