@@ -119,7 +119,10 @@ void deformAtContact(const ServoScene& scene, HapticState& state, const StepConf
   const bool wasHeldUp = std::exchange(state.denting.isHeldUp, false);
   state.deformedContact = {};
   if (contact.touching) yield(scene, state, config, tick);
-  if (state.adoption.now && wasHeldUp && !state.denting.isHeldUp) state.adoption.contactBroken = true;
+  if (state.adoption.now && (wasHeldUp || state.denting.isHeldUp)) {
+    state.limits.slew.begin();  // the edit may have put what holds the dent up, or something in front of it
+    if (!state.denting.isHeldUp) state.adoption.contactBroken = true;
+  }
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), {}, {}, &whereIs)) {
     ++state.denting.revision;
   }
