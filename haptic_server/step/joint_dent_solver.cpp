@@ -200,11 +200,14 @@ class JointDentSolver {
     if (obstructed_ && isClear()) return;
     Vec3 ihip = contact_.ihip, planeParts;
     putFeetAtRest();
+    if (clearance_m(ihip) < -kOnSurface_m)  // a dent that goes along its surface lifts some of it
+      ihip = planesAt(ihip).nearestOutside(ihip, planeParts);
+    const Vec3 begin = ihip;
     if (obstructed_) {
       for (int round = 0; round < kObstructedRounds; ++round)
         ihip = planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts);
       putFeetAtRest();
-      ihip = clearOfDents(contact_.ihip, ihip);
+      ihip = clearOfDents(begin, ihip);
     } else {
       for (int round = 0; round < kRounds; ++round)
         ihip = clearOfDents(ihip, planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts));

@@ -42,6 +42,7 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.triangle = kNoTriangle;
   const Obstruction met = firstObstruction(state, body, rest, state.estimate.hip, contact.work.allowance);
   if (!met.crossing) return;
+  if (state.adoption.now) state.limits.slew.begin();  // the edit may have put it there
   const Body& other = state.bodies[met.body];
   contact.touching = true;
   contact.body = static_cast<int>(met.body);
