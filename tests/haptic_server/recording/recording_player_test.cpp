@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <future>
@@ -23,6 +24,7 @@ class PlayingServo {
   explicit PlayingServo(const std::filesystem::path& file) : player_(RecordingPlayer::open(file).value()) {
     const auto prepared = player_->prepare(store_, [this](const RemadeScene& scene) {
       shown_.push_back(scene.version.revision());
+      newestShown_ = scene.version.revision();
       return true;
     });
     EXPECT_TRUE(prepared) << prepared.error().text();
@@ -54,7 +56,7 @@ class PlayingServo {
           hapticStep(*scene, *state, config, {tick.index, 0, player_->device().read(tick.index)}).force.written);
       player_->releaseBefore(scene->number);
     }
-    while (shown_.empty() || shown_.back() != scene->revision) std::this_thread::yield();
+    while (newestShown_ != scene->revision) std::this_thread::yield();
     player_->finish();
     return player_->verdict();
   }
@@ -65,7 +67,8 @@ class PlayingServo {
  private:
   AssetStore store_;
   std::unique_ptr<RecordingPlayer> player_;
-  std::vector<std::uint64_t> shown_;
+  std::vector<std::uint64_t> shown_;  // on the player's thread until finish()
+  std::atomic<std::uint64_t> newestShown_{0};
 };
 
 std::filesystem::path fileOf(const RecordedServo& servo, const std::string& bytes) {
