@@ -17,7 +17,7 @@ namespace {
 constexpr int kRounds = 3;
 constexpr int kObstructedRounds = 2;  // of one, and of what is in its way
 /// Of a way towards the IHIP: the least step on it, and how often the place is looked for where it meets a dented surface.
-constexpr double kLeastStep = 0.125;
+constexpr double kMinStep = 0.125;
 constexpr int kMeetings = 4;
 /// How far inside (m) counts.
 constexpr double kOnSurface_m = 1e-6;
@@ -232,7 +232,7 @@ class JointDentSolver {
     const auto at = [&](double gone) noexcept { return glm::mix(from, to, gone); };
     double clear = 0, clear_m = clearance_m(from);
     while (clear < 1) {
-      const double next = std::min(1.0, clear + std::max(clear_m / way_m, kLeastStep));
+      const double next = std::min(1.0, clear + std::max(clear_m / way_m, kMinStep));
       const double next_m = clearance_m(at(next));
       if (next_m < -kOnSurface_m) return at(meeting(at, {clear, clear_m}, {next, next_m}));
       clear = next;
