@@ -31,7 +31,7 @@ class EditSlew {
 
   /// An edit changes the force, from the next follow() on.
   void begin() noexcept {
-    fresh_ = fresh_ || !active();
+    fresh_ = fresh_ != 0 || !active() ? 1 : 0;
     remaining_s_ = kSettled_s;
   }
   [[nodiscard]] bool active() const noexcept { return remaining_s_ > 0; }
@@ -44,14 +44,14 @@ class EditSlew {
   /// @param jumps  The edit changes it at once: nothing of the change is the hand's own.
   [[nodiscard]] Vec3 follow(Vec3 before, Vec3 felt, Vec3 measured, Vec3 hip, double carried_m, Stiffness k, bool jumps,
                             double period_s) noexcept {
-    if (fresh_) {
+    if (fresh_ != 0) {
       felt_N_ = before;
       rest_N_ = Vec3(0);
       measured_ = measured;
       hip_ = hip;
       way_m_ = 0;
       resting_s_ = kResting_s;
-      fresh_ = false;
+      fresh_ = 0;
     }
     resting_s_ = measured == measured_ ? resting_s_ + period_s : 0;
     measured_ = measured;
@@ -76,7 +76,7 @@ class EditSlew {
   }
 
  private:
-  bool fresh_ = false;
+  std::uint8_t fresh_ = 0;  // a flag, whatever byte it is: a state may come from a file
   double remaining_s_ = 0;
   Vec3 felt_N_{0};    // in the last tick
   Vec3 rest_N_{0};    // R
