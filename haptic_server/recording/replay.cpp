@@ -118,7 +118,7 @@ class StretchReader {
   [[nodiscard]] const std::optional<Error>& refusal() const noexcept { return refusal_; }
 
  private:
-  static constexpr std::size_t kMaxTicks = 20'000;  // what is kept of them takes up to 100 MB
+  static constexpr std::size_t kMaxTicks = 20'000;  // bounds what is kept of them
 
   RecordedRun& run_;
   std::optional<RecordedRunTick> tick_;  // that comes next

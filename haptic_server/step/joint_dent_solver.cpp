@@ -213,7 +213,11 @@ class JointDentSolver {
         ihip = clearOfDents(ihip, planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts));
     }
     contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);
-    if (!(contact_.penetration_m > 0)) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
+    if (!(contact_.penetration_m > 0)) {
+      const Obstruction met = firstObstruction(state_, static_cast<std::size_t>(contact_.body), contact_.ihip,
+                                               state_.estimate.hip, contact_.work.allowance);
+      return met.crossing ? loseTo(met, state_, contact_) : lose(state_, contact_);
+    }
     contact_.alongNormal = false;
     contact_.ihip = ihip;
     contact_.normal = (ihip - state_.estimate.hip) / contact_.penetration_m;

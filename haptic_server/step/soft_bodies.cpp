@@ -12,13 +12,11 @@
 namespace haptics {
 namespace {
 
-/// The dents of the body that the contact belongs to leave the HIP outside of it: of another one, too, unless that is in
-/// the way.
-void loseTo(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept {
-  const auto body = static_cast<std::size_t>(tick.contact.body);
-  const Obstruction met =
-      firstObstruction(state, body, tick.contact.ihip, state.estimate.hip, tick.contact.work.allowance);
-  if (!met.crossing) return lose(state, body, tick.contact);
+/// The dents leave the HIP outside of the one body that holds the IHIP. Where another body is in the way, both decide.
+void loseAlone(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept {
+  const Obstruction met = firstObstruction(state, static_cast<std::size_t>(tick.contact.body), tick.contact.ihip,
+                                           state.estimate.hip, tick.contact.work.allowance);
+  if (!met.crossing) return lose(state, tick.contact);
   state.denting.isHeldUp = true;
   deformTogether(scene, state, config, tick, met);
 }
@@ -45,9 +43,9 @@ void deformAlone(const ServoScene& scene, HapticState& state, const StepConfig& 
                             .alone = true,
                             .softness = softness.value};
   DentSolver yielding(scene, state, config, contact.work, pressed);
-  if (!yielding.press()) return loseTo(scene, state, config, tick);
+  if (!yielding.press()) return loseAlone(scene, state, config, tick);
   const DentSolver::Nearest at = yielding.nearestTo(pressed.h);
-  if (at.outside) return loseTo(scene, state, config, tick);
+  if (at.outside) return loseAlone(scene, state, config, tick);
   tick.force.spring += tissuePushAlong_N(scene.objects[index], softness, yielding.elastic_m2(), config);
   state.deformedContact.shaded = yielding.smooth();
   if (state.deformedContact.shaded.weight > 0) {

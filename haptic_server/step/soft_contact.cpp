@@ -30,8 +30,7 @@ void settleOn(const HapticState& state, std::size_t index, const DentSolver::Nea
   contact.triangle = at.foot.triangle;
 }
 
-void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept {
-  const Vec3 rest = contact.ihip;
+void lose(HapticState& state, ContactResult& contact) noexcept {
   state.release();
   contact.touching = contact.alongNormal = false;
   contact.body = -1;
@@ -40,8 +39,10 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.penetration_m = 0;
   contact.primitive = {};
   contact.triangle = kNoTriangle;
-  const Obstruction met = firstObstruction(state, body, rest, state.estimate.hip, contact.work.allowance);
-  if (!met.crossing) return;
+}
+
+void loseTo(const Obstruction& met, HapticState& state, ContactResult& contact) noexcept {
+  lose(state, contact);
   if (state.adoption.now) state.limits.slew.begin();  // the edit may have put it there
   const Body& other = state.bodies[met.body];
   contact.touching = true;

@@ -25,8 +25,11 @@ struct Obstruction {
 void settleOn(const HapticState& state, std::size_t body, const DentSolver::Nearest& at,
               ContactResult& contact) noexcept;
 
-/// The dents leave the HIP outside of a body. What reaches into the dent is met there, on the way from the surface at rest.
-void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept;
+/// The dents leave the HIP outside of the body that holds the IHIP: there is no contact.
+void lose(HapticState& state, ContactResult& contact) noexcept;
+
+/// What reaches into the dent holds the IHIP instead, where it is met.
+void loseTo(const Obstruction& met, HapticState& state, ContactResult& contact) noexcept;
 
 /// softnessAt() where it varies.
 [[nodiscard]] FactorSample varyingSoftnessAt(const ServoObject& object, const HapticState& state, std::size_t body,

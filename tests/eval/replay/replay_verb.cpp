@@ -24,7 +24,6 @@ namespace {
                    {"rate_Hz", outcome.facts.rate_Hz},
                    {"same_step", outcome.sameStep},
                    {"ticks", outcome.ticks},
-                   {"ticks_ahead", outcome.ticksAhead},
                    {"missed_ticks", outcome.missed},
                    {"contact_ticks", outcome.contactTicks},
                    {"scenes", outcome.scenes},

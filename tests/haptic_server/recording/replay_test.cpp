@@ -31,8 +31,8 @@ std::string changed(const std::string& recording, const std::function<bool(v1::R
   return parts;
 }
 
-/// All that a replay tells of each tick, as bytes.
-std::string told(const std::string& recording, ReplayOutcome& outcome) {
+/// What a replay gives of each tick, as bytes.
+std::string outputOf(const std::string& recording, ReplayOutcome& outcome) {
   std::string bytes;
   const auto put = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
   MotionState motion;
@@ -136,7 +136,7 @@ TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
 }
 
 /// States between ticks let parts of a recording be computed at the same time: nothing else may come of them.
-TEST(Replay, TellsTheSameOfEveryTickWithAndWithoutTheStatesInARecording) {
+TEST(Replay, GivesTheSameOfEveryTickWithAndWithoutTheStatesInARecording) {
   RecordedServo pushed(kScene + kBricks), yielding(kScene + kCushion), held(kScene + kBlock + kTool);
   runWithEdits(pushed);
   runWithEdits(yielding);
@@ -145,7 +145,7 @@ TEST(Replay, TellsTheSameOfEveryTickWithAndWithoutTheStatesInARecording) {
     const std::string recording = servo->recording();
     const std::string without = changed(recording, [](const auto& part) { return !part.has_state(); });
     ReplayOutcome outcome, outcomeWithout;
-    EXPECT_TRUE(told(recording, outcome) == told(without, outcomeWithout));
+    EXPECT_TRUE(outputOf(recording, outcome) == outputOf(without, outcomeWithout));
     EXPECT_EQ(outcome.ticksAhead, 5'300U);
     EXPECT_EQ(outcomeWithout.ticksAhead, 0U);
     EXPECT_EQ(outcome.ticks, outcomeWithout.ticks);
