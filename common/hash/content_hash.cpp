@@ -56,6 +56,7 @@ Hasher& Hasher::add(float value) {
   const float canonical = value + 0.0F;
   return add(std::as_bytes(std::span(&canonical, 1)));
 }
+Hasher& Hasher::add(Vec3 vector) { return add(vector.x).add(vector.y).add(vector.z); }
 Hasher& Hasher::add(std::string_view text) {
   add(static_cast<std::uint64_t>(text.size()));
   return add(std::as_bytes(std::span(text)));

@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "common/maths/vec.h"
+
 namespace haptics {
 
 /// A SHA-256 digest. All zero stands for "nothing".
@@ -37,6 +39,7 @@ class Hasher {
   Hasher& add(std::uint64_t value);
   Hasher& add(double value);
   Hasher& add(float value);
+  Hasher& add(Vec3 vector);
   Hasher& add(std::string_view text);  ///< Its length, then its bytes.
   Hasher& add(const ContentHash& hash);
   [[nodiscard]] ContentHash finish();  ///< Leaves the hasher unusable.

@@ -216,7 +216,7 @@ Result<PolygonSoup> gatherInventor(std::string_view file, const IncludeReader& r
 
 // Instead of libc's: Coin names the files that it reads, and this program may open none.
 
-extern "C" std::FILE* fopen(const char* name, const char* mode) {
+extern "C" [[gnu::visibility("default")]] std::FILE* fopen(const char* name, const char* mode) {
   using namespace haptics;
   if (opensFiles()) {
     const int file = open(name, O_RDONLY | O_CLOEXEC);
@@ -227,7 +227,7 @@ extern "C" std::FILE* fopen(const char* name, const char* mode) {
   return nullptr;
 }
 
-extern "C" int stat(const char* name, struct stat* status) {
+extern "C" [[gnu::visibility("default")]] int stat(const char* name, struct stat* status) {
   using namespace haptics;
   if (opensFiles()) return fstatat(AT_FDCWD, name, status, 0);
   errno = EACCES;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <smmintrin.h>
+#include "common/maths/sse.h"
 
 namespace haptics {
 

@@ -14,9 +14,9 @@ namespace {
 static_assert(sizeof(Vec3f) == 12 && sizeof(TriangleIndices) == 12, "vertices and triangles are copied as they lie");
 static_assert(std::is_trivially_copyable_v<Vec3f> && std::is_trivially_copyable_v<TriangleIndices>);
 
-constexpr std::string_view kMagic = "HMSH";
+constexpr std::string_view kMeshMagic = "HMSH";
 constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHeaderSize = kMagic.size() + sizeof kVersion + 2 * sizeof(std::uint64_t);
+constexpr std::size_t kHeaderSize = kMeshMagic.size() + sizeof kVersion + 2 * sizeof(std::uint64_t);
 
 template <class T>
 T valueAt(std::string_view bytes, std::size_t offset) {
@@ -28,7 +28,7 @@ T valueAt(std::string_view bytes, std::size_t offset) {
 }  // namespace
 
 CanonicalBytes canonicalBytes(const TriMesh& mesh) {
-  std::string header(kMagic);
+  std::string header(kMeshMagic);
   append(header, kVersion);
   append(header, std::uint64_t{mesh.vertices.size()});
   append(header, std::uint64_t{mesh.triangles.size()});
@@ -42,13 +42,13 @@ Result<TriMesh> decodeMesh(std::string_view bytes) {
     return refused("header", "the asset has " + std::to_string(bytes.size()) + " bytes; its header alone takes " +
                                  std::to_string(kHeaderSize));
   }
-  if (!bytes.starts_with(kMagic)) return refused("magic", "is not \"HMSH\": the asset is not a mesh");
-  const auto version = valueAt<std::uint32_t>(bytes, kMagic.size());
+  if (!bytes.starts_with(kMeshMagic)) return refused("magic", "is not \"HMSH\": the asset is not a mesh");
+  const auto version = valueAt<std::uint32_t>(bytes, kMeshMagic.size());
   if (version != kVersion) {
     return refused("version", "is " + std::to_string(version) + "; this program reads " + std::to_string(kVersion));
   }
-  const auto vertices = valueAt<std::uint64_t>(bytes, kMagic.size() + sizeof kVersion);
-  const auto triangles = valueAt<std::uint64_t>(bytes, kMagic.size() + sizeof kVersion + sizeof vertices);
+  const auto vertices = valueAt<std::uint64_t>(bytes, kMeshMagic.size() + sizeof kVersion);
+  const auto triangles = valueAt<std::uint64_t>(bytes, kMeshMagic.size() + sizeof kVersion + sizeof vertices);
   if (vertices > kMaxVertices) {
     return refused("vertex count",
                    std::to_string(vertices) + " is too many; at most " + std::to_string(kMaxVertices) + " are taken");

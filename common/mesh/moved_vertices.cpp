@@ -12,7 +12,7 @@ namespace {
 
 static_assert(sizeof(Vec3f) == 3 * sizeof(float));
 
-constexpr std::string_view kMagic = "HMOV";
+constexpr std::string_view kMovedVerticesMagic = "HMOV";
 constexpr std::size_t kVertexSize = sizeof(std::uint32_t) + sizeof(Vec3f);
 
 bool isPlace(Vec3f place) {
@@ -62,14 +62,14 @@ MovedVertices movedBetween(std::span<const Vec3f> before, std::span<const Vec3f>
 }
 
 CanonicalBytes canonicalBytes(const MovedVertices& moved) {
-  return {listHeader(kMagic, moved.vertex.size()),
+  return {listHeader(kMovedVerticesMagic, moved.vertex.size()),
           {std::as_bytes(std::span(moved.vertex)), std::as_bytes(std::span(moved.place))}};
 }
 
 std::string encodeMovedVertices(const MovedVertices& moved) { return canonicalBytes(moved).copy(); }
 
 Result<MovedVertices> decodeMovedVertices(std::string_view bytes) {
-  const auto counted = listCount(bytes, kMagic, "moved vertices", kVertexSize, kMaxVertices);
+  const auto counted = listCount(bytes, kMovedVerticesMagic, "moved vertices", kVertexSize, kMaxVertices);
   if (!counted) return tl::unexpected(counted.error());
   const std::size_t count = *counted;
   MovedVertices moved{std::vector<std::uint32_t>(count), std::vector<Vec3f>(count)};

@@ -18,7 +18,7 @@ void appendLine(std::string& bytes, std::string_view keyword, const std::vector<
   bytes += '\n';
 }
 
-Result<void> addVertex(std::string_view line, PlainFile& plain) {
+Result<void> addObjVertex(std::string_view line, PlainFile& plain) {
   std::vector<std::string_view> words;
   for (int axis = 0; axis < 3; ++axis) {
     words.push_back(nextWord(line));
@@ -68,7 +68,7 @@ Result<PlainFile> plainObj(std::string_view file) {
     std::string_view line = nextLine(file);
     const std::string_view keyword = nextWord(line);
     if (keyword == "v") {
-      if (auto ok = addVertex(line, plain); !ok) return tl::unexpected(std::move(ok).error());
+      if (auto ok = addObjVertex(line, plain); !ok) return tl::unexpected(std::move(ok).error());
     } else if (keyword == "f") {
       faces.push_back({line, number, static_cast<std::int64_t>(plain.vertices)});
     }

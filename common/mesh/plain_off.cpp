@@ -15,13 +15,13 @@ std::string_view nextContent(std::string_view& rest) {
   return {};
 }
 
-struct Counts {
+struct OffCounts {
   std::uint64_t vertices, faces;
 };
 
 /// "OFF" (or with ST, C, N before it, whose texture coordinates, colours and normals are left out), then the counts of
 /// vertices, faces and edges on the same or the next line.
-Result<Counts> readHeader(std::string_view& rest) {
+Result<OffCounts> readOffHeader(std::string_view& rest) {
   std::string_view line = nextContent(rest);
   std::string_view keyword = nextWord(line);
   const std::string_view written = keyword;
@@ -39,10 +39,10 @@ Result<Counts> readHeader(std::string_view& rest) {
   if (!vertices || !faces || *vertices < 0 || *faces < 0) {
     return refused("", "its header should give the number of vertices, faces and edges, as in \"8 6 12\"");
   }
-  return Counts{static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*faces)};
+  return OffCounts{static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*faces)};
 }
 
-Result<void> addVertex(std::string_view line, PlainFile& plain) {
+Result<void> addOffVertex(std::string_view line, PlainFile& plain) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::string_view word = nextWord(line);
     if (auto ok = coordinate(word, plain.vertices); !ok) return tl::unexpected(std::move(ok).error());
@@ -88,7 +88,7 @@ Result<void> addFace(std::string_view line, std::uint64_t number, std::string& f
 }  // namespace
 
 Result<PlainFile> plainOff(std::string_view file) {
-  auto counts = readHeader(file);
+  auto counts = readOffHeader(file);
   if (!counts) return tl::unexpected(std::move(counts).error());
   constexpr std::uint64_t kMinVertex = 6, kMinFace = 2;  // characters of "0 0 0\n" and "0\n"
   if (counts->vertices > file.size() / kMinVertex + 1 || counts->faces > file.size() / kMinFace + 1) {
@@ -101,7 +101,7 @@ Result<PlainFile> plainOff(std::string_view file) {
     if (line.empty()) {
       return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->vertices) + " vertices");
     }
-    if (auto ok = addVertex(line, plain); !ok) return tl::unexpected(std::move(ok).error());
+    if (auto ok = addOffVertex(line, plain); !ok) return tl::unexpected(std::move(ok).error());
   }
   std::string faces;
   for (std::uint64_t i = 0; i < counts->faces; ++i) {

@@ -9,7 +9,7 @@ namespace haptics {
 namespace {
 
 // OpenMesh's own binary format, as OpenMesh/Core/IO/OMFormat.hh of version 9.0 describes it.
-struct Header {
+struct OmHeader {
   char meshKind = 0;  // 'T'riangles, 'Q'uads, 'P'olygons
   std::uint8_t version = 0;
   std::uint64_t vertices = 0, faces = 0, edges = 0;
@@ -59,9 +59,9 @@ std::optional<T> take(std::string_view& rest) {
 
 tl::unexpected<Error> cutOff() { return refused("", "is cut off: the OM file ends inside a chunk"); }
 
-Result<Header> readHeader(std::string_view& rest) {
+Result<OmHeader> readOmHeader(std::string_view& rest) {
   if (rest.size() < kHeaderSize || !rest.starts_with("OM")) return refused("", "does not begin with \"OM\"");
-  Header header;
+  OmHeader header;
   header.meshKind = rest[2];
   header.version = static_cast<std::uint8_t>(rest[3]);
   rest.remove_prefix(4);
@@ -76,7 +76,7 @@ Result<Header> readHeader(std::string_view& rest) {
 }
 
 /// Bytes of the chunk's data; nothing when that cannot be told.
-std::optional<std::uint64_t> dataSize(const Chunk& chunk, const Header& header, std::string_view data) {
+std::optional<std::uint64_t> dataSize(const Chunk& chunk, const OmHeader& header, std::string_view data) {
   if (chunk.type == kCustom) {
     const auto size = take<std::uint32_t>(data);
     return size ? std::optional<std::uint64_t>(sizeof *size + *size) : std::nullopt;
@@ -116,7 +116,7 @@ bool skipName(std::string_view& rest) {
   return true;
 }
 
-Result<void> checkPositions(const Chunk& chunk, const Header& header, std::string_view data) {
+Result<void> checkPositions(const Chunk& chunk, const OmHeader& header, std::string_view data) {
   if (!chunk.isFloat || chunk.dimension != 3 || chunk.bits > 1) {
     return refused("", "its vertices should be three float32 or float64 each");
   }
@@ -137,7 +137,7 @@ bool isGeometry(const Chunk& chunk) {
 
 Result<PlainFile> plainOm(std::string_view file) {
   const std::string_view whole = file;
-  const auto header = readHeader(file);
+  const auto header = readOmHeader(file);
   if (!header) return tl::unexpected(header.error());
   PlainFile plain;
   plain.binary = true;

@@ -30,7 +30,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   Format format = Format::kText;
   std::vector<Element> elements;
   std::uint64_t linesSkipped = 0;
@@ -77,7 +77,7 @@ Result<Property> readProperty(std::string_view line) {
   return property;
 }
 
-Result<void> readHeaderLine(std::string_view keyword, std::string_view line, Header& header) {
+Result<void> readPlyHeaderLine(std::string_view keyword, std::string_view line, PlyHeader& header) {
   if (keyword == "format") {
     const auto format = formatNamed(nextWord(line));
     if (!format) return tl::unexpected(format.error());
@@ -101,15 +101,15 @@ Result<void> readHeaderLine(std::string_view keyword, std::string_view line, Hea
 }
 
 /// Leaves `rest` at the body.
-Result<Header> readHeader(std::string_view& rest) {
+Result<PlyHeader> readPlyHeader(std::string_view& rest) {
   std::string_view first = nextLine(rest);
   if (nextWord(first) != "ply") return refused("", "does not begin with \"ply\"");
-  Header header;
+  PlyHeader header;
   while (!rest.empty()) {
     std::string_view line = nextLine(rest);
     const std::string_view keyword = nextWord(line);
     if (keyword == "end_header") return header;
-    if (auto ok = readHeaderLine(keyword, line, header); !ok) return tl::unexpected(std::move(ok).error());
+    if (auto ok = readPlyHeaderLine(keyword, line, header); !ok) return tl::unexpected(std::move(ok).error());
   }
   return refused("", "is cut off: its header has no \"end_header\"");
 }
@@ -161,7 +161,7 @@ class Values {
 /// Rewrites the body, element by element: vertices as three floats, faces as an int count and int corners.
 class Body {
  public:
-  Body(std::string_view body, const Header& header) : values_(body, header.format) {
+  Body(std::string_view body, const PlyHeader& header) : values_(body, header.format) {
     plain_.headerLinesSkipped = header.linesSkipped;
   }
 
@@ -257,7 +257,7 @@ class Body {
   std::vector<double> list_;
 };
 
-Result<void> checkElements(const Header& header, std::size_t bodySize) {
+Result<void> checkElements(const PlyHeader& header, std::size_t bodySize) {
   const auto find = [&header](std::string_view name) {
     return std::find_if(header.elements.begin(), header.elements.end(),
                         [=](const Element& e) { return e.name == name; });
@@ -287,7 +287,7 @@ Result<void> checkElements(const Header& header, std::size_t bodySize) {
 }  // namespace
 
 Result<PlainFile> plainPly(std::string_view file) {
-  const auto header = readHeader(file);
+  const auto header = readPlyHeader(file);
   if (!header) return tl::unexpected(header.error());
   if (auto ok = checkElements(*header, file.size()); !ok) return tl::unexpected(std::move(ok).error());
   Body body(file, *header);

@@ -8,19 +8,19 @@
 namespace haptics {
 namespace {
 
-constexpr std::string_view kMagic = "HVTX";
+constexpr std::string_view kVertexValuesMagic = "HVTX";
 
 }  // namespace
 
 std::string encodeVertexValues(std::span<const float> values) {
-  std::string bytes = listHeader(kMagic, values.size());
+  std::string bytes = listHeader(kVertexValuesMagic, values.size());
   bytes.reserve(kListHeaderSize + values.size_bytes());
   for (const float value : values) append(bytes, value + 0.0F);  // -0 + 0 is +0
   return bytes;
 }
 
 Result<std::vector<float>> decodeVertexValues(std::string_view bytes) {
-  const auto counted = listCount(bytes, kMagic, "vertex values", sizeof(float), kMaxVertices);
+  const auto counted = listCount(bytes, kVertexValuesMagic, "vertex values", sizeof(float), kMaxVertices);
   if (!counted) return tl::unexpected(counted.error());
   const std::size_t count = *counted;
   std::vector<float> values(count);
@@ -34,7 +34,7 @@ Result<std::vector<float>> decodeVertexValues(std::string_view bytes) {
 }
 
 CanonicalBytes canonicalBytes(const std::vector<float>& vertexValues) {
-  return {listHeader(kMagic, vertexValues.size()), {std::as_bytes(std::span(vertexValues))}};
+  return {listHeader(kVertexValuesMagic, vertexValues.size()), {std::as_bytes(std::span(vertexValues))}};
 }
 
 ContentHash hashOf(const std::vector<float>& vertexValues) { return canonicalBytes(vertexValues).hash(); }

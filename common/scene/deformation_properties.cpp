@@ -13,8 +13,6 @@ constexpr std::uint64_t kLattice = 6;
 constexpr std::uint64_t kResidue = 7;
 constexpr std::uint64_t kPlastic = 8;  // only where there is some: older records hash as they did
 
-void add(Hasher& h, Vec3 v) { h.add(v.x).add(v.y).add(v.z); }
-
 }  // namespace
 
 DeformationProperties edited(DeformationProperties properties, const DeformationEdit& edit) {
@@ -54,8 +52,8 @@ void addTo(Hasher& h, const DeformationProperties& p) {
   }
   if (p.lattice) {
     h.add(kLattice);
-    add(h, p.lattice->low_m);
-    add(h, p.lattice->size_m);
+    h.add(p.lattice->low_m);
+    h.add(p.lattice->size_m);
     for (const std::uint32_t count : p.lattice->points) h.add(std::uint64_t{count});
     for (const Vec3f point : p.lattice->control_m) h.add(point.x).add(point.y).add(point.z);
   }

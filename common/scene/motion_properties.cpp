@@ -3,7 +3,6 @@
 namespace haptics {
 namespace {
 
-void add(Hasher& h, Vec3 v) { h.add(v.x).add(v.y).add(v.z); }
 void addCount(Hasher& h, std::size_t count) { h.add(static_cast<std::uint64_t>(count)); }
 
 }  // namespace
@@ -12,23 +11,23 @@ void addTo(Hasher& h, const MotionProperties& p) {
   h.add(p.mass_kg);
   addCount(h, p.inertia ? 1 : 0);
   if (p.inertia) {
-    add(h, p.inertia->centre_m);
-    add(h, p.inertia->moments);
-    add(h, p.inertia->products);
+    h.add(p.inertia->centre_m);
+    h.add(p.inertia->moments);
+    h.add(p.inertia->products);
   }
-  add(h, p.gravity_m_per_s2);
+  h.add(p.gravity_m_per_s2);
   h.add(p.linearDamping_per_s).add(p.angularDamping_per_s);
   h.add(p.spring.stiffness_N_per_m).add(p.spring.damping_Ns_per_m);
   h.add(p.spring.stiffness_Nm_per_rad).add(p.spring.damping_Nms_per_rad);
   addCount(h, p.joint ? static_cast<std::size_t>(p.joint->kind) : 0);
   if (p.joint) {
-    add(h, p.joint->anchor_m);
-    add(h, p.joint->axis);
+    h.add(p.joint->anchor_m);
+    h.add(p.joint->axis);
     h.add(p.joint->lowest).add(p.joint->highest);
   }
   addCount(h, p.planes.size());
   for (const PlaneProperties& plane : p.planes) {
-    add(h, plane.normal);
+    h.add(plane.normal);
     h.add(plane.offset_m).add(plane.friction).add(plane.rolling_m);
   }
   constexpr std::size_t kCollision = 10, kFixed = 11, kTool = 12;  // beyond those of all other properties

@@ -6,6 +6,13 @@
 
 namespace haptics {
 
+Operation::Operation() noexcept = default;
+Operation::Operation(const Operation&) = default;
+Operation::Operation(Operation&&) noexcept = default;
+Operation& Operation::operator=(const Operation&) = default;
+Operation& Operation::operator=(Operation&&) noexcept = default;
+Operation::~Operation() = default;
+
 /// Before the motion in an object's hash, after the properties of its surface, which have lower numbers.
 constexpr std::uint64_t kMotion = 4;
 

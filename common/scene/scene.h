@@ -176,7 +176,17 @@ struct SetDeformation {
   ObjectRef object;
   DeformationEdit deformation;
 };
-using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion, SetDeformation>;
+struct Operation
+    : std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion, SetDeformation> {
+  using variant::variant;
+  using variant::operator=;
+  Operation() noexcept;
+  Operation(const Operation&);
+  Operation(Operation&&) noexcept;
+  Operation& operator=(const Operation&);
+  Operation& operator=(Operation&&) noexcept;
+  ~Operation();
+};
 
 struct Transaction {
   std::vector<Precondition> preconditions;

@@ -67,7 +67,16 @@ using FamilySource = std::variant<MappedSource, GrownSource>;
 [[nodiscard]] std::string fieldName(const FamilySource& source);
 [[nodiscard]] std::optional<std::size_t> layerOf(const FamilySource& source);
 /// As a map needs it: of each mapped or grown family, or of per-vertex values.
-using FactorMapSource = std::variant<std::vector<FamilySource>, VertexValuesSource>;
+struct FactorMapSource : std::variant<std::vector<FamilySource>, VertexValuesSource> {
+  using variant::variant;
+  using variant::operator=;
+  FactorMapSource() noexcept;
+  FactorMapSource(const FactorMapSource&);
+  FactorMapSource(FactorMapSource&&) noexcept;
+  FactorMapSource& operator=(const FactorMapSource&);
+  FactorMapSource& operator=(FactorMapSource&&) noexcept;
+  ~FactorMapSource();
+};
 
 /// In the three below, the hash of a field or of per-vertex values is zero until its source has been resolved.
 struct FrictionEdit {

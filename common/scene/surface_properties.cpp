@@ -23,13 +23,11 @@ void addNumber(Hasher& h, T value) {
   h.add(static_cast<std::uint64_t>(value));
 }
 
-void add(Hasher& h, Vec3 v) { h.add(v.x).add(v.y).add(v.z); }
-
 void add(Hasher& h, const FourierFamily& family) {
   addNumber(h, family.terms.size());
   for (const FourierTerm& term : family.terms) {
     h.add(term.amplitude);
-    add(h, term.direction);
+    h.add(term.direction);
     h.add(term.wavelength_m).add(term.phase_rad);
   }
 }
@@ -55,9 +53,9 @@ void add(Hasher& h, const MappedFamily& family) {
   const Mapping& m = family.mapping;
   h.add(family.field);
   addNumber(h, m.shape);
-  add(h, m.centre);
+  h.add(m.centre);
   h.add(m.rotation.w).add(m.rotation.x).add(m.rotation.y).add(m.rotation.z);
-  add(h, m.size_m);
+  h.add(m.size_m);
   h.add(m.tile_m);
 }
 
@@ -154,6 +152,13 @@ void take(std::optional<T>& property, const std::optional<std::optional<Edit>>& 
 }
 
 }  // namespace
+
+FactorMapSource::FactorMapSource() noexcept = default;
+FactorMapSource::FactorMapSource(const FactorMapSource&) = default;
+FactorMapSource::FactorMapSource(FactorMapSource&&) noexcept = default;
+FactorMapSource& FactorMapSource::operator=(const FactorMapSource&) = default;
+FactorMapSource& FactorMapSource::operator=(FactorMapSource&&) noexcept = default;
+FactorMapSource::~FactorMapSource() = default;
 
 std::string fieldName(const FamilySource& source) {
   const char* family = std::holds_alternative<MappedSource>(source) ? "mapped" : "grown";

@@ -96,8 +96,19 @@ struct LayeredFamily {
   bool operator==(const LayeredFamily&) const;
 };
 
-using FieldFamily =
-    std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily, LayeredFamily, GrownFamily>;
+// Alternatives that many files copy are types of their own, whose copies are compiled once.
+struct FieldFamily
+    : std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily, LayeredFamily, GrownFamily> {
+  using variant::variant;
+  using variant::operator=;
+  FieldFamily() noexcept;
+  FieldFamily(const FieldFamily&);
+  FieldFamily(FieldFamily&&) noexcept;
+  FieldFamily& operator=(const FieldFamily&);
+  FieldFamily& operator=(FieldFamily&&) noexcept;
+  ~FieldFamily();
+  bool operator==(const FieldFamily&) const;
+};
 
 struct FieldLayer {
   double weight = 1;   ///< Not 0.
@@ -127,7 +138,17 @@ struct PerVertexScale {
 };
 
 /// What a factor over the surface follows: nothing, a field, or values per vertex.
-using FactorMap = std::variant<std::monostate, FieldFamily, PerVertexScale>;
+struct FactorMap : std::variant<std::monostate, FieldFamily, PerVertexScale> {
+  using variant::variant;
+  using variant::operator=;
+  FactorMap() noexcept;
+  FactorMap(const FactorMap&);
+  FactorMap(FactorMap&&) noexcept;
+  FactorMap& operator=(const FactorMap&);
+  FactorMap& operator=(FactorMap&&) noexcept;
+  ~FactorMap();
+  bool operator==(const FactorMap&) const;
+};
 
 /// Stick and slide. Over a field f: mu(x) = mu * max(0, 1 + variation * f(x)); per vertex: mu(x) = mu * scale(x).
 struct Friction {

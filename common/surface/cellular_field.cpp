@@ -7,7 +7,7 @@ namespace haptics {
 namespace {
 
 // For cells of 1 m: above the largest of 4 * 10^6 samples at smoothness 0.02, 0.05, ... 1.
-constexpr double kSlope = 2.5, kCurvature = 37, kCrease = 4;
+constexpr double kCellSlope = 2.5, kCellCurvature = 37, kCrease = 4;
 
 /// A scattered point within reach, seen from the place asked about.
 struct Near {
@@ -23,7 +23,7 @@ struct Neighbors {
 
 double uniform21(std::uint64_t bits) noexcept { return static_cast<double>(bits & 0x1fffff) * 0x1p-21; }
 
-Neighbors neighborsOf(const Lattice::Place& place, double rounding) noexcept {
+Neighbors neighborsOf(const CellLattice::Place& place, double rounding) noexcept {
   const Vec3 t = place.within;
   // Squared distances along each axis to the cells that are -1, 0 and 1 steps away.
   const std::array<Vec3, 3> gaps{t * t, Vec3(0), (1.0 - t) * (1.0 - t)};
@@ -33,7 +33,7 @@ Neighbors neighborsOf(const Lattice::Place& place, double rounding) noexcept {
       const double gap = gaps[j + 1].y + gaps[k + 1].z;
       for (int i = -1; i <= 1; ++i) {
         if (gap + gaps[i + 1].x >= 1) continue;
-        const std::uint64_t bits = Lattice::bits(place.key, i, j, k);
+        const std::uint64_t bits = CellLattice::bits(place.key, i, j, k);
         const Vec3 away = t - Vec3(i + uniform21(bits), j + uniform21(bits >> 21), k + uniform21(bits >> 42));
         const double squared = squaredLength(away);
         if (squared >= 1) continue;
@@ -53,13 +53,13 @@ Ramp reach(double squared) noexcept {
 
 FieldBounds boundsOf(const CellularFamily& family) {
   const double cell_m = family.cell_m;
-  return {0, 1, kSlope / cell_m, (kCurvature + kCrease / family.smoothness) / (cell_m * cell_m)};
+  return {0, 1, kCellSlope / cell_m, (kCellCurvature + kCrease / family.smoothness) / (cell_m * cell_m)};
 }
 
 }  // namespace
 
 FieldSample CellularField::at(Vec3 point) const noexcept {
-  const Lattice::Place place = lattice_.place(point);
+  const CellLattice::Place place = lattice_.place(point);
   const Neighbors neighbors = neighborsOf(place, nearest_);
   const double farthest = nearest_ + range_;
   double least = farthest;

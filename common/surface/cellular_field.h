@@ -17,7 +17,7 @@ class CellularField final : public ScalarField {
   [[nodiscard]] FieldSample at(Vec3 point) const noexcept override;
 
  private:
-  Lattice lattice_;
+  CellLattice lattice_;
   double softness_;  // of the minimum, in cells
   double nearest_,
       range_;  // what rounding makes of the distances 0 and 1: their least, and how far they reach above it

@@ -8,19 +8,19 @@
 namespace haptics {
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kFieldVersion = 1;
 
-struct Header {
+struct FieldHeader {
   std::array<char, 4> magic{'H', 'S', 'F', 'D'};
-  std::uint32_t version = kVersion;
+  std::uint32_t version = kFieldVersion;
   std::uint32_t width = 0, height = 0;
 };
-static_assert(sizeof(Header) == 16, "the header is copied as it lies");
+static_assert(sizeof(FieldHeader) == 16, "the header is copied as it lies");
 
 }  // namespace
 
 CanonicalBytes canonicalBytes(const SampledField& field) {
-  Header header;
+  FieldHeader header;
   header.width = field.width();
   header.height = field.height();
   std::string bytes;
@@ -31,16 +31,16 @@ CanonicalBytes canonicalBytes(const SampledField& field) {
 std::string encodeField(const SampledField& field) { return canonicalBytes(field).copy(); }
 
 Result<SampledField> decodeField(std::string_view bytes) {
-  Header header;
+  FieldHeader header;
   if (bytes.size() < sizeof header) {
     return refused("header", "the asset has " + std::to_string(bytes.size()) + " bytes; its header alone takes " +
                                  std::to_string(sizeof header));
   }
   std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != Header{}.magic) return refused("magic", "is not \"HSFD\": the asset is not a scalar field");
-  if (header.version != kVersion) {
+  if (header.magic != FieldHeader{}.magic) return refused("magic", "is not \"HSFD\": the asset is not a scalar field");
+  if (header.version != kFieldVersion) {
     return refused("version",
-                   "is " + std::to_string(header.version) + "; this program reads " + std::to_string(kVersion));
+                   "is " + std::to_string(header.version) + "; this program reads " + std::to_string(kFieldVersion));
   }
   if (auto ok = checkSides(header.width, header.height); !ok) return tl::unexpected(std::move(ok).error());
   const std::size_t count = std::size_t{header.width} * header.height;

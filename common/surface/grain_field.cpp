@@ -8,8 +8,9 @@ namespace haptics {
 namespace {
 
 constexpr double kScale = 1.0081844136;  ///< 1 / the deviation of a flattened normal distribution.
-constexpr double kHighest = 3 * kScale;
-constexpr double kSlope = 23, kCurvature = 200;  ///< For grains of 1 m: above the largest of 2 * 10^7 samples.
+constexpr double kGrainHighest = 3 * kScale;
+constexpr double kGrainSlope = 23,
+                 kGrainCurvature = 200;  ///< For grains of 1 m: above the largest of 2 * 10^7 samples.
 
 using Vec4 = glm::dvec4;  // gradient, value
 
@@ -53,15 +54,16 @@ Ramp flattened(double x) noexcept {
 }  // namespace
 
 GrainField::GrainField(const GrainFamily& family)
-    : ScalarField({-kHighest, kHighest, kSlope / family.grain_m, kCurvature / (family.grain_m * family.grain_m)},
+    : ScalarField({-kGrainHighest, kGrainHighest, kGrainSlope / family.grain_m,
+                   kGrainCurvature / (family.grain_m * family.grain_m)},
                   family.grain_m),
       lattice_(family.grain_m, family.seed) {}
 
 FieldSample GrainField::at(Vec3 point) const noexcept {
-  const Lattice::Place place = lattice_.place(point);
+  const CellLattice::Place place = lattice_.place(point);
   const Weights x = weights(place.within.x), y = weights(place.within.y), z = weights(place.within.z);
   const auto corner = [&place](int i, int j, int k) {
-    return Vec4(0, 0, 0, normal(Lattice::bits(place.key, i, j, k)));
+    return Vec4(0, 0, 0, normal(CellLattice::bits(place.key, i, j, k)));
   };
   const auto along = [&](int j, int k) { return blended(corner(0, j, k), corner(1, j, k), x, 0); };
   const Vec4 sum = blended(blended(along(0, 0), along(1, 0), y, 1), blended(along(0, 1), along(1, 1), y, 1), z, 2);

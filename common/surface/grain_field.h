@@ -15,7 +15,7 @@ class GrainField final : public ScalarField {
   [[nodiscard]] FieldSample at(Vec3 point) const noexcept override;
 
  private:
-  Lattice lattice_;
+  CellLattice lattice_;
 };
 
 }  // namespace haptics

@@ -8,7 +8,7 @@ glm::dmat3 turn() noexcept { return glm::mat3_cast(glm::normalize(Quat(1, 0.31, 
 
 }  // namespace
 
-Lattice::Lattice(double side_m, std::uint64_t seed, Vec3 offset) noexcept
+CellLattice::CellLattice(double side_m, std::uint64_t seed, Vec3 offset) noexcept
     : toLattice_(turn() / side_m), offset_(offset), seed_(mixed(seed)) {}
 
 }  // namespace haptics

@@ -31,7 +31,7 @@ class Random {
 
 /// A lattice of side 1 in coordinates that are turned against the object's, so that no face of an object lies in one of
 /// its planes: there gradient noise is 0 at every lattice point, which shows as a grid.
-class Lattice {
+class CellLattice {
  public:
   /// Where a point lies: the cell's lowest corner, hashed, and the place within the cell, [0, 1) each.
   struct Place {
@@ -40,7 +40,7 @@ class Lattice {
   };
 
   /// \param offset lattice coordinates of the object's origin.
-  Lattice(double side_m, std::uint64_t seed, Vec3 offset = Vec3(0)) noexcept;
+  CellLattice(double side_m, std::uint64_t seed, Vec3 offset = Vec3(0)) noexcept;
 
   /// \param point object frame, less than 2^62 sides from the origin.
   [[nodiscard]] Place place(Vec3 point) const noexcept {

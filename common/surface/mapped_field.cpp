@@ -1,5 +1,6 @@
 #include "common/surface/mapped_field.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>

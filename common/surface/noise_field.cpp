@@ -1,9 +1,9 @@
 #include "common/surface/noise_field.h"
 
-#include <smmintrin.h>
-
 #include <array>
 #include <cmath>
+
+#include "common/maths/sse.h"
 
 namespace haptics {
 namespace {
@@ -31,9 +31,10 @@ alignas(32) constexpr std::array<std::array<double, 4>, 12> kGradients{{{1, 1, 0
 
 // The highest noise is that of a cell whose gradients all are the best for one place in it: with them, each corner gives
 // its weight times the sum of the two largest components of the way to it.
-constexpr double kHighest = 1.0363538112118;  ///< There.
+constexpr double kNoiseHighest = 1.0363538112118;  ///< There.
 constexpr Vec3 kHighestAt(0.5, 0.481492214, 0.355256701);
-constexpr double kSlope = 3.2, kCurvature = 13.5;  ///< For wavelength 1 m: above the largest of 2 * 10^7 samples.
+constexpr double kNoiseSlope = 3.2,
+                 kNoiseCurvature = 13.5;  ///< For wavelength 1 m: above the largest of 2 * 10^7 samples.
 
 /// @param xy, z  Of the way from the corner.
 Noise corner(std::uint64_t bits, __m128d xy, __m128d z) noexcept {
@@ -57,15 +58,15 @@ Noise blended(const Noise& a, const Noise& b, Ramp weight) noexcept {
   return both;
 }
 
-Noise noise(const Lattice::Place& place) noexcept {
+Noise noise(const CellLattice::Place& place) noexcept {
   const Vec3 p = place.within;
   const Ramp x = fade(p.x), y = fade(p.y), z = fade(p.z);
   const __m128d xy[2][2] = {{_mm_setr_pd(p.x, p.y), _mm_setr_pd(p.x, p.y - 1)},
                             {_mm_setr_pd(p.x - 1, p.y), _mm_setr_pd(p.x - 1, p.y - 1)}};
   const __m128d fromZ[2] = {_mm_set_sd(p.z), _mm_set_sd(p.z - 1)};
   const auto along = [&](unsigned j, unsigned k) noexcept {
-    return blended<0>(corner(Lattice::bits(place.key, 0, j, k), xy[0][j], fromZ[k]),
-                      corner(Lattice::bits(place.key, 1, j, k), xy[1][j], fromZ[k]), x);
+    return blended<0>(corner(CellLattice::bits(place.key, 0, j, k), xy[0][j], fromZ[k]),
+                      corner(CellLattice::bits(place.key, 1, j, k), xy[1][j], fromZ[k]), x);
   };
   return blended<2>(blended<1>(along(0, 0), along(1, 0), y), blended<1>(along(0, 1), along(1, 1), y), z);
 }
@@ -80,8 +81,8 @@ FieldBounds NoiseField::boundsOf(const NoiseFamily& family) {
   FieldBounds bounds{-1, 1, 0, 0};
   double amplitude = 1, sum = 0, wavelength_m = family.wavelength_m;
   for (std::uint32_t i = 0; i < family.octaves; ++i) {
-    bounds.slope_per_m += amplitude * kSlope / wavelength_m;
-    bounds.curvature_per_m2 += amplitude * kCurvature / (wavelength_m * wavelength_m);
+    bounds.slope_per_m += amplitude * kNoiseSlope / wavelength_m;
+    bounds.curvature_per_m2 += amplitude * kNoiseCurvature / (wavelength_m * wavelength_m);
     sum += amplitude;
     amplitude *= family.persistence;
     wavelength_m /= 2;
@@ -97,7 +98,7 @@ std::vector<NoiseField::Octave> NoiseField::octavesOf(const NoiseFamily& family)
   Random seeds(family.seed);
   double amplitude = 1, sum = 0, side_m = family.wavelength_m, finer = 1;
   for (std::uint32_t i = 0; i < family.octaves; ++i) {
-    octaves.push_back({Lattice(side_m, seeds.bits(), kHighestAt * (1 - finer)), amplitude / kHighest});
+    octaves.push_back({CellLattice(side_m, seeds.bits(), kHighestAt * (1 - finer)), amplitude / kNoiseHighest});
     sum += amplitude;
     amplitude *= family.persistence;
     side_m /= 2;

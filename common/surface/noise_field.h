@@ -18,7 +18,7 @@ class NoiseField final : public ScalarField {
 
  private:
   struct Octave {
-    Lattice lattice;
+    CellLattice lattice;
     double amplitude;
   };
   std::vector<Octave> octaves_;

@@ -16,7 +16,7 @@ constexpr std::size_t kLookedAt = 4096;   ///< Samples whose surroundings give s
 constexpr std::size_t kStarts = 1000;     ///< Most extreme samples that are looked about for an extreme value,
 constexpr std::size_t kClimbs = 64;       ///< and the best places about them, from which it is climbed to.
 constexpr double kMargin = 1.1;           ///< Of what is found by sampling.
-constexpr double kEnough = 0.005;         ///< Of the values' range: how far a bound lies outside what was found.
+constexpr double kPointMargin = 0.005;    ///< Of the values' range: how far a bound lies outside what was found.
 constexpr double kDifferenceStep = 1e-4;  ///< Of the reach.
 
 bool isCanonical(float x, float most) {
@@ -153,8 +153,8 @@ FieldBounds boundsOf(const PointField& field, const NearSamples& near) {
   const auto [least, most] = std::ranges::minmax(field.samples(), {}, &PointSample::value);
   const double range = static_cast<double>(most.value) - least.value;
   // An average lies between the samples, and fades to 0.
-  bounds.lowest = std::max(-Summit(field, -1).find() - kEnough * range, std::min<double>(least.value, 0));
-  bounds.highest = std::min(Summit(field, 1).find() + kEnough * range, std::max<double>(most.value, 0));
+  bounds.lowest = std::max(-Summit(field, -1).find() - kPointMargin * range, std::min<double>(least.value, 0));
+  bounds.highest = std::min(Summit(field, 1).find() + kPointMargin * range, std::max<double>(most.value, 0));
   bounds.lowest = std::min(bounds.lowest, 0.0);
   bounds.highest = std::max(bounds.highest, 0.0);
   return bounds;

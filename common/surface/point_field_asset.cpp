@@ -9,20 +9,20 @@
 namespace haptics {
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kPointFieldVersion = 1;
 
-struct Header {
+struct PointFieldHeader {
   std::array<char, 4> magic{'H', 'P', 'T', 'F'};
-  std::uint32_t version = kVersion;
+  std::uint32_t version = kPointFieldVersion;
   std::uint32_t count = 0;
   float reach_m = 0;
 };
-static_assert(sizeof(Header) == 16, "the header is copied as it lies");
+static_assert(sizeof(PointFieldHeader) == 16, "the header is copied as it lies");
 
 }  // namespace
 
 CanonicalBytes canonicalBytes(const PointField& field) {
-  Header header;
+  PointFieldHeader header;
   header.count = static_cast<std::uint32_t>(field.samples().size());
   header.reach_m = field.reach_m();
   std::string bytes;
@@ -33,16 +33,17 @@ CanonicalBytes canonicalBytes(const PointField& field) {
 std::string encodePointField(const PointField& field) { return canonicalBytes(field).copy(); }
 
 Result<PointField> decodePointField(std::string_view bytes) {
-  Header header;
+  PointFieldHeader header;
   if (bytes.size() < sizeof header) {
     return refused("header", "the asset has " + std::to_string(bytes.size()) + " bytes; its header alone takes " +
                                  std::to_string(sizeof header));
   }
   std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != Header{}.magic) return refused("magic", "is not \"HPTF\": the asset is not a point field");
-  if (header.version != kVersion) {
-    return refused("version",
-                   "is " + std::to_string(header.version) + "; this program reads " + std::to_string(kVersion));
+  if (header.magic != PointFieldHeader{}.magic)
+    return refused("magic", "is not \"HPTF\": the asset is not a point field");
+  if (header.version != kPointFieldVersion) {
+    return refused("version", "is " + std::to_string(header.version) + "; this program reads " +
+                                  std::to_string(kPointFieldVersion));
   }
   if (header.count == 0 || header.count > PointField::kMaxSamples) {
     return refused("count",

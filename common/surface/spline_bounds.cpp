@@ -9,10 +9,10 @@
 namespace haptics {
 namespace {
 
-constexpr double kEnough = 0.005;      ///< Of the samples' range: how far a bound may lie outside what was found.
-constexpr double kRounding = 1e-9;     ///< Of the largest sample: above what the spline's own evaluation rounds.
-constexpr double kMaxCells = 262'144;  ///< That slope and curvature are looked at in: all of 512 * 512 samples.
-constexpr int kDeepest = 8;            ///< Halvings of a cell; four are enough as a rule.
+constexpr double kSplineMargin = 0.005;  ///< Of the samples' range: how far a bound may lie outside what was found.
+constexpr double kRounding = 1e-9;       ///< Of the largest sample: above what the spline's own evaluation rounds.
+constexpr double kMaxCells = 262'144;    ///< That slope and curvature are looked at in: all of 512 * 512 samples.
+constexpr int kDeepest = 8;              ///< Halvings of a cell; four are enough as a rule.
 
 using Four = std::array<double, 4>;
 using Net = std::array<Four, 4>;  ///< Control points of one cell: the cell's values lie between their extremes.
@@ -139,7 +139,7 @@ std::pair<float, float> rangeAround(const SplineGrid& grid, std::size_t x, std::
 SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples) {
   const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
   const double slack =
-      kEnough * (static_cast<double>(*most) - *least) + kRounding * std::max(std::abs(*most), std::abs(*least));
+      kSplineMargin * (static_cast<double>(*most) - *least) + kRounding * std::max(std::abs(*most), std::abs(*least));
   Ceiling ceiling(*most, slack), floorUpsideDown(-*least, slack);
   Steepness corner(0), middle(0.5);
   const auto cells = static_cast<double>(samples.size());

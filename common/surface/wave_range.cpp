@@ -12,10 +12,10 @@
 namespace haptics {
 namespace {
 
-constexpr int kMaxDivisor = 12;    ///< Of a combination's factors: k = 5/12 of another is seen to depend on it.
-constexpr double kWhole = 1e-9;    ///< How far from whole a factor may be by rounding.
-constexpr double kEnough = 0.005;  ///< Of the sum of the amplitudes: the search ends that near to the extreme.
-constexpr int kMaxBoxes = 20'000;  ///< And after so many boxes at the latest; the bound holds all the same.
+constexpr int kMaxDivisor = 12;        ///< Of a combination's factors: k = 5/12 of another is seen to depend on it.
+constexpr double kWhole = 1e-9;        ///< How far from whole a factor may be by rounding.
+constexpr double kWaveMargin = 0.005;  ///< Of the sum of the amplitudes: the search ends that near to the extreme.
+constexpr int kMaxBoxes = 20'000;      ///< And after so many boxes at the latest; the bound holds all the same.
 
 /// amplitude * cos(turns . angles + phase), the angles anywhere.
 struct Harmonic {
@@ -90,7 +90,8 @@ class Ascent {
   [[nodiscard]] double highest() {
     std::priority_queue<Box> open;
     open.push(bounded(Vec3(std::numbers::pi), std::numbers::pi));
-    for (int boxes = 1; open.top().atMost - found_ > kEnough * sum_ && boxes < kMaxBoxes; boxes += 1 << dimensions_) {
+    for (int boxes = 1; open.top().atMost - found_ > kWaveMargin * sum_ && boxes < kMaxBoxes;
+         boxes += 1 << dimensions_) {
       const Box box = open.top();
       open.pop();
       for (int part = 0; part < 1 << dimensions_; ++part) {

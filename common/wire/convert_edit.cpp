@@ -155,7 +155,7 @@ Result<MeshSource> meshFrom(const v1::MeshSource& message) {
   return mesh;
 }
 
-Result<PoseEdit> poseFrom(const v1::Pose& message) {
+Result<PoseEdit> poseEditFrom(const v1::Pose& message) {
   PoseEdit edit;
   if (message.has_position()) {
     if (auto bad = checkPosition(message.position(), "pose.position")) return refuse(bad);
@@ -191,7 +191,7 @@ Result<Operation> addFrom(const v1::AddObject& message) {
   add.name = message.name();
   if (auto bad = checkName(message.name(), "name")) return refuse(bad);
   if (auto bad = take(meshFrom(message.mesh()), add.mesh, "mesh.")) return refuse(bad);
-  if (auto bad = take(poseFrom(message.pose()), add.pose)) return refuse(bad);
+  if (auto bad = take(poseEditFrom(message.pose()), add.pose)) return refuse(bad);
   if (auto bad = take(materialFrom(message.material()), add.material)) return refuse(bad);
   if (message.has_motion()) {
     if (auto bad = take(motionFrom(message.motion()), add.motion, "motion.")) return refuse(bad);
@@ -216,7 +216,7 @@ Result<Operation> remeshFrom(const v1::RemeshObject& message) {
 Result<Operation> setPoseFrom(const v1::SetPose& message) {
   SetPose set;
   if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
-  if (auto bad = take(poseFrom(message.pose()), set.pose)) return refuse(bad);
+  if (auto bad = take(poseEditFrom(message.pose()), set.pose)) return refuse(bad);
   if (!set.pose.position && !set.pose.rotation) return refused("pose", "is empty; give position, rotation or both");
   return set;
 }

@@ -11,16 +11,14 @@
 #include <QStandardPaths>
 #include <utility>
 
-#include "common/text/printable.h"
 #include "graphics_client/application/advice.h"
+#include "graphics_client/application/printable_text.h"
 #include "graphics_client/editing/scene_file.h"
 
 namespace haptics {
 namespace {
 
 constexpr int kEndWithin_ms = 2000;
-
-QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
 /// Beside this program, else where programs are.
 QString evaluator() {
@@ -133,3 +131,5 @@ QString Advisor::adviceOn(const ObjectRecord& object) const {
 }
 
 }  // namespace haptics
+
+#include "moc_advisor.cpp"

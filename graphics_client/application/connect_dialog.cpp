@@ -120,3 +120,5 @@ void ConnectDialog::browse() {
 }
 
 }  // namespace haptics
+
+#include "moc_connect_dialog.cpp"

@@ -92,3 +92,5 @@ void ConnectionControl::refresh(const MirrorView& view, bool isQuiet) {
 }
 
 }  // namespace haptics
+
+#include "moc_connection_control.cpp"

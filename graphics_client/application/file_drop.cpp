@@ -36,3 +36,5 @@ bool FileDrop::eventFilter(QObject* /*window*/, QEvent* event) {
 }
 
 }  // namespace haptics
+
+#include "moc_file_drop.cpp"

@@ -21,9 +21,9 @@ struct Step {
   Qt::Key key;
   Vec3 inPicture;  ///< To the right, up, and into it.
 };
-const Step kSteps[] = {{"&Left", Qt::Key_Left, {-1, 0, 0}},  {"&Right", Qt::Key_Right, {1, 0, 0}},
-                       {"&Up", Qt::Key_Up, {0, 1, 0}},       {"&Down", Qt::Key_Down, {0, -1, 0}},
-                       {"&Away", Qt::Key_PageUp, {0, 0, 1}}, {"&Nearer", Qt::Key_PageDown, {0, 0, -1}}};
+const Step kArrowSteps[] = {{"&Left", Qt::Key_Left, {-1, 0, 0}},  {"&Right", Qt::Key_Right, {1, 0, 0}},
+                            {"&Up", Qt::Key_Up, {0, 1, 0}},       {"&Down", Qt::Key_Down, {0, -1, 0}},
+                            {"&Away", Qt::Key_PageUp, {0, 0, 1}}, {"&Nearer", Qt::Key_PageDown, {0, 0, -1}}};
 
 PicturePoint placeOf(const Pixel& pixel) { return {pixel[0] + 0.5, pixel[1] + 0.5}; }
 
@@ -42,7 +42,7 @@ void GizmoTool::addActions(QMenu* menu, QWidget* picture) {
     isOn_ = isOn;
     steps->setEnabled(isOn);
   });
-  for (const Step& step : kSteps) {
+  for (const Step& step : kArrowSteps) {
     QAction* action = steps->addAction(step.title);
     action->setShortcuts({QKeySequence(step.key), QKeySequence(Qt::ShiftModifier | step.key)});
     action->setShortcutContext(Qt::WidgetShortcut);

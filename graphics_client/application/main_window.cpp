@@ -17,9 +17,9 @@
 #include <cmath>
 #include <utility>
 
-#include "common/text/printable.h"
 #include "graphics_client/application/file_drop.h"
 #include "graphics_client/application/plotted_sample.h"
+#include "graphics_client/application/printable_text.h"
 
 namespace haptics {
 namespace {
@@ -35,8 +35,6 @@ constexpr int kMessage_ms = 5000, kLongMessage_ms = 20'000;
 constexpr double kAboveScene_m = 0.02;
 constexpr const char* kMeshFiles =
     "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.OBJ *.PLY *.STL *.OFF *.OM *.IV);;All files (*)";
-
-QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
 /// Whether the picture of a hand would be another one.
 [[nodiscard]] bool looksOther(const TelemetrySample& now, const TelemetrySample& then) {
@@ -388,3 +386,5 @@ void MainWindow::saveScreenshot() {
 }
 
 }  // namespace haptics
+
+#include "moc_main_window.cpp"

@@ -9,15 +9,13 @@
 #include <cmath>
 #include <utility>
 
-#include "common/text/printable.h"
+#include "graphics_client/application/printable_text.h"
 
 namespace haptics {
 namespace {
 
-constexpr int kSteps = 1000;  // of the bar
+constexpr int kBarSteps = 1000;  // of the bar
 constexpr int kBar_px = 160;
-
-QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
 QString nameOf(const QString& file) { return text(QFileInfo(file).fileName().toStdString()); }
 
@@ -140,9 +138,11 @@ void MeshImporter::next() {
 
 void MeshImporter::show(const QString& stage, std::optional<double> share) {
   what_->setText(stage + " " + nameOf(imports_.front()->file));
-  bar_->setRange(0, share ? kSteps : 0);
-  bar_->setValue(share ? static_cast<int>(std::lround(kSteps * *share)) : 0);
+  bar_->setRange(0, share ? kBarSteps : 0);
+  bar_->setValue(share ? static_cast<int>(std::lround(kBarSteps * *share)) : 0);
   setVisible(true);
 }
 
 }  // namespace haptics
+
+#include "moc_mesh_importer.cpp"

@@ -37,3 +37,5 @@ void NoticeBar::say(const QString& words, bool isError) {
 }
 
 }  // namespace haptics
+
+#include "moc_notice_bar.cpp"

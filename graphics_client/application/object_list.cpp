@@ -6,14 +6,12 @@
 #include <QStyle>
 #include <utility>
 
-#include "common/text/printable.h"
+#include "graphics_client/application/printable_text.h"
 
 namespace haptics {
 namespace {
 
 enum Column { kName, kTriangles, kKind, kWarnings };
-
-QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
 QString kindOf(const ObjectRecord& object) {
   QStringList kind;
@@ -116,3 +114,5 @@ void ObjectList::showAll() {
 }
 
 }  // namespace haptics
+
+#include "moc_object_list.cpp"

@@ -93,3 +93,5 @@ void PlotPanel::save(const QString& file) {
 }
 
 }  // namespace haptics
+
+#include "moc_plot_panel.cpp"

@@ -16,16 +16,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/text/printable.h"
 #include "graphics_client/application/height_map.h"
+#include "graphics_client/application/printable_text.h"
 #include "graphics_client/application/texture_gallery.h"
 
 namespace haptics {
 namespace {
 
 constexpr int kAnswerLines = 5;
-
-QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
 QString titleOf(const SceneVersion::Object& object, bool mayEdit) {
   if (!object) return "Nothing is selected: click an object.";
@@ -219,3 +217,5 @@ void PropertyPanel::change(const QString& property, v1::Operation operation) {
 }
 
 }  // namespace haptics
+
+#include "moc_property_panel.cpp"

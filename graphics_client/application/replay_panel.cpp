@@ -213,3 +213,5 @@ std::vector<PlotPanel::Sample> ReplayPanel::curves() const {
 }
 
 }  // namespace haptics
+
+#include "moc_replay_panel.cpp"

@@ -107,3 +107,5 @@ void SceneFiles::fail(const QString& what, const Error& error) {
 }
 
 }  // namespace haptics
+
+#include "moc_scene_files.cpp"

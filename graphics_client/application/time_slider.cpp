@@ -11,18 +11,18 @@
 namespace haptics {
 namespace {
 
-constexpr int kSteps = 100'000;  // of the whole time line
+constexpr int kTimeSteps = 100'000;  // of the whole time line
 constexpr int kMargin_px = 8, kMark_px = 5, kNear_px = 4;
 
 }  // namespace
 
 TimeSlider::TimeSlider() : QSlider(Qt::Horizontal) {
   setObjectName("time");
-  setRange(0, kSteps);
-  setPageStep(kSteps / 20);
-  setSingleStep(kSteps / 200);
+  setRange(0, kTimeSteps);
+  setPageStep(kTimeSteps / 20);
+  setSingleStep(kTimeSteps / 200);
   setMinimumHeight(26);
-  connect(this, &QSlider::valueChanged, [this](int value) { emit sought(duration_s_ * value / kSteps); });
+  connect(this, &QSlider::valueChanged, [this](int value) { emit sought(duration_s_ * value / kTimeSteps); });
 }
 
 void TimeSlider::show(double duration_s, const std::vector<RecordedSession::Mark>& marks) {
@@ -34,7 +34,7 @@ void TimeSlider::show(double duration_s, const std::vector<RecordedSession::Mark
 
 void TimeSlider::setTime(double time_s) {
   const QSignalBlocker quiet(this);
-  setValue(duration_s_ > 0 ? static_cast<int>(std::lround(kSteps * time_s / duration_s_)) : 0);
+  setValue(duration_s_ > 0 ? static_cast<int>(std::lround(kTimeSteps * time_s / duration_s_)) : 0);
 }
 
 double TimeSlider::timeAt(int x) const {
@@ -50,7 +50,7 @@ int TimeSlider::xOf(double time_s) const {
 void TimeSlider::paintEvent(QPaintEvent* /*event*/) {
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
-  const int middle = height() / 2, now = xOf(duration_s_ * value() / kSteps);
+  const int middle = height() / 2, now = xOf(duration_s_ * value() / kTimeSteps);
   const auto line = [&](int from, int to, const QColor& color) {
     painter.setPen(QPen(color, 4, Qt::SolidLine, Qt::RoundCap));
     painter.drawLine(from, middle, to, middle);
@@ -97,3 +97,5 @@ void TimeSlider::mouseMoveEvent(QMouseEvent* event) {
 }
 
 }  // namespace haptics
+
+#include "moc_time_slider.cpp"

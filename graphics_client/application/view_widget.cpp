@@ -95,3 +95,5 @@ void ViewWidget::leaveEvent(QEvent* /*event*/) {
 }
 
 }  // namespace haptics
+
+#include "moc_view_widget.cpp"

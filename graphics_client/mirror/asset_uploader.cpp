@@ -4,12 +4,13 @@
 #include <span>
 #include <utility>
 
+#include "common/clock/monotonic.h"
+
 namespace haptics {
 namespace {
 
 /// What stands around a chunk's data in its frame.
 constexpr std::size_t kChunkOverhead_bytes = 128;
-constexpr std::uint64_t kNanosecondsPerMillisecond = 1'000'000;
 
 }  // namespace
 

@@ -6,12 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/clock/monotonic.h"
+
 namespace haptics {
 namespace {
 
 /// Room in a frame for what stands around a transaction: envelope, numbers, lengths.
 constexpr std::size_t kEnvelopeBytes = 64;
-constexpr std::uint64_t kNanosecondsPerMillisecond = 1'000'000;
 
 void reject(const EditCallbacks& callbacks, const char* field, const std::string& reason) {
   v1::EditReply reply;

@@ -27,7 +27,7 @@ struct Answers {
   std::promise<std::optional<v1::EditLive>> live;  // nothing: the server lost its state
 };
 
-std::string hexOf(const std::string& hash) {
+std::string hashText(const std::string& hash) {
   const auto whole = ContentHash::fromBytes(hash);
   return whole ? whole->hex() : "";
 }
@@ -40,10 +40,10 @@ void print(const v1::Accepted& accepted, const v1::EditLive& live, bool json) {
     return;
   }
   std::cout << "revision " << accepted.revision() << ", live since tick " << live.tick() << "\nroot "
-            << hexOf(accepted.root()) << '\n';
+            << hashText(accepted.root()) << '\n';
   for (const auto& object : accepted.object()) {
     std::cout << "object " << object.id() << " \"" << printable(object.name()) << "\", mesh "
-              << hexOf(object.mesh()).substr(0, 12) << ", " << object.stiffness_n_per_m() << " N/m, "
+              << hashText(object.mesh()).substr(0, 12) << ", " << object.stiffness_n_per_m() << " N/m, "
               << object.damping_ns_per_m() << " N s/m\n";
   }
   for (const auto& line : accepted.report()) std::cout << printable(line) << '\n';

@@ -12,7 +12,7 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using Json = nlohmann::ordered_json;
 
-std::string hexOf(std::string_view bytes) {
+std::string hexDigits(std::string_view bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string text;
   for (const char c : bytes) {
@@ -24,7 +24,7 @@ std::string hexOf(std::string_view bytes) {
 }
 
 Json textOrHex(const FieldDescriptor& field, const std::string& value) {
-  return field.type() == FieldDescriptor::TYPE_BYTES ? hexOf(value) : value;
+  return field.type() == FieldDescriptor::TYPE_BYTES ? hexDigits(value) : value;
 }
 
 Json singleToJson(const Message& message, const FieldDescriptor& field) {

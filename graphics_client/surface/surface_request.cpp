@@ -46,7 +46,7 @@ std::optional<SurfaceRequest> surfaceRequest(const ObjectRecord& object, const M
                          .triangles = find(view.meshes, object.mesh)};
   bool complete = request.triangles != nullptr;
   if (auto& friction = request.surface.friction) {
-    friction->dynamicOver = {};  // is not drawn
+    friction->dynamicOver = FactorMap{};  // is not drawn
     friction->dynamicVariation = 0;
   }
   request.surface.stiffnessOver.reset();  // likewise

@@ -17,9 +17,9 @@ namespace haptics {
 namespace {
 
 /// In font sizes.
-constexpr double kPadding = 0.7, kLine = 1.34, kBar = 0.75, kGap = 0.3;
-constexpr double kHeight = 2 * kPadding + 2 * kLine + kBar + kGap;
-constexpr double kCornerRadius = 0.5;
+constexpr double kLegendPadding = 0.7, kLegendLine = 1.34, kLegendBar = 0.75, kLegendGap = 0.3;
+constexpr double kLegendHeight = 2 * kLegendPadding + 2 * kLegendLine + kLegendBar + kLegendGap;
+constexpr double kLegendRadius = 0.5;
 constexpr double kOpacity = 0.82;
 constexpr int kSteps = 32;  // of the bar's colours
 
@@ -54,13 +54,14 @@ void FrictionLegend::setRange(const std::optional<FrictionRange>& range) {
 }
 
 void FrictionLegend::place(double left_px, double bottom_px, double width_px, double font_px) {
-  background_.place({left_px, bottom_px, width_px, std::round(kHeight * font_px)}, kCornerRadius * font_px);
-  const double inset = kPadding * font_px, bar = std::round(bottom_px + (kPadding + kLine + kGap) * font_px);
+  background_.place({left_px, bottom_px, width_px, std::round(kLegendHeight * font_px)}, kLegendRadius * font_px);
+  const double inset = kLegendPadding * font_px,
+               bar = std::round(bottom_px + (kLegendPadding + kLegendLine + kLegendGap) * font_px);
   const double left = std::round(left_px + inset), right = std::round(left_px + width_px - inset);
-  placeBar({left, bar, right - left, std::round(kBar * font_px)});
-  title_->SetPosition(left, std::round(bottom_px + kHeight * font_px - inset));
-  least_->SetPosition(left, bar - std::round(kGap * font_px));
-  most_->SetPosition(right, bar - std::round(kGap * font_px));
+  placeBar({left, bar, right - left, std::round(kLegendBar * font_px)});
+  title_->SetPosition(left, std::round(bottom_px + kLegendHeight * font_px - inset));
+  least_->SetPosition(left, bar - std::round(kLegendGap * font_px));
+  most_->SetPosition(right, bar - std::round(kLegendGap * font_px));
   for (vtkTextActor* text : {title_.Get(), least_.Get(), most_.Get()}) {
     text->GetTextProperty()->SetFontSize(static_cast<int>(font_px));
   }

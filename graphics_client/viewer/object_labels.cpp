@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kOpacity = 0.72;
 /// Margin of the background around the text, in font sizes.
-constexpr double kPadding = 0.35, kCornerRadius = 0.35;
+constexpr double kLabelPadding = 0.35, kLabelRadius = 0.35;
 /// More could not be read.
 constexpr std::size_t kMaxLabels = 64;
 
@@ -49,8 +49,8 @@ void ObjectLabels::Label::setName(vtkRenderer* renderer, const std::string& newN
   text->GetTextProperty()->SetFontSize(static_cast<int>(font_px));
   double size[2];
   text->GetSize(renderer, size);
-  width_px = std::round(size[0] + 2 * kPadding * font_px);
-  height_px = std::round(1.15 * font_px + kPadding * font_px);
+  width_px = std::round(size[0] + 2 * kLabelPadding * font_px);
+  height_px = std::round(1.15 * font_px + kLabelPadding * font_px);
 }
 
 std::vector<LabelWish> ObjectLabels::wishes(const std::vector<NamedBox>& objects) const {
@@ -94,7 +94,7 @@ void ObjectLabels::update(const std::vector<NamedBox>& objects, std::span<const 
     label.background.setVisible(places[i].has_value());
     label.text->SetVisibility(places[i].has_value());
     if (!places[i]) continue;
-    label.background.place(*places[i], kCornerRadius * font_px);
+    label.background.place(*places[i], kLabelRadius * font_px);
     label.text->SetPosition(places[i]->left + places[i]->width / 2, places[i]->bottom + places[i]->height / 2);
   }
 }

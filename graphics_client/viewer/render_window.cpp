@@ -19,7 +19,7 @@ namespace {
 constexpr double kViewAngle_deg = 28;
 /// The close-up's side as a share of the window's shorter side, and its distance from the window's edges (pixels).
 constexpr double kCloseUpShare = 0.3;
-constexpr int kMargin_px = 14;
+constexpr int kCloseUpMargin_px = 14;
 
 enum Layer { kWorldStill, kWorld, kWorldGhost, kCloseUp, kCloseUpGhost, kOverlay, kLayers };
 
@@ -107,8 +107,8 @@ void RenderWindow::showCloseUp(bool show) {
 }
 
 int RenderWindow::closeUpSide_px() const { return static_cast<int>(kCloseUpShare * std::min(width_px(), height_px())); }
-int RenderWindow::closeUpLeft_px() const { return width_px() - kMargin_px - closeUpSide_px(); }
-int RenderWindow::closeUpBottom_px() const { return kMargin_px; }
+int RenderWindow::closeUpLeft_px() const { return width_px() - kCloseUpMargin_px - closeUpSide_px(); }
+int RenderWindow::closeUpBottom_px() const { return kCloseUpMargin_px; }
 
 void RenderWindow::placeCloseUp() {
   const double width = std::max(width_px(), 1), height = std::max(height_px(), 1);

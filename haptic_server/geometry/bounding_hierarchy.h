@@ -1,7 +1,5 @@
 #pragma once
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -12,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "common/maths/sse.h"
 #include "common/maths/vec.h"
 #include "haptic_server/geometry/allowance.h"
 #include "haptic_server/geometry/large_pages.h"
@@ -97,10 +96,13 @@ class BoundingHierarchy {
   /// else four; visits the same leaves in the same order.
   template <class Visit>
   void visitBox(Vec3f low, Vec3f high, Allowance& allowance, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
-    return wide_ ? visitBoxByEight(low, high, allowance, visit) : visitBoxByFour(low, high, allowance, visit);
+#if defined(__x86_64__)
+    if (wide_) return visitBoxByEight(low, high, allowance, visit);
+#endif
+    return visitBoxByFour(low, high, allowance, visit);
   }
   /// Whether visitBox() may use AVX; false is for tests.
-  void setWide(bool wide) noexcept { wide_ = wide && __builtin_cpu_supports("avx") != 0; }
+  void setWide(bool wide) noexcept { wide_ = wide && hasAvx(); }
 
   /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared
   /// distance (m^2) beyond which nothing is of interest, negative to stop. `bound` is the one to begin with.
@@ -144,7 +146,9 @@ class BoundingHierarchy {
   }
 
   struct Window;
+#if defined(__x86_64__)
   struct WideWindow;
+#endif
   using Stack = std::array<std::uint32_t, kStackSize>;
   struct Ranked {
     float squaredDistance;
@@ -153,9 +157,14 @@ class BoundingHierarchy {
   template <class Visit>
   void visitBoxByFour(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
       noexcept(noexcept(visit(0U, 0U)));
+#if defined(__x86_64__)
   template <class Visit>
   [[gnu::target("avx")]] void visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
       noexcept(noexcept(visit(0U, 0U)));
+  [[nodiscard]] static bool hasAvx() noexcept { return __builtin_cpu_supports("avx") != 0; }
+#else
+  [[nodiscard]] static bool hasAvx() noexcept { return false; }
+#endif
   /// Calls visit for the leaves among the node's `hits`, and puts the nodes among them on the stack.
   template <class Visit>
   void enter(const Node& node, int hits, Stack& stack, std::size_t& top, const Allowance& allowance,
@@ -180,7 +189,7 @@ class BoundingHierarchy {
   Vec3 low_{0};  // of the root, padded
   Vec3 high_{0};
   double short_ = 0;  // m
-  bool wide_ = __builtin_cpu_supports("avx") != 0;
+  bool wide_ = hasAvx();
 };
 
 /// A segment prepared for the test of four boxes at a time.
@@ -272,29 +281,6 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Allowance& allowance, Vis
   }
 }
 
-/// The same for eight at a time.
-struct BoundingHierarchy::WideWindow {
-  __m256 low[3];
-  __m256 high[3];
-
-  [[gnu::target("avx")]] WideWindow(Vec3f l, Vec3f h) noexcept {
-    for (int d = 0; d < 3; ++d) {
-      low[d] = _mm256_set1_ps(l[d]);
-      high[d] = _mm256_set1_ps(h[d]);
-    }
-  }
-  /// Bit i: overlaps box i.
-  [[nodiscard, gnu::target("avx")]] int meet(const Node& node) const noexcept {
-    __m256 both = _mm256_cmp_ps(_mm256_load_ps(node.bounds[0][0]), high[0], _CMP_LE_OS);
-    both = _mm256_and_ps(both, _mm256_cmp_ps(low[0], _mm256_load_ps(node.bounds[1][0]), _CMP_LE_OS));
-    for (int d = 1; d < 3; ++d) {
-      both = _mm256_and_ps(both, _mm256_cmp_ps(_mm256_load_ps(node.bounds[0][d]), high[d], _CMP_LE_OS));
-      both = _mm256_and_ps(both, _mm256_cmp_ps(low[d], _mm256_load_ps(node.bounds[1][d]), _CMP_LE_OS));
-    }
-    return _mm256_movemask_ps(both);
-  }
-};
-
 template <class Visit>
 void BoundingHierarchy::visitBoxByFour(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
     noexcept(noexcept(visit(0U, 0U))) {
@@ -309,6 +295,30 @@ void BoundingHierarchy::visitBoxByFour(Vec3f low, Vec3f high, Allowance& allowan
   }
 }
 
+#if defined(__x86_64__)
+/// The same for eight at a time. By GCC's vectors: the header of AVX's intrinsics has 30,000 lines.
+struct BoundingHierarchy::WideWindow {
+  using Float8 = float __attribute__((vector_size(32), may_alias));
+  Float8 low[3];
+  Float8 high[3];
+
+  [[gnu::target("avx")]] WideWindow(Vec3f l, Vec3f h) noexcept {
+    for (int d = 0; d < 3; ++d) {
+      low[d] = l[d] - Float8{};
+      high[d] = h[d] - Float8{};
+    }
+  }
+  /// Bit i: overlaps box i.
+  [[nodiscard, gnu::target("avx")]] int meet(const Node& node) const noexcept {
+    const auto face = [&](int side, int d) -> const Float8& {
+      return *reinterpret_cast<const Float8*>(node.bounds[side][d]);
+    };
+    auto both = (face(0, 0) <= high[0]) & (low[0] <= face(1, 0));
+    for (int d = 1; d < 3; ++d) both &= (face(0, d) <= high[d]) & (low[d] <= face(1, d));
+    return __builtin_ia32_movmskps256(reinterpret_cast<Float8>(both));
+  }
+};
+
 template <class Visit>
 void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
     noexcept(noexcept(visit(0U, 0U))) {
@@ -322,6 +332,7 @@ void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowa
     enter(node, window.meet(node), stack, top, allowance, visit);
   }
 }
+#endif
 
 template <class Visit>
 void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, double bound) const noexcept {

@@ -37,9 +37,7 @@ class CollisionMesh {
   [[nodiscard]] std::uint32_t canonical(std::uint32_t t) const noexcept { return records_[t].canonical(); }
 
   /// Asks the caches for what a search reads of triangle t.
-  void prefetch(std::uint32_t t) const noexcept {
-    _mm_prefetch(reinterpret_cast<const char*>(&records_[t]), _MM_HINT_T0);
-  }
+  void prefetch(std::uint32_t t) const noexcept { __builtin_prefetch(&records_[t]); }
 
   [[nodiscard]] Vec3 low() const noexcept { return low_; }    ///< Corner of the box about all vertices.
   [[nodiscard]] Vec3 high() const noexcept { return high_; }  ///< Opposite corner.

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <smmintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <span>
 
 #include "common/deform/dent.h"
+#include "common/maths/sse.h"
 #include "haptic_server/geometry/closest_point.h"
 #include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/geometry/neighbours.h"

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <smmintrin.h>
-
 #include <array>
 
+#include "common/maths/sse.h"
 #include "common/maths/vec.h"
 
 namespace haptics {

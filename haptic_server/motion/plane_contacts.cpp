@@ -1,10 +1,9 @@
 #include "haptic_server/motion/plane_contacts.h"
 
-#include <smmintrin.h>
-
 #include <algorithm>
 #include <span>
 
+#include "common/maths/sse.h"
 #include "haptic_server/motion/support_points.h"
 
 namespace haptics {

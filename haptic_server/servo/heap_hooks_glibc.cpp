@@ -4,6 +4,7 @@
 
 #include "haptic_server/servo/allocation_tripwire.h"
 
+#pragma GCC visibility push(default)  // for shared libraries too
 extern "C" {
 
 void* __libc_malloc(std::size_t);
@@ -45,3 +46,4 @@ void free(void* block) {
 }
 
 }  // extern "C"
+#pragma GCC visibility pop

@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::uint64_t kEnergyEvery_ns = 20'000'000;
 
-void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // the servo is the only writer
-  counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
-}
-
 }  // namespace
 
 ServoHand::ServoHand(Device& device, const StepConfig& config, bool withCacheWarmer)

@@ -30,6 +30,11 @@ struct HandStatistics {
   std::atomic<std::uint64_t> faults{0};  ///< How often one began.
 };
 
+/// Adds to a counter that only the servo thread writes.
+inline void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {
+  counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
+}
+
 /// A device in the servo loop, the step's state for the hand that holds it, and what other threads hear of it. The servo
 /// thread calls what is not said to be for another one.
 class ServoHand {

@@ -21,10 +21,6 @@ void sleepUntil(std::uint64_t deadline_ns) noexcept {
   }
 }
 
-void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // the servo is the only writer
-  counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
-}
-
 }  // namespace
 
 ServoLoop::ServoLoop(Device& device, SceneMailbox& mailbox, const StepConfig& config, bool withCacheWarmer)

@@ -11,7 +11,7 @@
 namespace haptics {
 namespace {
 
-constexpr double kPress_N = 1;
+constexpr double kStrokePress_N = 1;
 constexpr double kMaxForce_N = 2;
 constexpr double kStep_m = 1e-4;
 constexpr double kLongest_m = 0.02;
@@ -43,7 +43,7 @@ bool isFree(const CollisionMesh& surface, Vec3 place) {
 
 Probes probeStrokes(const TriMesh& mesh, const CollisionMesh& surface, double stiffness_N_per_m, std::size_t count,
                     std::uint64_t seed) {
-  const double depth_m = kPress_N / stiffness_N_per_m;
+  const double depth_m = kStrokePress_N / stiffness_N_per_m;
   std::mt19937_64 engine(seed);
   std::vector<double> areaUpTo;
   areaUpTo.reserve(mesh.triangles.size());

@@ -9,7 +9,7 @@
 namespace haptics {
 namespace {
 
-constexpr int kRounds = 2;
+constexpr int kGrooveRounds = 2;
 /// Units (Allowance) of shading at one surface, over some polygons, and of each dent in it.
 constexpr std::int64_t kShade = 1'000, kShadeDent = 400;
 
@@ -20,7 +20,7 @@ class ShadedGroove {
 
   [[nodiscard]] bool run(Vec3& ihip) noexcept {
     if (!hasShading()) return false;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kGrooveRounds; ++round) {
       const auto dents = static_cast<std::int64_t>(state_.denting.count);
       work_.allowance.spend((kShade + kShadeDent * dents) * state_.contact.holdingCount);
       if (work_.allowance.isSpent()) {

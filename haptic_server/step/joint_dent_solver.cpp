@@ -14,7 +14,7 @@ namespace haptics {
 namespace {
 
 /// Rounds in which the IHIP is looked for on several dented surfaces: they are not flat.
-constexpr int kRounds = 3;
+constexpr int kJointRounds = 3;
 constexpr int kObstructedRounds = 2;  // of one, and of what is in its way
 /// Of a way towards the IHIP: the least step on it, and how often the place is looked for where it meets a dented surface.
 constexpr double kMinStep = 0.125;
@@ -209,7 +209,7 @@ class JointDentSolver {
       putFeetAtRest();
       ihip = clearOfDents(begin, ihip);
     } else {
-      for (int round = 0; round < kRounds; ++round)
+      for (int round = 0; round < kJointRounds; ++round)
         ihip = clearOfDents(ihip, planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts));
     }
     contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);

@@ -16,7 +16,7 @@ constexpr double kMinMark = 0x1p-9;
 constexpr double kMuchDeeper = 1.25;
 /// A dent that stays is as it is for so long before the builder may have it (seconds): a hand that comes back until then
 /// goes on in the same dent. Shorter hands over more and smaller ones; longer lets a stroke run out of places.
-constexpr double kStill_s = 0.2;
+constexpr double kDentStill_s = 0.2;
 /// With no more places free, nothing waits for that.
 constexpr std::size_t kSparePlaces = 2;
 
@@ -78,7 +78,7 @@ void relaxDents(const ServoScene& scene, HapticState& state, const StepConfig& c
       if (isThere && glm::distance(dent.dent.centre, dent.rest.centre) <= gone_m) {
         dent.dent = dent.rest;
         dent.still_s += config.period_s;
-        dent.stays = dent.still_s >= kStill_s || state.denting.count + kSparePlaces >= kMaxDents;
+        dent.stays = dent.still_s >= kDentStill_s || state.denting.count + kSparePlaces >= kMaxDents;
       }
     }
     if (kept != i) state.dents[kept] = dent;

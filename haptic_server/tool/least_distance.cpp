@@ -14,7 +14,7 @@ using Column = std::array<double, kRows>;
 constexpr double kDependent = 1e-18;
 /// A half-space that is missed by less holds already.
 constexpr double kOptimal = 1e-11;
-constexpr int kMaxRounds = 64;
+constexpr int kMaxDistanceRounds = 64;
 
 [[nodiscard]] double dot(const Column& a, const Column& b) noexcept {
   double sum = 0;
@@ -144,7 +144,7 @@ LeastDistance leastDistance(std::span<const HalfSpace6> halfSpaces) noexcept {
     return c;
   };
   PassiveSet passive;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  for (int round = 0; round < kMaxDistanceRounds; ++round) {
     const Column rest = passive.rest();
     double most = kOptimal;
     std::size_t next = halfSpaces.size();

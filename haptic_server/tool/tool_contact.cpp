@@ -13,7 +13,7 @@ namespace haptics {
 namespace {
 
 /// Poses that are tried in a tick. More let a fast tool come nearer to where it is to be in the same tick.
-constexpr int kMaxRounds = 16;
+constexpr int kMaxPoseRounds = 16;
 /// Times that the planes are taken anew at the pose found for them: rotation is not linear.
 constexpr int kMaxTurns = 4;
 /// Of the points one in so many is asked how far everything is from it, each time that the tool moves.
@@ -155,7 +155,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
   bool settled = false, tried = isOnWay_;
   if (isOnWay_) continueWay(bodies, device, coupling, allowance);
-  for (int round = 0; round < kMaxRounds && !settled && !isOnWay_ && !allowance.isSpent(); ++round) {
+  for (int round = 0; round < kMaxPoseRounds && !settled && !isOnWay_ && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     if (round == 0) forgetHighTouches();

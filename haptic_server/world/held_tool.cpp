@@ -11,7 +11,7 @@
 namespace haptics {
 namespace {
 
-constexpr double kMaxStiffness_N_per_m = 1e5, kMaxTorsion_Nm_per_rad = 1e3, kMaxTorque_Nm = 100;
+constexpr double kMaxHoldStiffness_N_per_m = 1e5, kMaxTorsion_Nm_per_rad = 1e3, kMaxTorque_Nm = 100;
 /// Of a fault's end, as the server's devices.
 constexpr double kRise_s = 0.5;
 
@@ -45,7 +45,7 @@ HeldTool::HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::To
       tool_(makeTool(std::move(surface), tool)) {
   contact_.hold(*tool_);
   constexpr double kMin = 1e-6;  // a spring that is none holds nothing
-  check(tool.stiffness_N_per_m, kMin, kMaxStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
+  check(tool.stiffness_N_per_m, kMin, kMaxHoldStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
   check(tool.torsion_Nm_per_rad, kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
   check(tool.maxTorque_Nm, kMin, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
 }

@@ -32,10 +32,10 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kSession = "audience";
 constexpr int kTurns = 2;
 constexpr int kWatchersPerProcess = 125;
-constexpr int kLowPriority = 10;    // watchers stand for other machines
-constexpr double kPatience_s = 60;  // for a process to end
-constexpr double kJoining_s = 300;  // until all watchers hold the scene
-constexpr double kInStep_s = 60;    // the same, of those that held it before
+constexpr int kLowPriority = 10;            // watchers stand for other machines
+constexpr double kAudiencePatience_s = 60;  // for a process to end
+constexpr double kJoining_s = 300;          // until all watchers hold the scene
+constexpr double kInStep_s = 60;            // the same, of those that held it before
 constexpr int kEditsAtTheEnd = 10;
 constexpr double kMove_m = 1e-4;
 constexpr double kMaxAge_ms = 100, kMaxRelayShare = 0.25, kMinP = 1e-3;
@@ -72,7 +72,7 @@ class AudienceRun {
   void withAudience(double seconds, int kills) {
     const std::uint64_t began_ns = monotonicNow_ns();
     startRelay();
-    waitUntil(kPatience_s, "the relay is connected: see relay.log", [this] {
+    waitUntil(kAudiencePatience_s, "the relay is connected: see relay.log", [this] {
       std::ifstream log(options_.out / "relay.log");
       return std::string(std::istreambuf_iterator<char>(log), {}).find("connected to") != std::string::npos;
     });
@@ -101,7 +101,7 @@ class AudienceRun {
 
   void endAudience() {
     for (Child& process : watchers_) process.signal(SIGTERM);
-    for (Child& process : watchers_) process.stop(kPatience_s);
+    for (Child& process : watchers_) process.stop(kAudiencePatience_s);
     for (std::size_t i = 0; i < watchers_.size(); ++i) {
       const Json seen = readJson(summaryOf(i));
       for (const char* count :
@@ -112,7 +112,7 @@ class AudienceRun {
     }
     watchers_.clear();
     relay_s_ += relay_.processor_s();
-    relay_.stop(kPatience_s);
+    relay_.stop(kAudiencePatience_s);
   }
 
   Json report() {
@@ -173,7 +173,7 @@ class AudienceRun {
     auditor_ = std::make_unique<Auditor>(endpoint, [] { return std::uint64_t{1}; });
     editor_ = std::make_unique<ServerLink>(
         ServerLink::Options{.server = endpoint, .clientName = "editor", .telemetryRate_Hz = 0, .fetchAssets = false});
-    waitUntil(kPatience_s, "the scene is there", [this] {
+    waitUntil(kAudiencePatience_s, "the scene is there", [this] {
       return !editor_->latest()->scene->objects().empty() && auditor_->latest()->sample.has_value();
     });
   }
@@ -255,12 +255,12 @@ class AudienceRun {
       server_->checkAlive();
       std::this_thread::sleep_for(kLook);
     }
-    waitUntil(kPatience_s, "the last edit is answered", [this] { return answered_ == asked_; });
+    waitUntil(kAudiencePatience_s, "the last edit is answered", [this] { return answered_ == asked_; });
   }
 
   void editAFew() {
     for (int i = 0; i < kEditsAtTheEnd; ++i) edit();
-    waitUntil(kPatience_s, "the last edit is answered", [this] { return answered_ == asked_; });
+    waitUntil(kAudiencePatience_s, "the last edit is answered", [this] { return answered_ == asked_; });
   }
 
   /// Moves the last object to and fro.

@@ -17,7 +17,7 @@ namespace haptics::stress {
 namespace {
 
 constexpr double kTelemetry_Hz = 60;
-constexpr std::chrono::milliseconds kLook{20};
+constexpr std::chrono::milliseconds kClientLook{20};
 constexpr int kMaxUnanswered = 64;  // a dead line must not pile up edits for ever
 
 std::atomic<bool> stopRequested{false};
@@ -160,7 +160,7 @@ void runClient(const RunPlan& plan, const ClientOptions& options) {
       nextEdit_ns = std::max(nextEdit_ns + editPeriod_ns, now_ns - editPeriod_ns);
       editor.edit();
     }
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kClientLook);
   }
   const auto view = link->latest();
   const auto root = recomputedRoot(*view);

@@ -107,18 +107,6 @@ int shown(const RunPlan& plan, const AudienceRunOptions& options) {
 
 }  // namespace
 
-namespace haptics::stress {
-
-std::vector<std::string> toArguments(const RunPlan& plan) {
-  return {"--clients",   std::to_string(plan.clients),    "--rtt-ms",   std::to_string(plan.rtt_ms),
-          "--jitter-ms", std::to_string(plan.jitter_ms),  "--loss-pct", std::to_string(plan.loss_pct),
-          "--cut-every", std::to_string(plan.cutEvery_s), "--cut-ms",   std::to_string(plan.cut_ms),
-          "--seconds",   std::to_string(plan.seconds),    "--edits",    std::to_string(plan.edits_Hz),
-          "--seed",      std::to_string(plan.seed),       "--began",    std::to_string(plan.began_ns)};
-}
-
-}  // namespace haptics::stress
-
 int main(int argc, char** argv) {
   RunPlan plan;
   RunOptions options;

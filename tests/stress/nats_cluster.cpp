@@ -13,7 +13,7 @@
 namespace haptics::stress {
 namespace {
 
-constexpr double kPatience_s = 30;
+constexpr double kClusterPatience_s = 30;
 constexpr const char* kProgram = "/usr/sbin/nats-server";
 
 std::vector<std::uint16_t> freePorts(std::size_t count) {
@@ -65,7 +65,7 @@ NatsCluster::NatsCluster(const std::filesystem::path& out, int nodes) {
     file.close();
     nodes_.push_back({name, ports[i], Child({kProgram, "-c", config.string()}, out / (name + ".log"), [] {})});
   }
-  waitUntil(kPatience_s, "the NATS servers are ready: see their logs in " + out.string(), [&] {
+  waitUntil(kClusterPatience_s, "the NATS servers are ready: see their logs in " + out.string(), [&] {
     return std::ranges::all_of(nodes_, [&](const Node& node) {
       std::ifstream log(out / (node.name + ".log"));
       const std::string text((std::istreambuf_iterator<char>(log)), {});
@@ -83,7 +83,8 @@ std::string NatsCluster::urls() const {
 
 std::string NatsCluster::killLeaderOf(const std::string& stream) {
   std::optional<std::string> leader;
-  waitUntil(kPatience_s, "somebody leads " + stream, [&] { return (leader = leaderOf(urls(), stream)).has_value(); });
+  waitUntil(kClusterPatience_s, "somebody leads " + stream,
+            [&] { return (leader = leaderOf(urls(), stream)).has_value(); });
   const auto node = std::ranges::find(nodes_, *leader, &Node::name);
   if (node == nodes_.end()) throw std::runtime_error(stream + " is led by " + *leader + ", which is not ours");
   node->process.kill();

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kPatience_s = 30, kJoining_s = 120;
+constexpr double kPinchPatience_s = 30, kJoining_s = 120;
 constexpr double kTargets_Hz = 60;
 constexpr double kMaxError_mm = 0.3;
 constexpr double kMaxSlide_m = 1e-4;
@@ -131,7 +131,7 @@ class PinchCast {
     Json report;
     for (auto* children : {&viewers_, &leaders_}) {
       for (const Child& child : *children) child.signal(SIGTERM);
-      for (Child& child : *children) child.stop(kPatience_s);
+      for (Child& child : *children) child.stop(kPinchPatience_s);
     }
     link_.reset();
     report["server_ended_well"] = server_.stop();

@@ -19,11 +19,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr double kStart_s = 5;      // until all have joined
-constexpr double kRest_s = 9;       // after the last attack; they have 5 s to be equal
-constexpr double kPatience_s = 30;  // for a process to start or to end
-constexpr double kStopped_s = 5;    // longer than the server waits for a byte
-constexpr milliseconds kLook{50};
+constexpr double kStart_s = 5;         // until all have joined
+constexpr double kRest_s = 9;          // after the last attack; they have 5 s to be equal
+constexpr double kRunPatience_s = 30;  // for a process to start or to end
+constexpr double kStopped_s = 5;       // longer than the server waits for a byte
+constexpr milliseconds kRunLook{50};
 
 std::filesystem::path programs() { return std::filesystem::read_symlink("/proc/self/exe").parent_path(); }
 
@@ -75,7 +75,7 @@ class ProcessSet {
     serverBegan_ns_ = monotonicNow_ns();
     std::string where;
     for (double waited_s = 0; (where = lastMatch(log, "listening on ")).empty(); waited_s += 0.02) {
-      if (waited_s > kPatience_s || !server_.alive())
+      if (waited_s > kRunPatience_s || !server_.alive())
         throw std::runtime_error("the server does not start: see " + log.string());
       std::this_thread::sleep_for(milliseconds(20));
     }
@@ -160,9 +160,9 @@ class ProcessSet {
   Evidence finish(bool& serverEndedWell) {
     Evidence evidence;
     for (Child& client : clients_) client.signal(SIGTERM);
-    for (Child& client : clients_) client.stop(kPatience_s);
+    for (Child& client : clients_) client.stop(kRunPatience_s);
     if (viewer_.id() != 0) {
-      viewer_.stop(kPatience_s);
+      viewer_.stop(kRunPatience_s);
       std::string held = lastMatch(viewerLog(), "scene revision ");
       evidence.roots["graphics_client"] = held.ends_with(" equal") ? held.substr(held.find("root ") + 5, 64) : held;
     }
@@ -171,7 +171,7 @@ class ProcessSet {
     evidence.auditorGaps = auditor_->gaps();
     evidence.roots["auditor"] = auditor_->latest()->scene->root().hex();
     auditor_.reset();
-    serverEndedWell = server_.stop(kPatience_s) == 0;
+    serverEndedWell = server_.stop(kRunPatience_s) == 0;
     std::ifstream summary(out_ / "server.json");
     const auto json = nlohmann::json::parse(summary, nullptr, false);
     evidence.roots["server"] = json.is_object() ? json.value("scene_hash", "") : "";
@@ -219,6 +219,14 @@ class ProcessSet {
 
 }  // namespace
 
+std::vector<std::string> toArguments(const RunPlan& plan) {
+  return {"--clients",   std::to_string(plan.clients),    "--rtt-ms",   std::to_string(plan.rtt_ms),
+          "--jitter-ms", std::to_string(plan.jitter_ms),  "--loss-pct", std::to_string(plan.loss_pct),
+          "--cut-every", std::to_string(plan.cutEvery_s), "--cut-ms",   std::to_string(plan.cut_ms),
+          "--seconds",   std::to_string(plan.seconds),    "--edits",    std::to_string(plan.edits_Hz),
+          "--seed",      std::to_string(plan.seed),       "--began",    std::to_string(plan.began_ns)};
+}
+
 RunResult run(RunPlan plan, const RunOptions& options) {
   std::filesystem::create_directories(options.out);
   for (const auto& entry : std::filesystem::directory_iterator(options.out)) {
@@ -251,7 +259,7 @@ RunResult run(RunPlan plan, const RunOptions& options) {
       if (!what.empty()) result.disturbances.push_back({now_ns, what});
     }
     cast.look();
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kRunLook);
   }
   result.evidence = cast.finish(result.serverEndedWell);
   result.counts = network->counts();

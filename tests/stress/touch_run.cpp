@@ -27,8 +27,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
-constexpr double kPatience_s = 30;  // for a process to start or to end
-constexpr double kJoining_s = 120;  // until meshes are through the bad line
+constexpr double kTouchPatience_s = 30;  // for a process to start or to end
+constexpr double kJoining_s = 120;       // until meshes are through the bad line
 constexpr double kComesToRest_s = 60;
 constexpr double kQuiet_s = 1;    // without a contact, a dent that changes or a body awake: it rests
 constexpr double kArrives_s = 5;  // then all have heard of it
@@ -149,7 +149,7 @@ class TouchedCast {
     Json report;
     report["seen_at_the_server"] = witness_.report();
     for (const Child& viewer : viewers_) viewer.signal(SIGTERM);
-    for (Child& viewer : viewers_) viewer.stop(kPatience_s);
+    for (Child& viewer : viewers_) viewer.stop(kTouchPatience_s);
     link_.reset();
     report["server_ended_well"] = server_.stop();
     const Json server = server_.summary();

@@ -24,7 +24,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLook{4};
+constexpr milliseconds kWatchersLook{4};
 constexpr milliseconds kBetweenJoins{2};  // one after the other, as people come
 constexpr int kLooksPerScene = 12;        // between looks at what all hold
 constexpr std::uint64_t kRetryAfter_ns = 500'000'000;
@@ -227,7 +227,7 @@ void runWatchers(const WatchersOptions& options) {
       std::puts(line.c_str());
       std::fflush(stdout);
     }
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kWatchersLook);
   }
   joining.clear();
   for (const auto& viewer : viewers) counts.rootsThatDiffered += viewer->latest()->resyncs;

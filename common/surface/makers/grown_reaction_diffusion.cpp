@@ -19,9 +19,9 @@ constexpr double kExchange = 2;       ///< Spacings within which samples exchang
 constexpr double kReach = 2;          ///< Spacings within which samples have a part in the field's values.
 /// About two spots; with fewer there is no pattern.
 constexpr double kMinSamples = 100;
-constexpr float kStep = 0.4F;   ///< Of time: a third of what the diffusion's stability allows.
-constexpr int kSteps = 3000;    ///< Growth takes some hundreds; the rest evens the pattern out.
-constexpr double kFlat = 0.05;  ///< Less than this above and below the mean is no pattern, where it is about 1.
+constexpr float kGrowthStep = 0.4F;  ///< Of time: a third of what the diffusion's stability allows.
+constexpr int kGrowthSteps = 3000;   ///< Growth takes some hundreds; the rest evens the pattern out.
+constexpr double kFlat = 0.05;       ///< Less than this above and below the mean is no pattern, where it is about 1.
 
 using Pattern = ReactionDiffusionSource::Pattern;
 
@@ -96,7 +96,7 @@ std::vector<Substances> grown(const Diffusion& diffusion, const ReactionStep& st
     at.u = startNear0(random);
     at.v = startNear0(random);
   }
-  for (int i = 0; i < kSteps; ++i) {
+  for (int i = 0; i < kGrowthSteps; ++i) {
     for (std::size_t s = 0; s < now.size(); ++s) next[s] = reacted(now[s], diffusion.laplacian(now, s), step);
     now.swap(next);
   }
@@ -152,7 +152,7 @@ Result<PointField> grownReactionDiffusion(const TriMesh& mesh, const GrownReacti
 
   const double waveNumber = waveNumberOf(source);
   const Diffusion diffusion = diffusionBetween(*near, kExchange * spacing_m, waveNumber);
-  const ReactionStep step{reactionFor(source.pattern), deltaFor(waveNumber), kStep};
+  const ReactionStep step{reactionFor(source.pattern), deltaFor(waveNumber), kGrowthStep};
   const std::vector<double> values = scaled(grown(diffusion, step, source.seed));
   if (values.empty())
     return badWavelength("is " + digits(source.wavelength_m) +

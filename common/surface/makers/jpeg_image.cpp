@@ -12,16 +12,16 @@ namespace {
 struct Destroy {
   void operator()(void* handle) const { tjDestroy(handle); }
 };
-using Reader = std::unique_ptr<void, Destroy>;
+using JpegReader = std::unique_ptr<void, Destroy>;
 
-tl::unexpected<Error> damaged(const Reader& reader) {
+tl::unexpected<Error> damaged(const JpegReader& reader) {
   return refused("", std::string("cannot be read as a JPEG image: ") + tjGetErrorStr2(reader.get()));
 }
 
 }  // namespace
 
 Result<GrayImage> readJpeg(std::string_view bytes) {
-  const Reader reader(tjInitDecompress());
+  const JpegReader reader(tjInitDecompress());
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   int width = 0, height = 0, sampling = 0, colours = 0;
   if (tjDecompressHeader3(reader.get(), data, bytes.size(), &width, &height, &sampling, &colours) != 0) {

@@ -9,13 +9,13 @@ namespace haptics {
 namespace {
 
 /// libpng's state, which it leaves to its user to free.
-struct Reader {
+struct PngReader {
   png_image image{};
 
-  Reader() { image.version = PNG_IMAGE_VERSION; }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-  ~Reader() { png_image_free(&image); }
+  PngReader() { image.version = PNG_IMAGE_VERSION; }
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
+  ~PngReader() { png_image_free(&image); }
 
   [[nodiscard]] tl::unexpected<Error> damaged() const {
     return refused("", std::string("cannot be read as a PNG image: ") + image.message);
@@ -23,7 +23,7 @@ struct Reader {
 };
 
 template <class Pixel>
-bool readInto(Reader& reader, GrayImage& gray, float white) {
+bool readInto(PngReader& reader, GrayImage& gray, float white) {
   const png_color black{0, 0, 0};
   std::vector<Pixel> pixels(std::size_t{gray.width} * gray.height);
   if (!png_image_finish_read(&reader.image, &black, pixels.data(), 0, nullptr)) return false;
@@ -35,7 +35,7 @@ bool readInto(Reader& reader, GrayImage& gray, float white) {
 }  // namespace
 
 Result<GrayImage> readPng(std::string_view bytes) {
-  Reader reader;
+  PngReader reader;
   if (!png_image_begin_read_from_memory(&reader.image, bytes.data(), bytes.size())) return reader.damaged();
   if (auto ok = checkSides(reader.image.width, reader.image.height); !ok) {
     return tl::unexpected(std::move(ok).error());

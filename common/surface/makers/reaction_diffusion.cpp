@@ -12,8 +12,8 @@ namespace haptics {
 namespace {
 
 constexpr std::uint32_t kPerCell = 8;  ///< Points of the computation along a cell.
-constexpr float kStep = 0.3F;          ///< Of time: a quarter of what the diffusion's stability allows.
-constexpr int kSteps = 4000;           ///< Growth takes some hundreds; the rest straightens the pattern.
+constexpr float kReactionStep = 0.3F;  ///< Of time: a quarter of what the diffusion's stability allows.
+constexpr int kReactionSteps = 4000;   ///< Growth takes some hundreds; the rest straightens the pattern.
 
 /// One substance, with a column more at either end of a row, so that neighbours need no wrapping there.
 class Substance {
@@ -62,7 +62,7 @@ std::vector<float> grown(std::uint32_t side, Reaction reaction, std::uint32_t se
   Random random(seed);
   Substance u(side, random), v(side, random);
   std::vector<float> spreadU(side), spreadV(side);
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kReactionSteps; ++step) {
     for (std::size_t y = 0; y < side; ++y) {
       u.laplacian(y, spreadU);
       v.laplacian(y, spreadV);
@@ -70,7 +70,7 @@ std::vector<float> grown(std::uint32_t side, Reaction reaction, std::uint32_t se
       float *nextU = u.nextRow(y), *nextV = v.nextRow(y);
       for (std::size_t x = 0; x < side; ++x) {
         const Substances next = reacted({rowU[x], rowV[x]}, {spreadU[x], spreadV[x]},
-                                        {.reaction = reaction, .delta = delta, .step = kStep});
+                                        {.reaction = reaction, .delta = delta, .step = kReactionStep});
         nextU[x] = next.u;
         nextV[x] = next.v;
       }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <xmmintrin.h>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +29,7 @@ class TriangleCache {
     if (!polygon.is(surface, triangle)) return polygon.load(surface, triangle);
     constexpr std::size_t kCacheLine_bytes = 64;
     const char* const bytes = reinterpret_cast<const char*>(&polygon);
-    for (std::size_t i = 0; i < sizeof polygon; i += kCacheLine_bytes) _mm_prefetch(bytes + i, _MM_HINT_T0);
+    for (std::size_t i = 0; i < sizeof polygon; i += kCacheLine_bytes) __builtin_prefetch(bytes + i);
   }
   /// Null when it is not known.
   [[nodiscard]] const CachedTriangle* find(const CollisionMesh& surface, std::uint32_t triangle) const noexcept {

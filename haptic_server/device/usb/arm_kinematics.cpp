@@ -6,11 +6,11 @@
 namespace haptics {
 namespace {
 
-using K = ArmKinematics;
+using Forearm = ArmKinematics;
 
 /// From the column's axis to the hand.
 [[nodiscard]] double radiusAt(Vec3 angles) noexcept {
-  return K::kUpper_m * std::sin(angles.y) + K::kForearm_m * std::sin(angles.z);
+  return Forearm::kUpper_m * std::sin(angles.y) + Forearm::kForearm_m * std::sin(angles.z);
 }
 
 }  // namespace

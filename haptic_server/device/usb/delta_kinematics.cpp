@@ -8,10 +8,10 @@
 namespace haptics {
 namespace {
 
-using K = DeltaKinematics;
+using Delta = DeltaKinematics;
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
-constexpr std::array kArmAngles{105 * kRadiansPerDegree, -15 * kRadiansPerDegree, -135 * kRadiansPerDegree};
+constexpr double kDegree_rad = std::numbers::pi / 180;
+constexpr std::array kArmAngles{105 * kDegree_rad, -15 * kDegree_rad, -135 * kDegree_rad};
 
 /// One arm in its own frame: u outwards, v to its side, w along z.
 struct Arm {
@@ -19,7 +19,7 @@ struct Arm {
 
   explicit Arm(std::size_t index) noexcept : cosine(std::cos(kArmAngles[index])), sine(std::sin(kArmAngles[index])) {}
   [[nodiscard]] Vec3 toArm(Vec3 p) const noexcept {
-    return {cosine * p.x + sine * p.y - K::kBaseRadius_m, -sine * p.x + cosine * p.y - K::kBaseOffset_m, p.z};
+    return {cosine * p.x + sine * p.y - Delta::kBaseRadius_m, -sine * p.x + cosine * p.y - Delta::kBaseOffset_m, p.z};
   }
 };
 
@@ -29,24 +29,24 @@ struct Joints {
 };
 
 [[nodiscard]] std::optional<Joints> jointsAt(Vec3 inArm) noexcept {
-  const double cosLean = (inArm.y + K::kSideOffset_m) / K::kShin_m;
+  const double cosLean = (inArm.y + Delta::kSideOffset_m) / Delta::kShin_m;
   if (!(std::abs(cosLean) < 1)) return std::nullopt;
   const double lean = std::acos(cosLean);
-  const double reach = K::kUpperOffset_m + K::kLowerOffset_m + K::kShin_m * std::sin(lean);
-  const double u = inArm.x + K::kHandOffset_m, w = inArm.z;
-  const double e = -2 * K::kThigh_m * u, f = -2 * K::kThigh_m * w;
-  const double g = u * u + w * w + K::kThigh_m * K::kThigh_m - reach * reach;
+  const double reach = Delta::kUpperOffset_m + Delta::kLowerOffset_m + Delta::kShin_m * std::sin(lean);
+  const double u = inArm.x + Delta::kHandOffset_m, w = inArm.z;
+  const double e = -2 * Delta::kThigh_m * u, f = -2 * Delta::kThigh_m * w;
+  const double g = u * u + w * w + Delta::kThigh_m * Delta::kThigh_m - reach * reach;
   const double discriminant = e * e + f * f - g * g;
   if (!(discriminant > 0)) return std::nullopt;
   const double thigh = 2 * std::atan2(-f - std::sqrt(discriminant), g - e);
-  const double shin = std::atan2(w - K::kThigh_m * std::sin(thigh), u - K::kThigh_m * std::cos(thigh));
+  const double shin = std::atan2(w - Delta::kThigh_m * std::sin(thigh), u - Delta::kThigh_m * std::cos(thigh));
   return Joints{std::remainder(thigh, 2 * std::numbers::pi), shin, lean};
 }
 
 [[nodiscard]] Vec3 rowOf(const Arm& arm, const Joints& at) noexcept {
   const Vec3 n(std::cos(at.shin) * std::sin(at.lean), std::cos(at.lean), std::sin(at.shin) * std::sin(at.lean));
   return Vec3(arm.cosine * n.x - arm.sine * n.y, arm.sine * n.x + arm.cosine * n.y, n.z) /
-         (K::kThigh_m * std::sin(at.lean) * std::sin(at.shin - at.thigh));
+         (Delta::kThigh_m * std::sin(at.lean) * std::sin(at.shin - at.thigh));
 }
 
 /// Angles and their derivatives (glm's columns are the rows).
@@ -83,7 +83,7 @@ struct Linearised {
     Vec3 step = glm::inverse(byPosition) * (angles - at->angles);
     const double length = glm::length(step);
     if (!std::isfinite(length)) return std::nullopt;
-    if (length > K::kMaxStep_m) step *= K::kMaxStep_m / length;
+    if (length > Delta::kMaxStep_m) step *= Delta::kMaxStep_m / length;
     auto there = linearise(position + step);
     for (int halvings = 0; !there && halvings < 8; ++halvings) {
       step *= 0.5;

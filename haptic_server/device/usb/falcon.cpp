@@ -11,15 +11,15 @@
 namespace haptics {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
-constexpr double kZeroAngle = 35 * kRadiansPerDegree;
-constexpr double kRadiansPerCount = 0.0364347 * kRadiansPerDegree;
+constexpr double kEncoderDegree_rad = std::numbers::pi / 180;
+constexpr double kZeroAngle = 35 * kEncoderDegree_rad;
+constexpr double kFalconCount_rad = 0.0364347 * kEncoderDegree_rad;
 constexpr int kForgetCommands = 20;            // it forgets its homing when a command does not ask for it
 constexpr std::size_t kModemStatus_bytes = 2;  // at the head of each packet of the serial converter
 /// The device's z comes out towards the user, its y is up.
-const Quat kUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
+const Quat kFalconUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
 
-[[nodiscard]] DeviceInfo describe(const DeviceCalibration& calibration, double scale) {
+[[nodiscard]] DeviceInfo describeFalcon(const DeviceCalibration& calibration, double scale) {
   const DevicePreset preset = *findDevicePreset("falcon");
   return {std::string(preset.title),
           std::min(preset.maxForce_N, calibration.maxForce_N.value_or(preset.maxForce_N)),
@@ -35,18 +35,18 @@ const Quat kUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
 }  // namespace
 
 Vec3 falconAngles(const std::array<std::int16_t, 3>& counts) noexcept {
-  return kZeroAngle + kRadiansPerCount * Vec3(counts[0], counts[1], counts[2]);
+  return kZeroAngle + kFalconCount_rad * Vec3(counts[0], counts[1], counts[2]);
 }
 
-Vec3 falconCounts(Vec3 angles) noexcept { return (angles - kZeroAngle) / kRadiansPerCount; }
+Vec3 falconCounts(Vec3 angles) noexcept { return (angles - kZeroAngle) / kFalconCount_rad; }
 
 Falcon::Falcon(const DeviceCalibration& calibration, std::optional<FalconFirmware> firmware)
     : firmware_(std::move(firmware)),
       motorUnitsPerNm_(calibration.motorUnitsPerNm.value_or(kMotorUnitsPerNm)),
       forceScale_(calibration.forceScale.value_or(1)),
       sense_(calibration.sense()),
-      placement_(calibration, kUpright, DeltaKinematics::kCentre),
-      info_(describe(calibration, placement_.scale())),
+      placement_(calibration, kFalconUpright, DeltaKinematics::kCentre),
+      info_(describeFalcon(calibration, placement_.scale())),
       position_(DeltaKinematics::kCentre) {}
 
 std::optional<UsbRefusal> Falcon::start(UsbPort& port, UsbBus& bus) {

@@ -15,19 +15,19 @@ constexpr double kCountsPerTurn = 2'000;
 constexpr Vec3 kGear{0.010 / 0.160, 0.010 / 0.120, 0.010 / 0.120};
 /// Sense of each body's angle against its motor's.
 constexpr Vec3 kSense{1, -1, -1};
-constexpr Vec3 kRadiansPerCount = 2 * std::numbers::pi / kCountsPerTurn * kGear * kSense;
+constexpr Vec3 kWoodenCount_rad = 2 * std::numbers::pi / kCountsPerTurn * kGear * kSense;
 // Dynamics of the arm at its handle: not published, assumed from its size.
 constexpr double kAssumedMass_kg = 0.2, kAssumedViscous_Ns_per_m = 0.1, kAssumedCoulomb_N = 0.1;
 constexpr std::uint64_t kFirstReport_ns = 500'000'000;
 /// The device's x comes towards the user, its y to the user's right.
-const Quat kUpright = glm::angleAxis(-std::numbers::pi / 2, Vec3(0, 0, 1));
+const Quat kWoodenUpright = glm::angleAxis(-std::numbers::pi / 2, Vec3(0, 0, 1));
 constexpr Vec3 kCentre{0};  // middle of the workspace in the device's frame, which has its origin there
 
 [[nodiscard]] std::int16_t numberAt(std::span<const std::uint8_t> bytes, std::size_t index) noexcept {
   return static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[2 * index] | bytes[2 * index + 1] << 8));
 }
 
-[[nodiscard]] DeviceInfo describe(const DeviceCalibration& calibration, double scale) {
+[[nodiscard]] DeviceInfo describeWooden(const DeviceCalibration& calibration, double scale) {
   using W = WoodenHaptics;
   constexpr double kResolution_m = 2 * std::numbers::pi / kCountsPerTurn * kGear.y * ArmKinematics::kForearm_m;
   return {.name = "WoodenHaptics 1.5",
@@ -43,14 +43,14 @@ constexpr Vec3 kCentre{0};  // middle of the workspace in the device's frame, wh
 
 }  // namespace
 
-Vec3 woodenAngles(Vec3 counts) noexcept { return ArmKinematics::kRestAngles + kRadiansPerCount * counts; }
-Vec3 woodenCounts(Vec3 angles) noexcept { return (angles - ArmKinematics::kRestAngles) / kRadiansPerCount; }
+Vec3 woodenAngles(Vec3 counts) noexcept { return ArmKinematics::kRestAngles + kWoodenCount_rad * counts; }
+Vec3 woodenCounts(Vec3 angles) noexcept { return (angles - ArmKinematics::kRestAngles) / kWoodenCount_rad; }
 
 WoodenHaptics::WoodenHaptics(const DeviceCalibration& calibration)
     : forceScale_(calibration.forceScale.value_or(1)),
       sense_(calibration.sense()),
-      placement_(calibration, kUpright, kCentre),
-      info_(describe(calibration, placement_.scale())),
+      placement_(calibration, kWoodenUpright, kCentre),
+      info_(describeWooden(calibration, placement_.scale())),
       angles_(ArmKinematics::kRestAngles) {}
 
 std::optional<UsbRefusal> WoodenHaptics::start(UsbPort& port, UsbBus& bus) {

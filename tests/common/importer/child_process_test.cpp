@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-class ChildProcesses : public testing::MeshFiles {
+class ChildProcesses : public fixture::MeshFiles {
  protected:
   /// A program: what /bin/sh is to do.
   std::filesystem::path script(const std::string& name, const std::string& text) const {

@@ -4,7 +4,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "tests/common/mesh/mesh_files.h"
 
-namespace haptics::testing {
+namespace haptics::fixture {
 
 /// Files that are imported as the programs do it, by the asset importer.
 class FileImports : public MeshFiles {
@@ -32,4 +32,4 @@ class FileImports : public MeshFiles {
   }
 };
 
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

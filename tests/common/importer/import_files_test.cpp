@@ -14,11 +14,11 @@ namespace haptics {
 namespace {
 
 using namespace std::chrono_literals;
+using fixture::kTetrahedronOff;
+using fixture::tetrahedron;
 using ::testing::HasSubstr;
-using testing::kTetrahedronOff;
-using testing::tetrahedron;
 
-using ImportFiles = testing::FileImports;
+using ImportFiles = fixture::FileImports;
 
 /// Triangles across one another, each as long as all of them together: to find what crosses what takes minutes.
 std::string soup() {

@@ -9,10 +9,10 @@
 namespace haptics {
 namespace {
 
+using fixture::tetrahedron;
 using ::testing::HasSubstr;
-using testing::tetrahedron;
 
-using ImportInventor = testing::FileImports;
+using ImportInventor = fixture::FileImports;
 
 const std::string kHeader = "#Inventor V2.1 ascii\n\n";
 const std::string kTetrahedron =

@@ -9,12 +9,12 @@
 namespace haptics {
 namespace {
 
+using fixture::raw;
 using ::testing::HasSubstr;
-using testing::raw;
 
 using OpenMeshMesh = OpenMesh::PolyMesh_ArrayKernelT<>;
 
-class ImportOm : public testing::MeshFiles {
+class ImportOm : public fixture::MeshFiles {
  protected:
   /// The file that OpenMesh writes, with every attribute that it can write.
   std::string omFile(const TriMesh& mesh, bool attributes) const {
@@ -97,18 +97,18 @@ TEST_F(ImportOm, ReadsTheFirstVersionOfTheFormat) {
   om += chunk(2, 7, 0, 1, 0) + std::string("\0\2\1\0\1\3\1\2\3\2\0\3", 12);
   const auto imported = import("t.om", om);
   ASSERT_TRUE(imported) << imported.error().text();
-  EXPECT_EQ(imported->mesh, testing::tetrahedron());
+  EXPECT_EQ(imported->mesh, fixture::tetrahedron());
 }
 
 TEST_F(ImportOm, RefusesAFileThatIsCutOffAnywhere) {
-  const std::string om = omFile(testing::tetrahedron(), false);
+  const std::string om = omFile(fixture::tetrahedron(), false);
   for (std::size_t size = 1; size + sizeof(std::uint16_t) < om.size(); ++size) {
     EXPECT_NE(refusal("t.om", om.substr(0, size)), "loaded") << size << " of " << om.size();
   }
 }
 
 TEST_F(ImportOm, RefusesAHeaderThatClaimsMoreThanTheFileHolds) {
-  const std::string good = omFile(testing::tetrahedron(), false);
+  const std::string good = omFile(fixture::tetrahedron(), false);
   for (const std::size_t at : {4U, 8U, 12U}) {
     for (const std::uint32_t count : {300'000'000U, 0xFFFFFFFFU}) {
       std::string bad = good;
@@ -119,7 +119,7 @@ TEST_F(ImportOm, RefusesAHeaderThatClaimsMoreThanTheFileHolds) {
 }
 
 TEST_F(ImportOm, NamesTheVertexThatIsNotFinite) {
-  TriMesh mesh = testing::tetrahedron();
+  TriMesh mesh = fixture::tetrahedron();
   mesh.vertices[2].x = std::numeric_limits<float>::infinity();
   EXPECT_THAT(refusal("t.om", omFile(mesh, false)), HasSubstr("vertex 2 (from 0) is not finite"));
 }
@@ -127,7 +127,7 @@ TEST_F(ImportOm, NamesTheVertexThatIsNotFinite) {
 TEST_F(ImportOm, ThatIsDamagedIsRefusedOrReportedButNeverFails) {
   std::mt19937 random(17);
   for (const bool attributes : {false, true}) {
-    const std::string good = omFile(testing::tetrahedron(), attributes);
+    const std::string good = omFile(fixture::tetrahedron(), attributes);
     for (int round = 0; round < 200; ++round) {
       std::string bad = good;
       for (int k = 0; k < 2; ++k) bad[random() % bad.size()] = static_cast<char>(random());

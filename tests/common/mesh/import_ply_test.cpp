@@ -7,11 +7,11 @@
 namespace haptics {
 namespace {
 
+using fixture::raw;
+using fixture::tetrahedron;
 using ::testing::HasSubstr;
-using testing::raw;
-using testing::tetrahedron;
 
-using ImportPly = testing::MeshFiles;
+using ImportPly = fixture::MeshFiles;
 
 constexpr float kPoints[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 constexpr std::uint32_t kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};

@@ -8,11 +8,11 @@
 namespace haptics {
 namespace {
 
+using fixture::raw;
+using fixture::tetrahedron;
 using ::testing::HasSubstr;
-using testing::raw;
-using testing::tetrahedron;
 
-using ImportStl = testing::MeshFiles;
+using ImportStl = fixture::MeshFiles;
 
 std::string binaryStl(const TriMesh& mesh, std::string comment = "") {
   comment.resize(80);

@@ -10,13 +10,13 @@
 namespace haptics {
 namespace {
 
+using fixture::kTetrahedronOff;
+using fixture::tetrahedron;
 using ::testing::HasSubstr;
-using testing::kTetrahedronOff;
-using testing::tetrahedron;
 
-using Import = testing::MeshFiles;
-using ImportObj = testing::MeshFiles;
-using ImportOff = testing::MeshFiles;
+using Import = fixture::MeshFiles;
+using ImportObj = fixture::MeshFiles;
+using ImportOff = fixture::MeshFiles;
 
 constexpr std::string_view kTetrahedronObj =
     "# a comment\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";

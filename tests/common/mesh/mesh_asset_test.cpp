@@ -10,9 +10,9 @@
 namespace haptics {
 namespace {
 
+using fixture::raw;
+using fixture::tetrahedron;
 using ::testing::HasSubstr;
-using testing::raw;
-using testing::tetrahedron;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 

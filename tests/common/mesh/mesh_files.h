@@ -13,7 +13,7 @@
 #include "common/mesh/import.h"
 #include "tests/common/temporary_folder.h"
 
-namespace haptics::testing {
+namespace haptics::fixture {
 
 /// A folder of its own for each test, removed with it.
 class MeshFiles : public ::testing::Test {
@@ -55,4 +55,4 @@ inline TriMesh tetrahedron() {
       ->mesh;
 }
 
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

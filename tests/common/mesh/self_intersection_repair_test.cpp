@@ -155,7 +155,7 @@ TEST(Mend, EndsWhereAMeshIsTornAllOverAndSaysSo) {
   EXPECT_THAT(report.text(), ::testing::HasSubstr("not mended everywhere, because"));
 }
 
-class Mending : public testing::MeshFiles {
+class Mending : public fixture::MeshFiles {
  protected:
   static Result<ImportedMesh> importTorn(bool keep) {
     const TriMesh mesh = dentedPlate(1.2 * kThick_m);

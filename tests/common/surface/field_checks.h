@@ -9,7 +9,7 @@
 #include "common/surface/scalar_field.h"
 
 // What every scalar field promises, checked anywhere in a box around the origin.
-namespace haptics::testing {
+namespace haptics::fixture {
 
 inline Vec3 randomPoint(Random& random, double halfSide_m) {
   const auto coordinate = [&] { return halfSide_m * (2 * random.uniform() - 1); };
@@ -132,4 +132,4 @@ inline void expectToStayWithinBounds(const ScalarField& field, double halfSide_m
   EXPECT_LE(found.highest, field.highest());
 }
 
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

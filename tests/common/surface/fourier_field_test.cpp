@@ -9,7 +9,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 using std::numbers::pi;
 
 constexpr double kWavelength_m = 0.002;

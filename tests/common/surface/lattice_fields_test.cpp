@@ -12,7 +12,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kSide_m = 0.003;
 constexpr double kHalf_m = 0.1;
@@ -98,7 +98,7 @@ TEST(NoiseField, IsZeroOnItsLatticeAndNowhereOnAWholePlane) {
 }
 
 /// Perlin's noise without its gradient and without a shared step: each corner's ramp times its weight.
-double plainNoise(const Lattice::Place& place) {
+double plainNoise(const CellLattice::Place& place) {
   constexpr std::array<std::array<int, 3>, 12> kEdges{{{1, 1, 0},
                                                        {-1, 1, 0},
                                                        {1, -1, 0},
@@ -114,7 +114,7 @@ double plainNoise(const Lattice::Place& place) {
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const std::array<int, 3> step{corner & 1, corner >> 1 & 1, corner >> 2};
-    const auto& edge = kEdges[(Lattice::bits(place.key, step[0], step[1], step[2]) >> 32) * 12 >> 32];
+    const auto& edge = kEdges[(CellLattice::bits(place.key, step[0], step[1], step[2]) >> 32) * 12 >> 32];
     double ramp = 0, weight = 1;
     for (int axis = 0; axis < 3; ++axis) {
       const double way = place.within[axis] - step[axis];
@@ -129,7 +129,7 @@ double plainNoise(const Lattice::Place& place) {
 
 TEST(NoiseField, IsPerlinsNoise) {
   const NoiseField field(NoiseFamily{kSide_m, 1, 0.5, 4});
-  const Lattice lattice(kSide_m, Random(4).bits());
+  const CellLattice lattice(kSide_m, Random(4).bits());
   Random random(1);
   for (int i = 0; i < 2000; ++i) {
     const Vec3 point = randomPoint(random, kHalf_m);
@@ -199,12 +199,12 @@ TEST(GrainField, ForgetsWhatLiesTwoGrainsAway) {
 }
 
 /// Worley's F1 by looking at every point of 5 x 5 x 5 cells, in cells, along with the second nearest.
-std::array<double, 2> twoNearest(const Lattice& lattice, Vec3 point) {
-  const Lattice::Place place = lattice.place(point);
+std::array<double, 2> twoNearest(const CellLattice& lattice, Vec3 point) {
+  const CellLattice::Place place = lattice.place(point);
   std::array<double, 2> nearest{9, 9};
   for (int cell = 0; cell < 125; ++cell) {
     const int i = cell % 5 - 2, j = cell / 5 % 5 - 2, k = cell / 25 - 2;
-    const std::uint64_t bits = Lattice::bits(place.key, i, j, k);
+    const std::uint64_t bits = CellLattice::bits(place.key, i, j, k);
     const auto part = [&bits](int which) { return static_cast<double>(bits >> 21 * which & 0x1fffff) / 0x200000; };
     const double d = glm::length(place.within - Vec3(i + part(0), j + part(1), k + part(2)));
     if (d < nearest[0]) {
@@ -218,7 +218,7 @@ std::array<double, 2> twoNearest(const Lattice& lattice, Vec3 point) {
 
 TEST(CellularField, IsTheDistanceToTheNearestPointWhereNoOtherIsAboutAsNear) {
   const CellularField field({kSide_m, 0.02, 5});
-  const Lattice lattice(kSide_m, 5);
+  const CellLattice lattice(kSide_m, 5);
   Random random(6);
   int compared = 0;
   for (int i = 0; i < 20'000; ++i) {

@@ -8,7 +8,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 using Combination = LayeredFamily::Combination;
 
 constexpr double kWavelength_m = 0.004;

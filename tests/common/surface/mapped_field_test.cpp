@@ -11,7 +11,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 using std::numbers::pi;
 using Shape = Mapping::Shape;
 

@@ -15,7 +15,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 using ::testing::HasSubstr;
 
 constexpr double kRadius_m = 0.02;

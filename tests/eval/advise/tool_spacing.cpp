@@ -27,7 +27,7 @@ constexpr double kTiltsAboutX = 1, kTiltsAboutY = 1.6;
 /// Poses of the device on a stroke, one to each tick.
 using ToolStroke = std::vector<Pose>;
 
-struct Felt {
+struct FeltTool {
   std::vector<Forces> forces_N;
   std::vector<Forces> torques_N;  ///< On a lever of kUsualGyration_m.
   double hot_ns = 0;
@@ -53,8 +53,8 @@ class ToolInScene {
     contact_->adopt(obstacles);
   }
 
-  Felt feel(const std::vector<ToolStroke>& strokes) {
-    Felt felt;
+  FeltTool feel(const std::vector<ToolStroke>& strokes) {
+    FeltTool felt;
     Stopwatch watch;
     for (const ToolStroke& stroke : strokes) {
       Forces& forces_N = felt.forces_N.emplace_back();
@@ -125,7 +125,7 @@ double torqueError_p99(const std::vector<Forces>& felt, const std::vector<Forces
   return errors.quantile(0.99);
 }
 
-SpacingCandidate judged(double spacing_m, std::size_t points, const Felt& felt, const Felt& truth) {
+SpacingCandidate judged(double spacing_m, std::size_t points, const FeltTool& felt, const FeltTool& truth) {
   return {.spacing_m = spacing_m,
           .points = points,
           .difference = differenceOf(felt.forces_N, truth.forces_N),
@@ -138,7 +138,7 @@ SpacingCandidate judged(double spacing_m, std::size_t points, const Felt& felt, 
 ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObject>& scene) {
   ToolAdvice advice{.name = tool.name, .candidates = {}};
   std::vector<ToolStroke> strokes;
-  Felt truth;
+  FeltTool truth;
   for (const double times : kCoarser) {
     const double spacing_m = times * tool.motion->tool->spacing_m;
     ToolShell shell = shellOf(tool, spacing_m);
@@ -149,7 +149,7 @@ ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObjec
       strokes = toolStrokes(tool, reachDown_m(tool, shell), scene, usual);
       if (strokes.empty()) return advice;
     }
-    Felt felt = ToolInScene(tool, std::move(shell), spacing_m, scene).feel(strokes);
+    FeltTool felt = ToolInScene(tool, std::move(shell), spacing_m, scene).feel(strokes);
     if (advice.candidates.empty()) truth = felt;
     advice.candidates.push_back(judged(spacing_m, points, felt, truth));
     const std::size_t count = advice.candidates.size();
@@ -171,7 +171,7 @@ SpacingCandidate checkedSpacing(const LoadedObject& tool, double spacing_m, cons
   ToolShell own = shellOf(tool, own_m), written = shellOf(tool, spacing_m);
   const std::vector<ToolStroke> strokes = toolStrokes(tool, reachDown_m(tool, own), scene, drawn);
   const std::size_t points = written.points.size();
-  const Felt truth = ToolInScene(tool, std::move(own), own_m, scene).feel(strokes);
+  const FeltTool truth = ToolInScene(tool, std::move(own), own_m, scene).feel(strokes);
   return judged(spacing_m, points, ToolInScene(tool, std::move(written), spacing_m, scene).feel(strokes), truth);
 }
 

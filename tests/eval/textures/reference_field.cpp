@@ -33,15 +33,16 @@ Reference reference(const FourierFamily& family) {
 
 /// Calls visit(corner, away) for the corners of a cell; `away` leads from the corner to the place.
 template <class Visit>
-void visitCorners(const Lattice::Place& place, Visit visit) {
+void visitCorners(const CellLattice::Place& place, Visit visit) {
   for (unsigned corner = 0; corner < 8; ++corner) {
     const std::array<std::uint64_t, 3> steps{corner & 1, corner >> 1 & 1, corner >> 2};
-    visit(Lattice::bits(place.key, steps[0], steps[1], steps[2]), place.within - Vec3(steps[0], steps[1], steps[2]));
+    visit(CellLattice::bits(place.key, steps[0], steps[1], steps[2]),
+          place.within - Vec3(steps[0], steps[1], steps[2]));
   }
 }
 
 /// Perlin (2002): corner c adds w(x - cx) w(y - cy) w(z - cz) (g . (p - c)), g to the middle of an edge of a cube.
-double perlin(const Lattice::Place& place) {
+double perlin(const CellLattice::Place& place) {
   double sum = 0;
   visitCorners(place, [&](std::uint64_t bits, Vec3 away) {
     const std::uint64_t edge = (bits >> 32) * 12 >> 32;
@@ -58,7 +59,7 @@ Reference reference(const NoiseFamily& family) {
   // The highest value that any gradients can give, and where in a cell: the octaves' lattices meet there.
   constexpr double kHighest = 1.0363538112118;
   const Vec3 highestAt(0.5, 0.481492214, 0.355256701);
-  std::vector<Lattice> lattices;
+  std::vector<CellLattice> lattices;
   std::vector<double> amplitudes;
   haptics::Random seeds(family.seed);
   double sum = 0;
@@ -77,7 +78,7 @@ Reference reference(const NoiseFamily& family) {
 
 /// Normally distributed grains g: their sum weighted by w, over the root of the sum of w^2, then flattened.
 Reference reference(const GrainFamily& family) {
-  const Lattice lattice(family.grain_m, family.seed);
+  const CellLattice lattice(family.grain_m, family.seed);
   return [lattice](Vec3 point) {
     double sum = 0;
     double squares = 0;
@@ -98,10 +99,10 @@ Reference reference(const GrainFamily& family) {
 }
 
 Reference reference(const CellularFamily& family) {
-  const Lattice lattice(family.cell_m, family.seed);
+  const CellLattice lattice(family.cell_m, family.seed);
   const double softness = family.smoothness;
   return [=](Vec3 point) {
-    const Lattice::Place place = lattice.place(point);
+    const CellLattice::Place place = lattice.place(point);
     const double rounding = softness / 2;
     const double farthest = std::hypot(1.0, rounding);
     double weights = std::exp(-farthest / softness);
@@ -109,8 +110,8 @@ Reference reference(const CellularFamily& family) {
     for (int cell = 0; cell < 125; ++cell) {
       const std::array<int, 3> steps{cell % 5 - 2, cell / 5 % 5 - 2, cell / 25 - 2};
       const std::uint64_t bits =
-          Lattice::bits(place.key, static_cast<std::uint64_t>(steps[0]), static_cast<std::uint64_t>(steps[1]),
-                        static_cast<std::uint64_t>(steps[2]));
+          CellLattice::bits(place.key, static_cast<std::uint64_t>(steps[0]), static_cast<std::uint64_t>(steps[1]),
+                            static_cast<std::uint64_t>(steps[2]));
       Vec3 away = place.within;
       for (int axis = 0; axis < 3; ++axis) {
         const auto random = static_cast<double>(bits >> 21 * axis & 0x1fffff) / 0x200000;

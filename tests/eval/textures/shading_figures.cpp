@@ -22,9 +22,9 @@ const AnalyticShape& shapeCalled(std::string_view name) {
 }
 
 /// A shape's mesh, shaded or not, felt.
-class Felt {
+class FeltShading {
  public:
-  Felt(const TriMesh& mesh, const std::optional<Shading>& shading, Random& random)
+  FeltShading(const TriMesh& mesh, const std::optional<Shading>& shading, Random& random)
       : surface_(buildCollisionMesh(mesh.vertices, mesh.triangles)),
         specimen_(surface_, detailOf(shading), feel(random)) {}
 
@@ -79,7 +79,7 @@ Errors stroke(TextureSample& specimen, const AnalyticShape& shape) {
 Record strokeShape(std::string_view name, int triangles, bool shaded, Random& random) {
   const AnalyticShape& shape = shapeCalled(name);
   const TriMesh mesh = shape.mesh(triangles);
-  Felt felt(mesh, shaded ? std::optional(Shading{kCrease_rad, {}}) : std::nullopt, random);
+  FeltShading felt(mesh, shaded ? std::optional(Shading{kCrease_rad, {}}) : std::nullopt, random);
   Errors errors = stroke(felt.specimen(), shape);
   const bool fine = mesh.triangles.size() > 10'000;
   const double direction = errors.direction_deg.rms();
@@ -114,7 +114,7 @@ Record pressAtCylindersEdge(bool shaded, Random& random) {
   constexpr double kRadius_m = 0.03;
   constexpr double kHalf_m = 0.05;
   const TriMesh mesh = shapeCalled("cylinder").mesh(12288);
-  Felt felt(mesh, shaded ? std::optional(Shading{kCrease_rad, {}}) : std::nullopt, random);
+  FeltShading felt(mesh, shaded ? std::optional(Shading{kCrease_rad, {}}) : std::nullopt, random);
   double end_deg = 0;
   double side_deg = 0;
   for (int i = 0; i < 50; ++i) {
@@ -158,7 +158,7 @@ Record pressAtCubesEdge(bool given, Random& random) {
   constexpr double kHalf_m = 0.05;
   const TriMesh mesh = shapeCalled("cube").mesh(768);
   const Shading shading = given ? Shading{std::numbers::pi, edgesOf(mesh, kHalf_m)} : Shading{kCrease_rad, {}};
-  Felt felt(mesh, shading, random);
+  FeltShading felt(mesh, shading, random);
   double most_deg = 0;
   for (int i = 0; i < 50; ++i) {
     const Vec3 place{random.sign() * (kHalf_m - kFromEdge_m), random.between(-0.04, 0.04), kHalf_m};

@@ -31,7 +31,7 @@ TEST(TextureFamilies, OfferEveryFamilyThatThereIs) {
     alternatives.insert(familyOf(family).index());
     names.insert(family.name);
   }
-  EXPECT_EQ(alternatives.size(), std::variant_size_v<FieldFamily>);
+  EXPECT_EQ(alternatives.size(), std::variant_size_v<FieldFamily::variant>);
   EXPECT_EQ(names.size(), textureFamilies().size());
 }
 

@@ -17,7 +17,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kFarthest_m = 5e-5;
 constexpr double kSide_m = 0.1;

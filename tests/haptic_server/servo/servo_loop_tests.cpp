@@ -33,8 +33,8 @@ class FakeDevice : public Device {
 TEST(ServoLoop, RunsEveryPeriodOnceOrCountsItAsMissedAndStopsTheDevice) {
   FakeDevice device;
   SceneMailbox mailbox;
-  mailbox.publish(testing::sceneOf(
-      7, {testing::objectOf(1, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)}));
+  mailbox.publish(fixture::sceneOf(
+      7, {fixture::objectOf(1, fixture::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)}));
   ServoLoop loop(device, mailbox, 2000);
   const std::atomic<bool> stop{false};
   const std::uint64_t allocations = AllocationTripwire::count();
@@ -65,11 +65,11 @@ TEST(ServoLoop, TellsWhereBodiesAreAsLongAsTheyMove) {
   FakeDevice device;
   SceneMailbox mailbox;
   std::vector<ServoObject> objects{
-      testing::objectOf(3, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0.5, 0, 1), 2000)};
+      fixture::objectOf(3, fixture::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0.5, 0, 1), 2000)};
   auto body = std::make_shared<RigidBody>();
   body->mass.mass_kg = 0.1;
   objects.front().motion = body;
-  mailbox.publish(testing::sceneOf(1, objects));
+  mailbox.publish(fixture::sceneOf(1, objects));
   ServoLoop loop(device, mailbox, 2000);
   const std::atomic<bool> stop{false};
   loop.run(stop, 200);
@@ -109,9 +109,9 @@ class PressingDevice final : public FakeDevice {
 };
 
 TEST(ServoLoop, KeepsItsSceneUntilTheContactThatTheNextOneBreaksIsLetGoAndThenTakesTheNewest) {
-  const auto box = testing::surfaceOf(makeBox(Vec3(0.1), 2).value());
+  const auto box = fixture::surfaceOf(makeBox(Vec3(0.1), 2).value());
   const auto boxAt = [&](std::uint64_t revision, double z) {
-    auto scene = testing::sceneOf(revision, {testing::objectOf(1, box, Vec3(0, 0, z), 1000)});
+    auto scene = fixture::sceneOf(revision, {fixture::objectOf(1, box, Vec3(0, 0, z), 1000)});
     scene->plan = std::make_shared<const ExplorationPlan>();
     return scene;
   };
@@ -187,8 +187,8 @@ class FakeScript final : public ReplaySource {
 TEST(ServoLoop, RunsTheTicksOfAScriptInTheirTimeWithTheirScenes) {
   FakeDevice device;
   SceneMailbox mailbox;
-  const auto scene = testing::sceneOf(
-      7, {testing::objectOf(1, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)});
+  const auto scene = fixture::sceneOf(
+      7, {fixture::objectOf(1, fixture::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)});
   ServoLoop loop(device, mailbox, 200);
   FakeScript script(*scene);
   const std::atomic<bool> stop{false};

@@ -7,7 +7,7 @@
 #include "haptic_server/step/moving_bodies.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics::testing {
+namespace haptics::fixture {
 namespace {
 
 const TriMesh kBrick = makeBox({0.06, 0.04, 0.03}, 1).value();
@@ -129,4 +129,4 @@ TEST(CollidingBodies, GoOnFromAnImageBitForBit) {
 }
 
 }  // namespace
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

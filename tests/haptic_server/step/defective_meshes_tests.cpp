@@ -10,8 +10,8 @@
 namespace haptics {
 namespace {
 
-using testing::objectOf;
-using testing::sceneOf;
+using fixture::objectOf;
+using fixture::sceneOf;
 
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 10};
 constexpr double kHalf_m = 0.05;
@@ -107,7 +107,7 @@ TEST_P(DefectiveMesh, IsReportedAndFeltAwayFromTheDefect) {
     const double along = 1e-4 * static_cast<double>(tick > 70 ? std::min<std::uint64_t>(tick - 70, 400) : 0);
     return Vec3(-0.045 + along, -0.013 - 0.3 * along, kHalf_m + 0.005 - down);
   };
-  testing::VirtualServo servo(stroke, kConfig);
+  fixture::VirtualServo servo(stroke, kConfig);
   servo.adopt(sceneOf(1, {objectOf(1, surface, Vec3(0))}));
   servo.run(71);
   for (int i = 0; i < 400; ++i) {

@@ -12,7 +12,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 struct Wall {
   double lean_rad;            ///< Of its normal, from z towards x.

@@ -9,7 +9,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 100};
 constexpr double kRadius_m = 0.05;

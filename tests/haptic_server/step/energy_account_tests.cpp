@@ -8,7 +8,7 @@
 #include "haptic_server/motion/support_points.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics::testing {
+namespace haptics::fixture {
 namespace {
 
 EnergyState told(const VirtualServo& servo) {
@@ -224,4 +224,4 @@ TEST(EnergyAccount, KeepsTheTotalsAndTheWorstOfMoreObjectsThanItHasPlacesFor) {
 }
 
 }  // namespace
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

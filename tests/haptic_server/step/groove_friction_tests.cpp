@@ -10,7 +10,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kHigh_mu = 0.6, kLow_mu = 0.2;
 

@@ -11,7 +11,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 3.3};
 

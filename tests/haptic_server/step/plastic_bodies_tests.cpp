@@ -11,7 +11,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kRadius_m = 0.05;
 constexpr double kContact_N_per_m = 1000;

@@ -10,7 +10,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 TEST(ShadingInTheStep, MakesACoarseSphereRound) {
   const ServoObject sphere = objectOf(1, surfaceOf(makeSphere(0.05, 12).value()), Vec3(0));

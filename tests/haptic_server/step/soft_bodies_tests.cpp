@@ -13,7 +13,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kRadius_m = 0.05;
 constexpr double kContact_N_per_m = 1000;
@@ -29,7 +29,7 @@ std::shared_ptr<const ServoScene> softSphere(const SoftTissue& tissue, const Tri
   static std::map<const TriMesh*, std::shared_ptr<const CollisionMesh>> surfaces;
   auto& surface = surfaces[&mesh];
   if (!surface) surface = surfaceOf(mesh);
-  auto object = testing::objectOf(1, surface, Vec3(0), kContact_N_per_m);
+  auto object = fixture::objectOf(1, surface, Vec3(0), kContact_N_per_m);
   object.damping_Ns_per_m = 0;
   object.tissue = std::make_shared<const SoftTissue>(tissue);
   return sceneOf(1, {object});
@@ -100,7 +100,7 @@ std::shared_ptr<const ServoScene> withBlock() {
   auto scene = std::make_shared<ServoScene>(*softSphere({Falloff(0.02, 2), 10, 0.2}));
   const auto block = surfaceOf(makeBox(Vec3(kBlock_m), 2).value());
   scene->objects.push_back(
-      testing::objectOf(2, block, {0, 0, kRadius_m - kBlockBelow_m - kBlock_m / 2}, kContact_N_per_m));
+      fixture::objectOf(2, block, {0, 0, kRadius_m - kBlockBelow_m - kBlock_m / 2}, kContact_N_per_m));
   return scene;
 }
 

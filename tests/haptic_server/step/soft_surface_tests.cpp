@@ -12,7 +12,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kPad_N_per_m = 1000;
 constexpr double kSide_m = 0.1;

@@ -12,7 +12,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kRate_Hz = 1000;
 

@@ -10,7 +10,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 /// What an edit may change the written force by in a tick.
 constexpr double kLetIn_N = EditSlew::kRate_N_per_s * 1e-3 + 1e-9;

@@ -13,7 +13,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 TEST(SurfaceProperties, ChangeNothingWhereAnotherObjectHasThem) {
   const auto run = [](bool detailed) {
@@ -53,7 +53,7 @@ TEST(SurfaceProperties, FrictionFollowsAFieldOverTheSurface) {
   properties.friction->variation = 0.5;
   properties.friction->over = FieldFamily{FourierFamily{}};
   VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig,
-                     sceneOf(1, {with(slab(), properties, {nullptr, testing::gratingField(0.01), nullptr})}));
+                     sceneOf(1, {with(slab(), properties, {nullptr, fixture::gratingField(0.01), nullptr})}));
   servo.run(500);
   for (int i = 0; i < 1000; ++i) {
     const TelemetrySample s = servo.step();
@@ -85,9 +85,9 @@ ServoObject withTwoFrictionMaps() {
   properties.friction->over = properties.friction->dynamicOver = FieldFamily{FourierFamily{}};
   return with(slab(), properties,
               {.texture = nullptr,
-               .friction = testing::gratingField(0.01),
+               .friction = fixture::gratingField(0.01),
                .frictionScale = nullptr,
-               .dynamicFriction = testing::gratingField(0.007)});
+               .dynamicFriction = fixture::gratingField(0.007)});
 }
 double wavy(double mean, double x, double wavelength_m) {
   return mean * (1 + 0.5 * std::cos(2 * std::numbers::pi * x / wavelength_m));
@@ -156,7 +156,7 @@ TEST(SurfaceProperties, FrictionWithTwoMapsStepsNoMoreThanWithOneOfBoth) {
   };
   SurfaceProperties one = friction(0.6, 0.3);
   one.friction->variation = 0.5;
-  const Run equal = run(with(slab(), one, {nullptr, testing::gratingField(0.01), nullptr}));
+  const Run equal = run(with(slab(), one, {nullptr, fixture::gratingField(0.01), nullptr}));
   const Run different = run(withTwoFrictionMaps());
   EXPECT_GT(equal.stuckAgain, 20);
   EXPECT_GT(different.stuckAgain, 20);
@@ -310,11 +310,11 @@ TEST(SurfaceProperties, BumpsForWhichTheAllowanceIsShortAreLeftOutWithoutAStep) 
   constexpr std::uint64_t kBodies = 6;
   std::vector<ServoObject> slabs;
   SurfaceProperties properties;
-  properties.texture = testing::acrossDepth();
+  properties.texture = fixture::acrossDepth();
   constexpr double kLower_m = 0.0003;  // the last one, which is looked at last, is felt first
   for (std::uint64_t id = 1; id <= kBodies; ++id) {
     const Vec3 at(0, 0, id < kBodies ? -0.05 - kLower_m : -0.05);
-    slabs.push_back(with(slab(id, at), properties, {testing::depthField(), nullptr, nullptr}));
+    slabs.push_back(with(slab(id, at), properties, {fixture::depthField(), nullptr, nullptr}));
   }
   const auto down = [](std::uint64_t tick) {  // to 0.4 mm above the polygons, over which there are bumps of 1 mm
     return Vec3(0.011, 0.0123, 0.0004 + 0.002 * std::max(0.0, 1 - static_cast<double>(tick) / 1000));
@@ -416,7 +416,7 @@ TEST(SurfaceProperties, BumpsAreSidewaysNoStifferThanTheDeviceIsStableAt) {
     SurfaceProperties properties;
     properties.texture = Texture{.family = FourierFamily{}, .amplitude_m = 0.0001};
     properties.texture->law = Texture::Law::kBump;
-    servo.adopt(sceneOf(1, {with(slab(), properties, {testing::gratingField(0.001), nullptr, nullptr})}));
+    servo.adopt(sceneOf(1, {with(slab(), properties, {fixture::gratingField(0.001), nullptr, nullptr})}));
     servo.run(400);
     double found = 0;
     TelemetrySample last = servo.step();

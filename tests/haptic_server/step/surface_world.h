@@ -10,7 +10,7 @@
 #include "haptic_server/surface/surface_detail.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics::testing {
+namespace haptics::fixture {
 
 constexpr double kStiffness = 800;  ///< Of slab(), N/m.
 
@@ -94,4 +94,4 @@ inline Vec3 aboutSphere(std::uint64_t tick) {
   return (0.051 - 0.004 * down) * glm::normalize(Vec3(std::sin(0.2 + angle), 0.2 + 0.1 * angle, std::cos(0.2 + angle)));
 }
 
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

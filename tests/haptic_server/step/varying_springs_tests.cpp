@@ -15,7 +15,7 @@
 namespace haptics {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr double kTissue_N_per_m = 500;
 constexpr double kDepth_m = 0.003;

@@ -8,7 +8,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/step/haptic_step.h"
 
-namespace haptics::testing {
+namespace haptics::fixture {
 
 inline std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
   return buildCollisionMesh(mesh.vertices, mesh.triangles);
@@ -71,4 +71,4 @@ class VirtualServo {
   std::uint64_t tick_ = 0;
 };
 
-}  // namespace haptics::testing
+}  // namespace haptics::fixture

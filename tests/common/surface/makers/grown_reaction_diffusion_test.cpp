@@ -124,8 +124,8 @@ TEST(GrownReactionDiffusion, HasStripesAsFarApartAsAskedFor) {
   double length_m = 0;
   Random random(3);
   for (int circle = 0; circle < 60; ++circle) {
-    const Vec3 from = testing::randomDirection(random);
-    const Vec3 aside = glm::normalize(glm::cross(from, testing::randomDirection(random)));
+    const Vec3 from = fixture::randomDirection(random);
+    const Vec3 aside = glm::normalize(glm::cross(from, fixture::randomDirection(random)));
     const auto valueAt = [&](double turn) {
       return stripes.at(0.02 * (std::cos(turn) * from + std::sin(turn) * aside)).value;
     };
