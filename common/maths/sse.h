@@ -1,6 +1,6 @@
 #pragma once
 
-// The SSE 4.1 intrinsics, on every processor: elsewhere SIMDe makes them of what that one has, with the same results.
+// The SSE 4.1 intrinsics; on another processor than x86-64 those of SIMDe, which was not tried yet.
 #if defined(__x86_64__)
 #include <smmintrin.h>
 #else

@@ -49,7 +49,7 @@ RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& 
 
 void ServoHand::tell(const TelemetrySample& sample) noexcept {
   account(sample);
-  if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
+  if (!samples_.push(sample)) countOn(statistics_.droppedSamples, 1);
   if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0)
       [[unlikely]]
     tellMotion(sample.tick);
@@ -69,13 +69,13 @@ void ServoHand::tellMotion(std::uint64_t tick) noexcept {
 }
 
 void ServoHand::account(const TelemetrySample& sample) noexcept {
-  if (sample.object != 0) add(statistics_.contactTicks, 1);
+  if (sample.object != 0) countOn(statistics_.contactTicks, 1);
   if (const double force = glm::length(sample.force.written);
       force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
     statistics_.maxForce_N.store(force, std::memory_order_relaxed);
   }
   if (sample.fault != statistics_.fault.load(std::memory_order_relaxed)) {
-    if (sample.fault != Fault::kNone) add(statistics_.faults, 1);
+    if (sample.fault != Fault::kNone) countOn(statistics_.faults, 1);
     statistics_.fault.store(sample.fault, std::memory_order_relaxed);
     statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
   }

@@ -31,7 +31,7 @@ struct HandStatistics {
 };
 
 /// Adds to a counter that only the servo thread writes.
-inline void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {
+inline void countOn(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {
   counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
 }
 

@@ -40,7 +40,7 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
     sleepUntil(start_ns + index * period_ns_);
     std::uint64_t now_ns = monotonicNow_ns();
     if (const std::uint64_t current = (now_ns - start_ns) / period_ns_; current > index) {
-      add(statistics_.missedTicks, current - index);
+      countOn(statistics_.missedTicks, current - index);
       index = current;
     }
     const std::uint64_t due_ns = start_ns + index * period_ns_;
@@ -66,7 +66,7 @@ void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcep
       continue;
     }
     const std::uint64_t missed = after == 0 ? 0 : scripted.index - after;
-    add(statistics_.missedTicks, missed);
+    countOn(statistics_.missedTicks, missed);
     after = scripted.index + 1;
     due_ns += (std::min(missed, longestPause) + 1) * period_ns_;
     sleepUntil(due_ns);
@@ -151,7 +151,7 @@ void ServoLoop::tell(ServoHand& hand, TelemetrySample& sample) noexcept {
 }
 
 void ServoLoop::account(std::uint64_t now_ns) noexcept {
-  add(statistics_.ticks, 1);
+  countOn(statistics_.ticks, 1);
   if (now_ns - secondBegan_ns_ < kSecond_ns) return;
   const std::uint64_t ticks = statistics_.ticks.load(std::memory_order_relaxed);
   statistics_.rate_Hz.store(
