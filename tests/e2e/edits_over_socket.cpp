@@ -32,9 +32,9 @@ using std::chrono::duration;
 using std::chrono::seconds;
 
 constexpr seconds kPatience{30};
-constexpr double kRest_s = 0.12;     // before an edit: longer than a HIP rests before it is judged
-constexpr double kSettled_s = 1;     // after an edit was accepted, it is felt in full,
-constexpr double kWatched_s = 1.05;  // and the HIP rests on
+constexpr double kBeforeEdit_s = 0.12;  // longer than a HIP rests before it is judged
+constexpr double kSettled_s = 1;        // after an edit was accepted, it is felt in full,
+constexpr double kWatched_s = 1.05;     // and the HIP rests on
 constexpr double kRate_Hz = 1000;
 
 void sleepFor(double time_s) { std::this_thread::sleep_for(duration<double>(time_s)); }
@@ -69,7 +69,7 @@ class Session {
       if (std::chrono::steady_clock::now() > end) throw std::runtime_error("the servo does not read the device");
       sleepFor(0.002);
     }
-    sleepFor(kRest_s);
+    sleepFor(kBeforeEdit_s);
   }
 
   void upload(const std::string& mesh) {

@@ -13,7 +13,7 @@
 #include "tests/eval/random.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::baselines_test {
 namespace {
 
 Vec3 anywhere(Random& random) { return {random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)}; }
@@ -204,4 +204,4 @@ TEST_F(BrickOnSprings, IsPushedByTheOppositeOfWhatTheHandFeels) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::baselines_test

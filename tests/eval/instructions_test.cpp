@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics::eval {
+namespace haptics::eval::instructions_test {
 namespace {
 
 void nops(int count) {
@@ -22,4 +22,4 @@ TEST(CountInstructions, IsExactlyRepeatable) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::instructions_test

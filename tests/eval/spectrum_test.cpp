@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-namespace haptics::eval {
+namespace haptics::eval::spectrum_test {
 namespace {
 
 constexpr double kPeriod = 1e-3;
@@ -60,4 +60,4 @@ TEST(PowerSpectrum, PeaksWhereTheWaveIsAlsoBetweenTwoElements) {
 TEST(PowerSpectrum, HasNoPeakWhereNothingChanges) { EXPECT_EQ(peakOf(powerSpectrum(std::vector<double>(64, 2.0))), 0); }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::spectrum_test

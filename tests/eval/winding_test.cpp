@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::winding_test {
 namespace {
 
 WindingMesh meshOf(const shapes::Shape& shape) { return {shape.vertices, shape.triangles}; }
@@ -42,4 +42,4 @@ TEST(InsideTicks, TellsATickAloneFromTicksInARow) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::winding_test

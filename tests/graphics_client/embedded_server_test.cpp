@@ -8,7 +8,7 @@
 
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::embedded_server_test {
 namespace {
 
 constexpr std::chrono::seconds kPatience{60};
@@ -156,4 +156,4 @@ TEST_F(EmbeddedServerTest, SaysWhyItCannotStart) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::embedded_server_test

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace haptics::test {
+namespace haptics::test::calibration_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -49,4 +49,4 @@ TEST(CalibrationFile, AFileThatIsNotThereIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::calibration_file_test

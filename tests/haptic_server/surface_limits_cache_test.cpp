@@ -9,7 +9,7 @@
 
 #include "haptic_server/device/presets.h"
 
-namespace haptics::test {
+namespace haptics::test::surface_limits_cache_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -128,4 +128,4 @@ TEST(SurfaceLimitsFolder, IsTheUsersCache) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::surface_limits_cache_test

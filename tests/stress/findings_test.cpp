@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics::stress {
+namespace haptics::stress::findings_test {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
@@ -99,4 +99,4 @@ TEST(JudgeServo, TellsQuietFromAttackAndLeavesTheStartOut) {
 }
 
 }  // namespace
-}  // namespace haptics::stress
+}  // namespace haptics::stress::findings_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics::stress {
+namespace haptics::stress::statistics_test {
 namespace {
 
 TEST(PoissonP, IsOneWhereNothingCanBeTold) {
@@ -32,4 +32,4 @@ TEST(Percentile, IsTheNearestRank) {
 }
 
 }  // namespace
-}  // namespace haptics::stress
+}  // namespace haptics::stress::statistics_test

@@ -8,7 +8,7 @@
 #include "common/surface/field_asset.h"
 #include "common/surface/point_field_asset.h"
 
-namespace haptics {
+namespace haptics::asset_content_test {
 namespace {
 
 template <class Value>
@@ -63,4 +63,4 @@ TEST(CanonicalBytes, AreThoseOfTheEncoderInWhateverPieces) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::asset_content_test

@@ -7,7 +7,7 @@
 
 #include "common/clock/monotonic.h"
 
-namespace haptics {
+namespace haptics::clock_offset_test {
 namespace {
 
 constexpr std::int64_t kOffset_ns = 5'000'000'123;
@@ -110,4 +110,4 @@ TEST(ClockOffset, IgnoresTimesThatNoClockHas) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::clock_offset_test

@@ -9,7 +9,7 @@
 #include "common/credentials/token_list.h"
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::credentials_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -161,4 +161,4 @@ TEST_F(Credentials, OfATornClientFileAreRefused) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::credentials_test

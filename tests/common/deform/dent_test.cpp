@@ -10,7 +10,7 @@
 
 #include "common/deform/soft_tissue.h"
 
-namespace haptics {
+namespace haptics::dent_test {
 namespace {
 
 TEST(Falloff, IsOneAtTheCentreNothingAtTheRimAndSmoothThere) {
@@ -124,4 +124,4 @@ TEST(SoftTissue, ViscousGoesTheSameWayInLongStepsAndInShortOnes) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::dent_test

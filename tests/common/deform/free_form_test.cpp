@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::free_form_test {
 namespace {
 
 constexpr Vec3 kLow(-0.01, 0.02, 0);
@@ -41,4 +41,4 @@ TEST(FreeForm, MovesEverythingWithItsControlPoints) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::free_form_test

@@ -5,7 +5,7 @@
 #include <limits>
 #include <unordered_set>
 
-namespace haptics {
+namespace haptics::content_hash_test {
 namespace {
 
 std::span<const std::byte> bytesOf(std::string_view text) { return std::as_bytes(std::span(text)); }
@@ -79,4 +79,4 @@ TEST(ContentHash, CanBeKeptInHashTables) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::content_hash_test

@@ -5,7 +5,7 @@
 
 #include "tests/common/mesh/mesh_files.h"
 
-namespace haptics {
+namespace haptics::child_process_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -84,4 +84,4 @@ TEST_F(ChildProcesses, GetNoOtherDescriptors) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::child_process_test

@@ -10,7 +10,7 @@
 #include "common/surface/point_field_asset.h"
 #include "file_imports.h"
 
-namespace haptics {
+namespace haptics::import_files_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -103,4 +103,4 @@ TEST_F(ImportFiles, EndAtOnceWhenToldTo) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::import_files_test

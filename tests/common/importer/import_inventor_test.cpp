@@ -6,7 +6,7 @@
 
 #include "file_imports.h"
 
-namespace haptics {
+namespace haptics::import_inventor_test {
 namespace {
 
 using fixture::tetrahedron;
@@ -175,4 +175,4 @@ TEST_F(ImportInventor, ThatIsDamagedIsRefusedOrReportedButNeverFails) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::import_inventor_test

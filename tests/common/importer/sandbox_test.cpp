@@ -16,7 +16,7 @@
 #include <sstream>
 #include <string>
 
-namespace haptics {
+namespace haptics::sandbox_test {
 namespace {
 
 /// How a process ends that goes into the sandbox and does this there, as waitpid() has it.
@@ -98,4 +98,4 @@ TEST(Sandbox, HasNoPrivilegeAndLittlePriority) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::sandbox_test

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <new>
 
-namespace haptics {
+namespace haptics::threads_test {
 namespace {
 
 TEST(Threads, AreAllInterruptible) {
@@ -42,4 +42,4 @@ TEST(Threads, AreOneWhereNoMoreAreAskedFor) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::threads_test

@@ -4,7 +4,7 @@
 
 #include <thread>
 
-namespace haptics::test {
+namespace haptics::test::triple_buffer_test {
 namespace {
 
 struct Pair {
@@ -56,4 +56,4 @@ TEST(TripleBuffer, IsNeverTornAndNeverGoesBackBetweenThreads) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::triple_buffer_test

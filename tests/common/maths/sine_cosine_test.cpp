@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace haptics {
+namespace haptics::sine_cosine_test {
 namespace {
 
 /// @param most  Of the angle, rad.
@@ -31,4 +31,4 @@ TEST(SineCosine, AreThoseOfTheLibrary) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::sine_cosine_test

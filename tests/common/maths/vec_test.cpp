@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace haptics {
+namespace haptics::vec_test {
 namespace {
 
 constexpr double kTolerance = 1e-12;  // a few roundings of numbers near 1
@@ -92,4 +92,4 @@ TEST(IsFinite, FailsForEachBadComponent) {
 TEST(SquaredLength, IsTheSumOfSquares) { EXPECT_EQ(squaredLength({1, -2, 3}), 14); }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::vec_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-namespace haptics {
+namespace haptics::box_tree_test {
 namespace {
 
 bool holds(const Box& outer, const Box& inner) {
@@ -77,4 +77,4 @@ TEST(BoxTree, PartsItemsWhoseSizesDifferByManyDecades) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::box_tree_test

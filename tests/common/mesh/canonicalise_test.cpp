@@ -10,7 +10,7 @@
 #include "common/mesh/import.h"
 #include "common/mesh/mesh_asset.h"
 
-namespace haptics {
+namespace haptics::canonicalise_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -215,4 +215,4 @@ TEST(MeshReport, TellsEverythingThatIsNotZeroInOneLine) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::canonicalise_test

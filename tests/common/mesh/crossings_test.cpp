@@ -8,7 +8,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::crossings_test {
 namespace {
 
 TriMesh fromTriangles(const std::vector<std::array<Vec3f, 3>>& triangles) {
@@ -112,4 +112,4 @@ TEST(Crossings, TakeWorkInProportionToTheTriangles) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::crossings_test

@@ -14,7 +14,7 @@
 #include "common/mesh/topology.h"
 #include "common/mesh/triangle_distance.h"
 
-namespace haptics {
+namespace haptics::decimation_test {
 namespace {
 
 MeshReport topologyOf(const TriMesh& mesh) {
@@ -119,4 +119,4 @@ TEST(Decimation, MayBeInterrupted) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::decimation_test

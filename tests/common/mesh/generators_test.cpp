@@ -9,7 +9,7 @@
 #include "common/mesh/import.h"
 #include "common/mesh/mesh_asset.h"
 
-namespace haptics {
+namespace haptics::generators_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -154,4 +154,4 @@ TEST(Generators, RefuseSizesThatFloat32CannotHold) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::generators_test

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-namespace haptics {
+namespace haptics::hole_filling_test {
 namespace {
 
 const auto kNothingTaken = [](std::uint32_t, std::uint32_t) { return false; };
@@ -141,4 +141,4 @@ TEST(HoleFilling, GivesUpWhenTheWorkDoesNotSuffice) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::hole_filling_test

@@ -6,7 +6,7 @@
 #include "common/mesh/import.h"
 #include "mesh_files.h"
 
-namespace haptics {
+namespace haptics::import_om_test {
 namespace {
 
 using fixture::raw;
@@ -140,4 +140,4 @@ TEST_F(ImportOm, ThatIsDamagedIsRefusedOrReportedButNeverFails) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::import_om_test

@@ -4,7 +4,7 @@
 #include "common/mesh/import.h"
 #include "mesh_files.h"
 
-namespace haptics {
+namespace haptics::import_ply_test {
 namespace {
 
 using fixture::raw;
@@ -176,4 +176,4 @@ TEST_F(ImportPly, ThatIsDamagedIsRefusedOrReportedButNeverFails) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::import_ply_test

@@ -5,7 +5,7 @@
 #include "common/mesh/import.h"
 #include "mesh_files.h"
 
-namespace haptics {
+namespace haptics::import_stl_test {
 namespace {
 
 using fixture::raw;
@@ -127,4 +127,4 @@ TEST_F(ImportStl, ThatIsDamagedIsRefusedOrReportedButNeverFails) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::import_stl_test

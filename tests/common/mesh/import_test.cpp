@@ -7,7 +7,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "mesh_files.h"
 
-namespace haptics {
+namespace haptics::import_test {
 namespace {
 
 using fixture::kTetrahedronOff;
@@ -158,4 +158,4 @@ TEST_F(ImportOff, CountsFacesThatNameVerticesThatAreNotThere) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::import_test

@@ -7,7 +7,7 @@
 
 #include "mesh_files.h"
 
-namespace haptics {
+namespace haptics::mesh_asset_test {
 namespace {
 
 using fixture::raw;
@@ -133,4 +133,4 @@ TEST(HasArea, HoldsForSliversAndForTheSmallestAndLargestFloats) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::mesh_asset_test

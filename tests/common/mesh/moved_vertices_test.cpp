@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-namespace haptics {
+namespace haptics::moved_vertices_test {
 namespace {
 
 const MovedVertices kMoved{{2, 5, 6}, {{0.1F, -0.2F, 0.3F}, {1, 2, 3}, {0, 0, -1}}};
@@ -77,4 +77,4 @@ TEST(MovedVertices, AreThoseThatDiffer) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::moved_vertices_test

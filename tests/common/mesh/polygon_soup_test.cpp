@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-namespace haptics {
+namespace haptics::polygon_soup_test {
 namespace {
 
 /// A soup with the polygon's corners as its vertices, cut.
@@ -154,4 +154,4 @@ TEST(Polygon, OfTooFewCornersOrWithABadOneIsCounted) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::polygon_soup_test

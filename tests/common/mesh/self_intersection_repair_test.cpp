@@ -6,7 +6,7 @@
 #include "common/mesh/generators.h"
 #include "tests/common/mesh/mesh_files.h"
 
-namespace haptics {
+namespace haptics::self_intersection_repair_test {
 namespace {
 
 constexpr double kSide_m = 0.1;
@@ -195,4 +195,4 @@ TEST_F(Mending, IsLeftOutOnRequest) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::self_intersection_repair_test

@@ -6,7 +6,7 @@
 
 #include "common/mesh/import.h"
 
-namespace haptics {
+namespace haptics::t_junctions_test {
 namespace {
 
 /// The triangle 0 0 0, 1 0 0, 0 1 0 over one edge, and two triangles below it that meet at `middle` on that edge.
@@ -90,4 +90,4 @@ TEST(TJunctions, AreNotSearchedForever) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::t_junctions_test

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-namespace haptics {
+namespace haptics::vertex_values_test {
 namespace {
 
 const std::vector<float> kValues{0.0F, 1.0F, 0.25F, 1e-30F, 9.5F};
@@ -49,4 +49,4 @@ TEST(VertexValues, AreRefusedNamingWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::vertex_values_test

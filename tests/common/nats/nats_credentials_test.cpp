@@ -6,7 +6,7 @@
 
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::nats_credentials_test {
 namespace {
 
 class NatsCredentialsFile : public testing::Test {
@@ -43,4 +43,4 @@ TEST_F(NatsCredentialsFile, SaysWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::nats_credentials_test

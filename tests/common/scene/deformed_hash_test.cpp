@@ -4,7 +4,7 @@
 
 #include "common/deform/free_form.h"
 
-namespace haptics {
+namespace haptics::deformed_hash_test {
 namespace {
 
 ObjectRecord objectWith(ObjectId id, DeformationProperties deformation) {
@@ -62,4 +62,4 @@ TEST(DeformedHash, IsTheSameForDentsAndForTheResidueThatTheyBecome) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::deformed_hash_test

@@ -7,7 +7,7 @@
 
 #include "common/scene/scene.h"
 
-namespace haptics {
+namespace haptics::scene_version_test {
 namespace {
 
 ObjectRecord object(ObjectId id, const std::string& name, std::uint64_t revision = 1) {
@@ -207,4 +207,4 @@ TEST(ObjectRef, SaysHowTheObjectWasNamed) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_version_test

@@ -9,7 +9,7 @@
 
 #include "common/scene/scene.h"
 
-namespace haptics {
+namespace haptics::surface_properties_test {
 namespace {
 
 using testing::ElementsAre;
@@ -288,4 +288,4 @@ TEST(SurfaceEdit, TakesAwayWhatItGivesAsNothing) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::surface_properties_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace haptics {
+namespace haptics::field_asset_test {
 namespace {
 
 template <class T>
@@ -67,4 +67,4 @@ TEST(FieldAsset, IsRefusedByTheFieldThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::field_asset_test

@@ -6,7 +6,7 @@
 
 #include "field_checks.h"
 
-namespace haptics {
+namespace haptics::fourier_field_test {
 namespace {
 
 using namespace fixture;
@@ -104,4 +104,4 @@ TEST(ShapeAround, GivesSlopeAndCurvatureAcrossAGrating) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::fourier_field_test

@@ -9,7 +9,7 @@
 #include "common/surface/noise_field.h"
 #include "field_checks.h"
 
-namespace haptics {
+namespace haptics::lattice_fields_test {
 namespace {
 
 using namespace fixture;
@@ -251,4 +251,4 @@ TEST(RandomFields, DifferBySeedAndAreTheSameOnEveryMachine) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::lattice_fields_test

@@ -5,7 +5,7 @@
 #include "common/surface/make_field.h"
 #include "field_checks.h"
 
-namespace haptics {
+namespace haptics::layered_field_test {
 namespace {
 
 using namespace fixture;
@@ -101,4 +101,4 @@ TEST(LayeredField, NamesTheLayerWhoseSampledFieldIsNotThere) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::layered_field_test

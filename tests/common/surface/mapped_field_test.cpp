@@ -8,7 +8,7 @@
 #include "common/surface/make_field.h"
 #include "field_checks.h"
 
-namespace haptics {
+namespace haptics::mapped_field_test {
 namespace {
 
 using namespace fixture;
@@ -222,4 +222,4 @@ TEST(MakeField, MakesEachFamilyThatNeedsNoAsset) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::mapped_field_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace haptics {
+namespace haptics::point_field_asset_test {
 namespace {
 
 template <class T>
@@ -71,4 +71,4 @@ TEST(PointFieldAsset, IsRefusedByTheFieldThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::point_field_asset_test

@@ -12,7 +12,7 @@
 #include "common/surface/sampled_field.h"
 #include "field_checks.h"
 
-namespace haptics {
+namespace haptics::point_field_test {
 namespace {
 
 using namespace fixture;
@@ -221,4 +221,4 @@ TEST(MakeField, FindsAPointFieldByItsHashAlsoInALayer) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::point_field_test

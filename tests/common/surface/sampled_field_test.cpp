@@ -9,7 +9,7 @@
 
 #include "common/surface/lattice.h"
 
-namespace haptics {
+namespace haptics::sampled_field_test {
 namespace {
 
 using std::numbers::pi;
@@ -133,4 +133,4 @@ TEST(SampledField, IsRefusedWithSidesOrValuesThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::sampled_field_test

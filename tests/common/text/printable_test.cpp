@@ -8,7 +8,7 @@
 
 #include "common/text/printable_log.h"
 
-namespace haptics {
+namespace haptics::printable_test {
 namespace {
 
 TEST(Printable, PlainTextAndUtf8StayAsTheyAre) {
@@ -43,4 +43,4 @@ TEST(PrintableLog, OneMessageIsOneLineWhateverItHolds) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::printable_test

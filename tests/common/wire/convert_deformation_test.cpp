@@ -8,7 +8,7 @@
 #include "common/wire/convert.h"
 #include "common/wire/convert_properties.h"
 
-namespace haptics {
+namespace haptics::convert_deformation_test {
 namespace {
 
 v1::Deformation message(const std::string& text) {
@@ -91,4 +91,4 @@ TEST(DentsOnTheWire, ComeBackAsTheyWentAndWithoutWhatIsNone) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::convert_deformation_test

@@ -3,7 +3,7 @@
 
 #include "common/wire/convert.h"
 
-namespace haptics {
+namespace haptics::convert_edit_test {
 namespace {
 
 using testing::HasSubstr;
@@ -265,4 +265,4 @@ TEST(Edits, CarryPreconditionsWithOrWithoutHash) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::convert_edit_test

@@ -8,7 +8,7 @@
 #include "common/wire/convert.h"
 #include "common/wire/convert_properties.h"
 
-namespace haptics {
+namespace haptics::convert_motion_test {
 namespace {
 
 v1::Motion message(const std::string& text) {
@@ -118,4 +118,4 @@ TEST(MotionOnTheWire, OfATransactionIsRefusedWithItsWholePath) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::convert_motion_test

@@ -6,7 +6,7 @@
 
 #include "common/wire/convert.h"
 
-namespace haptics {
+namespace haptics::convert_state_test {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -260,4 +260,4 @@ TEST(HashFromWire, NamesTheFieldAndTheSize) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::convert_state_test

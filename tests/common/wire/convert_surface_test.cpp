@@ -6,7 +6,7 @@
 #include "common/wire/convert.h"
 #include "common/wire/convert_properties.h"
 
-namespace haptics {
+namespace haptics::convert_surface_test {
 namespace {
 
 using testing::ElementsAre;
@@ -467,4 +467,4 @@ TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::convert_surface_test

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace haptics {
+namespace haptics::endpoint_test {
 namespace {
 
 using testing::HasSubstr;
@@ -73,4 +73,4 @@ TEST(CheckListenAddress, RefusesTheNetworkUnlessItIsTrusted) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::endpoint_test

@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-namespace haptics {
+namespace haptics::event_loop_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -92,4 +92,4 @@ TEST(Timer, SkipsThePeriodsThatItMissed) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::event_loop_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace haptics {
+namespace haptics::framing_test {
 namespace {
 
 v1::Envelope heartbeat(std::uint64_t id) {
@@ -215,4 +215,4 @@ TEST(Framing, SurvivesEveryBitFlippedInARealFrame) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::framing_test

@@ -6,7 +6,7 @@
 #include <future>
 #include <thread>
 
-namespace haptics {
+namespace haptics::loop_link_test {
 namespace {
 
 constexpr std::chrono::seconds kPatience{20};
@@ -130,4 +130,4 @@ TEST_F(LoopLink, AnEndThatGoesAwayClosesTheOtherAndIsNotCalledAnyMore) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::loop_link_test

@@ -4,7 +4,7 @@
 
 #include "tests/common/wire/transport_end.h"
 
-namespace haptics {
+namespace haptics::memory_link_test {
 namespace {
 
 using End = test::TransportEnd;
@@ -137,4 +137,4 @@ TEST(MemoryLink, AnswersWaitForTheNextPump) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::memory_link_test

@@ -5,7 +5,7 @@
 #include "common/wire/convert.h"
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::scene_text_test {
 namespace {
 
 using testing::HasSubstr;
@@ -118,4 +118,4 @@ TEST_F(SceneFile, IsNamedWithThePlaceOfItsError) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_text_test

@@ -9,7 +9,7 @@
 
 #include "tests/common/wire/transport_end.h"
 
-namespace haptics {
+namespace haptics::tcp_test {
 namespace {
 
 using End = test::TransportEnd;
@@ -242,4 +242,4 @@ TEST_F(Tcp, ConnectionsThatAreRefusedUseUpNoDescriptors) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::tcp_test

@@ -14,7 +14,7 @@
 #include "tests/common/wire/memory_link.h"
 #include "tests/common/wire/transport_end.h"
 
-namespace haptics {
+namespace haptics::tls_test {
 namespace {
 
 using End = test::TransportEnd;
@@ -272,4 +272,4 @@ TEST(Tls, OverTcpShowsWhatTheSystemHasNotTaken) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::tls_test

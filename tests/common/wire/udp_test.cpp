@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace haptics {
+namespace haptics::udp_test {
 namespace {
 
 class Udp : public testing::Test {
@@ -77,4 +77,4 @@ TEST_F(Udp, SaysThatAPortIsInUse) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::udp_test

@@ -4,7 +4,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics::eval {
+namespace haptics::eval::failure_motions_test {
 namespace {
 
 using testing::AllOf;
@@ -50,4 +50,4 @@ TEST(FailureMotions, AreNotTriedOnWhatHasNoInside) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::failure_motions_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics::eval {
+namespace haptics::eval::deformed_shape_test {
 namespace {
 
 TEST(DeformedShape, IsNearestToAPointAlongItsNormal) {
@@ -53,4 +53,4 @@ TEST(DeformedShape, IsWhereAnAffineLatticeTakesIt) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::deformed_shape_test

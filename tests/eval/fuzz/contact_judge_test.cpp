@@ -7,7 +7,7 @@
 #include "tests/eval/fuzz/contact_tally.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::contact_judge_test {
 namespace {
 
 constexpr double kHalf_m = 0.02;
@@ -91,4 +91,4 @@ TEST(ContactRule, FailsACrossing) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::contact_judge_test

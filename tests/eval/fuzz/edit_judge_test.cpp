@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::edit_judge_test {
 namespace {
 
 constexpr double kStiffness_N_per_m = 1000;
@@ -82,4 +82,4 @@ TEST(EditJudge, LooksForTheIhipInsideOfWhatDoesNotLeave) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::edit_judge_test

@@ -8,7 +8,7 @@
 #include "tests/eval/fuzz/edit_finding.h"
 #include "tests/eval/fuzz/edit_scene.h"
 
-namespace haptics::eval {
+namespace haptics::eval::fuzz_files_test {
 namespace {
 
 class FuzzFiles : public testing::Test {
@@ -68,4 +68,4 @@ TEST_F(FuzzFiles, NameTheLineThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::fuzz_files_test

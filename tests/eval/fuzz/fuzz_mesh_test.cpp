@@ -4,7 +4,7 @@
 
 #include "tests/eval/fuzz/solid_oracle.h"
 
-namespace haptics::eval {
+namespace haptics::eval::fuzz_mesh_test {
 namespace {
 
 class FuzzMeshes : public testing::TestWithParam<MeshKind> {};
@@ -57,4 +57,4 @@ TEST(FuzzMesh, PassesThroughItselfWhereItIsFolded) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::fuzz_mesh_test

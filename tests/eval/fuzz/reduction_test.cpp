@@ -4,7 +4,7 @@
 #include "tests/eval/fuzz/edit_finding.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::reduction_test {
 namespace {
 
 FuzzMesh cube() {
@@ -65,4 +65,4 @@ TEST(Reduction, LeavesOutObjectsTicksAndFeaturesThatAStepDoesNotNeed) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::reduction_test

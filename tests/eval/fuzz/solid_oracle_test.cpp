@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::solid_oracle_test {
 namespace {
 
 SolidOracle oracleOf(const shapes::Shape& shape) { return {shape.vertices, shape.triangles}; }
@@ -53,4 +53,4 @@ TEST(SolidOracle, AgreesWithTheSolidAnglesEverywhere) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::solid_oracle_test

@@ -9,7 +9,7 @@
 #include "haptic_server/servo/stiffness_limit.h"
 #include "tests/eval/stability/critical.h"
 
-namespace haptics::eval {
+namespace haptics::eval::server_limit_test {
 namespace {
 
 class IdleHand final : public HandIntent {
@@ -53,4 +53,4 @@ TEST(ServerLimit, IsAtMostHalfOfWhatStabilityFindsEverywhere) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::server_limit_test

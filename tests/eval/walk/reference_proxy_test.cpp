@@ -9,7 +9,7 @@
 #include "tests/eval/walk/cracked_block.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics::eval {
+namespace haptics::eval::reference_proxy_test {
 namespace {
 
 TEST(ReferenceProxy, GoesOnFromTheTipOfACrackOutsideOfTheBody) {
@@ -127,4 +127,4 @@ TEST(ReferenceProxy, LeavesASheetByACornerOfItsRim) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::reference_proxy_test

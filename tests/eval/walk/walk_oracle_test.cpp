@@ -4,7 +4,7 @@
 
 #include "tests/eval/walk/cracked_block.h"
 
-namespace haptics::eval {
+namespace haptics::eval::walk_oracle_test {
 namespace {
 
 constexpr double kStep_m = 7e-6;
@@ -44,4 +44,4 @@ TEST(WalkOracle, TakesAnIhipForHeldByATriangleThatItIsPushedAlongAtAGraze) {
 }
 
 }  // namespace
-}  // namespace haptics::eval
+}  // namespace haptics::eval::walk_oracle_test

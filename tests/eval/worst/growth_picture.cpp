@@ -23,7 +23,7 @@ constexpr double kPer = 1e5;  ///< Triangles.
 double Growth::exponent() const {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (const Point& point : points) {
-    const double u = std::log(point.triangles), v = std::log(point.s);
+    const double u = std::log(point.ordinary_s), v = std::log(point.s);
     x += u;
     y += v;
     xx += u * u;

@@ -11,11 +11,12 @@ struct Growth {
   struct Point {
     double triangles = 0;
     double s = 0;
+    double ordinary_s = 0;  ///< Of a sphere of as many triangles, at the same moment.
   };
   std::string name;
   std::vector<Point> points;
 
-  /// The slope of a line through the points, both logarithmic.
+  /// The slope of a line through the points, s over ordinary_s, both logarithmic.
   [[nodiscard]] double exponent() const;
   /// The most for 100,000 triangles.
   [[nodiscard]] double most_s() const;

@@ -14,6 +14,7 @@
 #include "tests/eval/timing.h"
 #include "tests/eval/worst/growth_picture.h"
 #include "tests/eval/worst/import_families.h"
+#include "tests/eval/worst/mesh_writer.h"
 
 namespace haptics::eval {
 namespace {
@@ -34,13 +35,16 @@ struct Import {
   std::string report;  ///< Or why it was refused.
 };
 
-Import import(const ImportFamily& family, const ImportGenes& genes, int triangles) {
-  const MeshFile file = family.make(genes, triangles);
+Import import(const MeshFile& file, int triangles) {
   const double begin_s = threadTime_s();
   const auto imported = importMesh(file.bytes, file.format, {});
   const double s = threadTime_s() - begin_s;
   return {imported ? static_cast<double>(imported->report.trianglesInFile) : triangles, s,
           imported ? imported->report.text() : imported.error().reason};
+}
+
+MeshFile sphereFile(int triangles) {
+  return fileOf(shapes::sphere(1, static_cast<int>(std::lround(std::sqrt(triangles / 12.0)))), 0);
 }
 
 /// One family's hunt.
@@ -55,7 +59,7 @@ class ImportHunt {
   void importOneMore() {
     const double begin_s = threadTime_s();
     const ImportGenes genes = files_ == 0 || random_.below(4) == 0 ? some() : changed(worst_);
-    const Import imported = import(family_, genes, kHunted);
+    const Import imported = import(family_.make(genes, kHunted), kHunted);
     const double s = imported.s / imported.triangles * 1e5;
     if (s > worst_s_ || files_ == 0) {
       worst_s_ = s;
@@ -73,21 +77,26 @@ class ImportHunt {
     int rounds = 0;
     for (; rounds < kMinRounds || (rounds < kMaxRounds && !within()); ++rounds) {
       for (std::size_t i = 0; i < kSizes.size(); ++i) {
-        const Import imported = import(family_, worst_, kSizes[i]);
-        if (rounds == 0) growth.points.push_back({imported.triangles, imported.s});
-        growth.points[i].s = std::min(growth.points[i].s, imported.s);
+        const Import imported = import(family_.make(worst_, kSizes[i]), kSizes[i]);
+        const Import ordinary = import(sphereFile(kSizes[i]), kSizes[i]);
+        if (rounds == 0) growth.points.push_back({imported.triangles, imported.s, ordinary.s});
+        Growth::Point& least = growth.points[i];
+        least.s = std::min(least.s, imported.s);
+        least.ordinary_s = std::min(least.ordinary_s, ordinary.s);
         report = imported.report;
       }
     }
-    std::vector<double> triangles, times_s;
+    std::vector<double> triangles, times_s, ordinary_s;
     for (const auto& point : growth.points) {
       triangles.push_back(point.triangles);
       times_s.push_back(point.s);
+      ordinary_s.push_back(point.ordinary_s);
     }
     return {{"family", family_.name},
             {"files", files_},
             {"triangles", triangles},
             {"import_s", times_s},
+            {"sphere_s", ordinary_s},
             {"rounds", rounds},
             {"most_s_per_100k", growth.most_s()},
             {"exponent", growth.exponent()},

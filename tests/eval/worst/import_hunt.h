@@ -4,7 +4,8 @@
 
 namespace haptics::eval {
 
-/// What an import may take: so long for 100,000 triangles, and time that grows with their number to this power.
+/// What an import may take: so long for 100,000 triangles, and time that grows with that of a sphere to this power. A busy
+/// machine slows both.
 inline constexpr double kWorstImport_s = 2;
 inline constexpr double kWorstGrowth = 1.2;
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::advice_test {
 namespace {
 
 constexpr const char* kBall = R"([
@@ -46,4 +46,4 @@ TEST(Advice, OfRecordsThatAreNoneIsRefused) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::advice_test

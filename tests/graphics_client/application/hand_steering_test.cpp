@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::hand_steering_test {
 namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
@@ -84,4 +84,4 @@ TEST_F(Steered, MovesInSpaceFromWhereItIsWithoutAJump) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::hand_steering_test

@@ -6,7 +6,7 @@
 #include <QImage>
 #include <QTemporaryDir>
 
-namespace haptics {
+namespace haptics::height_map_test {
 namespace {
 
 using testing::HasSubstr;
@@ -82,4 +82,4 @@ TEST_F(HeightMap, RefusesWhatIsDamagedAndASinglePixel) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::height_map_test

@@ -7,7 +7,7 @@
 
 #include "common/wire/convert.h"
 
-namespace haptics {
+namespace haptics::object_properties_test {
 namespace {
 
 constexpr double kFloor_m = -0.02;
@@ -131,4 +131,4 @@ TEST_F(Edited, AsksForWhatIsTyped) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::object_properties_test

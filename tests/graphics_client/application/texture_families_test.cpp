@@ -9,7 +9,7 @@
 #include "common/wire/convert_properties.h"
 #include "graphics_client/application/texture_preview.h"
 
-namespace haptics {
+namespace haptics::texture_families_test {
 namespace {
 
 constexpr int kSide_px = 64;
@@ -111,4 +111,4 @@ TEST(TexturePreview, OfARecordTakesItsSampledFields) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::texture_families_test

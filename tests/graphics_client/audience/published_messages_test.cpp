@@ -10,7 +10,7 @@
 
 #include "tests/graphics_client/audience/published_session.h"
 
-namespace haptics {
+namespace haptics::published_messages_test {
 namespace {
 
 v1::AssetChunk chunkOf(const ContentHash& asset, std::uint64_t index, std::uint64_t total_bytes) {
@@ -109,4 +109,4 @@ TEST(PublishedMessages, AnyDamageIsRefusedOrHarmless) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::published_messages_test

@@ -7,7 +7,7 @@
 #include "tests/common/wire/memory_link.h"
 #include "tests/graphics_client/audience/published_session.h"
 
-namespace haptics {
+namespace haptics::relayed_session_test {
 namespace {
 
 /// A client's session at a published one, over a line in memory.
@@ -159,4 +159,4 @@ TEST_F(Relayed, EditsUploadsDumpsAndTheLeadOfTheHandAreRefusedWithAReason) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::relayed_session_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::session_subjects_test {
 namespace {
 
 TEST(SessionSubjects, AreNamedAfterTheSession) {
@@ -23,4 +23,4 @@ TEST(SessionSubjects, RefuseNamesThatMeanMoreToNats) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_subjects_test

@@ -4,7 +4,7 @@
 
 #include "tests/graphics_client/audience/published_session.h"
 
-namespace haptics {
+namespace haptics::stored_session_test {
 namespace {
 
 TEST(StoredSession, IsTheSnapshotWithTheCommitsBehindIt) {
@@ -92,4 +92,4 @@ TEST(StoredSession, NeedsAWholeSnapshotOfTheEpochThatTheLatestNames) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::stored_session_test

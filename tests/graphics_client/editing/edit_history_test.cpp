@@ -5,7 +5,7 @@
 
 #include "tests/graphics_client/editing/edit_server.h"
 
-namespace haptics {
+namespace haptics::edit_history_test {
 namespace {
 
 using namespace test;
@@ -242,4 +242,4 @@ TEST_F(EditHistoryTest, ForgetsEverythingWithAnotherServer) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::edit_history_test

@@ -8,7 +8,7 @@
 
 #include "tests/graphics_client/editing/edit_server.h"
 
-namespace haptics {
+namespace haptics::latest_edit_test {
 namespace {
 
 using namespace test;
@@ -133,4 +133,4 @@ TEST_F(LatestEditTest, UndoOfADragKeepsWhatSomebodyElseDidMeanwhile) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::latest_edit_test

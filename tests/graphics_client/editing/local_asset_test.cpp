@@ -9,7 +9,7 @@
 
 #include "common/mesh/mesh_asset.h"
 
-namespace haptics {
+namespace haptics::local_asset_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -77,4 +77,4 @@ TEST(ObjectName, IsThatOfTheFileInTheCharactersThatANameHas) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::local_asset_test

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace haptics {
+namespace haptics::object_warnings_test {
 namespace {
 
 using testing::ElementsAre;
@@ -49,4 +49,4 @@ TEST_F(Warned, DropsThemWhenWhatTheyAreOfChanges) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::object_warnings_test

@@ -12,7 +12,7 @@
 #include "graphics_client/editing/scene_file.h"
 #include "tests/graphics_client/editing/edit_server.h"
 
-namespace haptics {
+namespace haptics::random_edits_test {
 namespace {
 
 using namespace test;
@@ -146,4 +146,4 @@ TEST_P(RandomlyEdited, SceneIsSavedAndOpenedOnAServerThatHoldsNoneOfIt) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomlyEdited, ::testing::Values(1U, 2U, 3U));
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::random_edits_test

@@ -2,7 +2,7 @@
 
 #include "tests/graphics_client/editing/edit_server.h"
 
-namespace haptics {
+namespace haptics::residue_test {
 namespace {
 
 using namespace test;
@@ -81,4 +81,4 @@ TEST_F(Residues, ThatAnEditTakesAwayComeBack) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::residue_test

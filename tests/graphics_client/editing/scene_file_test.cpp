@@ -11,7 +11,7 @@
 #include "graphics_client/editing/scene_text.h"
 #include "tests/graphics_client/editing/edit_server.h"
 
-namespace haptics {
+namespace haptics::scene_file_test {
 namespace {
 
 using namespace test;
@@ -94,4 +94,4 @@ TEST_F(SceneFile, NamesAFileThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_file_test

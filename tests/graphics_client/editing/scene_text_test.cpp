@@ -7,7 +7,7 @@
 
 #include "common/wire/convert.h"
 
-namespace haptics {
+namespace haptics::scene_text_test {
 namespace {
 
 ObjectRecord record(ObjectId id, const std::string& name) {
@@ -61,4 +61,4 @@ TEST(SceneText, OfOneObjectHoldsOnlyIt) {
 TEST(SceneText, OfAnEmptySceneIsEmpty) { EXPECT_EQ(sceneText(SceneVersion{}, ""), ""); }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_text_test

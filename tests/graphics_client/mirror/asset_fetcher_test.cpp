@@ -4,7 +4,7 @@
 
 #include <functional>
 
-namespace haptics {
+namespace haptics::asset_fetcher_test {
 namespace {
 
 ContentHash name(std::uint64_t number) { return Hasher().add(number).finish(); }
@@ -136,4 +136,4 @@ TEST(AssetFetcher, RefusesAnAbsurdSizeInTheFirstChunk) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::asset_fetcher_test

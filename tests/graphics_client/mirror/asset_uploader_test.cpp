@@ -9,7 +9,7 @@
 #include "common/wire/framing.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
-namespace haptics {
+namespace haptics::asset_uploader_test {
 namespace {
 
 constexpr std::uint64_t kNow_ns = 1'000'000'000'000;
@@ -152,4 +152,4 @@ TEST(AssetUploader, RefusesNoBytesAtOnce) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::asset_uploader_test

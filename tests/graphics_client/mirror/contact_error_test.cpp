@@ -5,7 +5,7 @@
 #include "common/mesh/generators.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
-namespace haptics {
+namespace haptics::contact_error_test {
 namespace {
 
 std::optional<double> errorOf(ContactError& error, const MirrorView& view) {
@@ -74,4 +74,4 @@ TEST_F(Touched, IsUnknownWithoutTheMeshOrForATriangleThatItDoesNotHave) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::contact_error_test

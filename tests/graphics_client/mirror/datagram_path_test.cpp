@@ -5,7 +5,7 @@
 #include "common/wire/udp.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
-namespace haptics {
+namespace haptics::datagram_path_test {
 namespace {
 
 using testing::HasSubstr;
@@ -151,4 +151,4 @@ TEST(SessionOverDatagrams, DoesWithoutWhereNoneAreOffered) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::datagram_path_test

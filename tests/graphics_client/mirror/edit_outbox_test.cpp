@@ -7,7 +7,7 @@
 #include "common/wire/framing.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
-namespace haptics {
+namespace haptics::edit_outbox_test {
 namespace {
 
 constexpr std::uint64_t kEpoch = 1001;
@@ -282,4 +282,4 @@ TEST(EditOutbox, LetsACallbackSubmitTheNextEdit) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::edit_outbox_test

@@ -9,7 +9,7 @@
 #include "common/wire/convert.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
-namespace haptics {
+namespace haptics::mirror_test {
 namespace {
 
 using testing::HasSubstr;
@@ -315,4 +315,4 @@ TEST(MirrorTelemetry, StartsAnewWithAConnection) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::mirror_test

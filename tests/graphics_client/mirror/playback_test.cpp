@@ -10,7 +10,7 @@
 #include "common/mesh/generators.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
-namespace haptics {
+namespace haptics::playback_test {
 namespace {
 
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
@@ -346,4 +346,4 @@ TEST(Playback, RemembersNoMoreAssetsThanItsBound) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::playback_test

@@ -13,7 +13,7 @@
 #include "tests/graphics_client/mirror/fake_server.h"
 
 // Real sockets and threads; nothing here depends on how fast they are.
-namespace haptics {
+namespace haptics::server_link_test {
 namespace {
 
 using std::chrono::seconds;
@@ -239,4 +239,4 @@ TEST(ServerLink, CanBeLeftAtAnyMoment) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::server_link_test

@@ -6,7 +6,7 @@
 #include "tests/graphics_client/mirror/session_join_fixture.h"
 
 // Who follows what a session takes, and a session that goes on from what was held before.
-namespace haptics {
+namespace haptics::session_follower_test {
 namespace {
 
 class SessionFollowed : public testing::Test {
@@ -75,4 +75,4 @@ TEST_F(SessionFollowed, ResumesWithWhatWasHeld) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_follower_test

@@ -3,7 +3,7 @@
 #include "tests/graphics_client/mirror/fake_server.h"
 
 // The lead of the simulated hand.
-namespace haptics {
+namespace haptics::session_hand_test {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
@@ -96,4 +96,4 @@ TEST_F(SessionHand, IsFollowedFromTheWelcomeOn) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_hand_test

@@ -1,7 +1,7 @@
 #include "tests/graphics_client/mirror/session_join_fixture.h"
 
 // Joining, resuming, and losing the connection at every moment of it.
-namespace haptics {
+namespace haptics::session_join_test {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
@@ -245,4 +245,4 @@ TEST_F(SessionJoin, KeepsTryingForAMeshThatTheServerDoesNotHoldYet) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_join_test

@@ -9,7 +9,7 @@
 #include "tests/graphics_client/mirror/session_join_fixture.h"
 
 // Servers that send more than a client holds.
-namespace haptics {
+namespace haptics::session_limits_test {
 namespace {
 
 using testing::HasSubstr;
@@ -156,4 +156,4 @@ TEST_F(SessionLimits, OfWhatWaitsForAServerThatDoesNotRead) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_limits_test

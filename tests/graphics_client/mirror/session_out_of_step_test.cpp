@@ -7,7 +7,7 @@
 #include "tests/graphics_client/mirror/session_join_fixture.h"
 
 // Copies that differ, refusals, and servers that talk nonsense.
-namespace haptics {
+namespace haptics::session_out_of_step_test {
 namespace {
 
 using testing::HasSubstr;
@@ -322,4 +322,4 @@ TEST(ReconnectDelay, IsSpreadOverItsRange) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_out_of_step_test

@@ -4,7 +4,7 @@
 #include "tests/graphics_client/mirror/fake_server.h"
 
 // A server in the client's process: its assets are held, not fetched.
-namespace haptics {
+namespace haptics::session_shared_assets_test {
 namespace {
 
 class SessionSharedAssets : public testing::Test {
@@ -100,4 +100,4 @@ TEST_F(SessionSharedAssets, AreFreedOnceNeitherSideUsesThem) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_shared_assets_test

@@ -4,7 +4,7 @@
 #include "tests/graphics_client/mirror/fake_server.h"
 
 // What goes on while the client is in step: edits, telemetry, clock, heartbeats, uploads, status.
-namespace haptics {
+namespace haptics::session_traffic_test {
 namespace {
 
 using testing::HasSubstr;
@@ -374,4 +374,4 @@ TEST_F(SessionTraffic, TellsTheServerThatAnUploadIsCancelledAndGoesOnWithTheNext
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_traffic_test

@@ -9,7 +9,7 @@
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 
-namespace haptics {
+namespace haptics::published_surfaces_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -114,4 +114,4 @@ TEST(PublishedSurfaces, HoldPointsTrianglesAndHeights) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::published_surfaces_test

@@ -8,7 +8,7 @@
 #include "haptics/v1/envelope.pb.h"
 #include "haptics/v1/telemetry.pb.h"
 
-namespace haptics {
+namespace haptics::message_json_test {
 namespace {
 
 TEST(MessageJson, KeepsWholeNumbersWhole) {
@@ -55,4 +55,4 @@ TEST(MessageJson, KeepsTheOrderAndTheEmptinessOfLists) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::message_json_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::link_notice_test {
 namespace {
 
 MirrorView viewOf(LinkState link, const std::string& text, std::uint64_t connections) {
@@ -35,4 +35,4 @@ TEST(LinkNotice, SaysARefusalInTheServersWordsMadePrintable) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::link_notice_test

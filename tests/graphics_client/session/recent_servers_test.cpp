@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::recent_servers_test {
 namespace {
 
 TEST(RecentServers, TheNewestIsFirstAndEachAddressIsThereOnce) {
@@ -35,4 +35,4 @@ TEST(RecentServers, AListThatWasReadIsTakenInItsOrderWithoutWhatIsTooMuchEmptyOr
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::recent_servers_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::recorded_moments_test {
 namespace {
 
 /// Adds what is wanted of ticks at 1 kHz.
@@ -68,4 +68,4 @@ TEST(RecordedMoments, FindsTheLastOneAtATimeOrBefore) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::recorded_moments_test

@@ -8,7 +8,7 @@
 #include "graphics_client/mirror/mirror.h"
 #include "tests/haptic_server/recording/recorded_servo.h"
 
-namespace haptics {
+namespace haptics::recorded_session_test {
 namespace {
 
 using namespace test;
@@ -102,4 +102,4 @@ TEST(RecordedSession, EndsWhenItIsCancelled) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::recorded_session_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::replay_clock_test {
 namespace {
 
 TEST(ReplayClock, StandsStillUntilItPlaysAndStopsAtTheEnd) {
@@ -44,4 +44,4 @@ TEST(ReplayClock, PlaysSlowlyWhereItIsTold) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::replay_clock_test

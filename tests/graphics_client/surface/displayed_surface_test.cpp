@@ -9,7 +9,7 @@
 #include "common/mesh/generators.h"
 #include "common/surface/make_field.h"
 
-namespace haptics {
+namespace haptics::displayed_surface_test {
 namespace {
 
 constexpr std::size_t kPlenty = 1'000'000;
@@ -176,4 +176,4 @@ TEST(DisplayedSurface, KnowsTheMeshsEdgesWhereItsTrianglesAreFiner) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::displayed_surface_test

@@ -8,7 +8,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::mesh_normals_test {
 namespace {
 
 constexpr double kCrease_rad = 0.7;
@@ -117,4 +117,4 @@ TEST(MeshNormals, TellClosedSurfacesFromOthers) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::mesh_normals_test

@@ -7,7 +7,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::refined_mesh_test {
 namespace {
 
 constexpr std::size_t kPlenty = 1'000'000;
@@ -117,4 +117,4 @@ TEST(RefinedMesh, NamesTheEndsOfEachEdgeThatItHalved) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::refined_mesh_test

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace haptics {
+namespace haptics::camera_fit_test {
 namespace {
 
 constexpr double kViewAngle_rad = 0.5, kAspect = 1.25, kSmallest_m = 0.05;
@@ -76,4 +76,4 @@ TEST(CameraFit, KeepsItsDistanceFromASinglePoint) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::camera_fit_test

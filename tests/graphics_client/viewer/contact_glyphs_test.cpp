@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::contact_glyphs_test {
 namespace {
 
 using testing::ElementsAre;
@@ -31,4 +31,4 @@ TEST(ContactPrimitive, IsNothingWhereThereIsNoSuchPlace) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::contact_glyphs_test

@@ -11,7 +11,7 @@
 #include "graphics_client/surface/mesh_normals.h"
 #include "graphics_client/viewer/poly_data.h"
 
-namespace haptics {
+namespace haptics::dented_points_test {
 namespace {
 
 constexpr double kRadius_m = 0.05;
@@ -93,4 +93,4 @@ TEST(DentedPoints, TurnTheirNormalsWithTheSurface) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::dented_points_test

@@ -14,7 +14,7 @@
 #include "tests/haptic_server/step/surface_world.h"
 
 // What is drawn of a textured body that gives is where the servo feels it.
-namespace haptics {
+namespace haptics::drawn_as_felt_test {
 namespace {
 
 using namespace fixture;
@@ -146,4 +146,4 @@ TEST(DrawnAsFelt, SoftPadTiltedByALattice) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::drawn_as_felt_test

@@ -7,7 +7,7 @@
 #include "graphics_client/surface/mesh_normals.h"
 #include "haptic_server/surface/shading_normals.h"
 
-namespace haptics {
+namespace haptics::felt_normals_test {
 namespace {
 
 /// Viewer and servo make their normals each from its own database, by the same rule.
@@ -56,4 +56,4 @@ TEST(FeltNormals, AreTheShownOnesAtABoundary) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::felt_normals_test

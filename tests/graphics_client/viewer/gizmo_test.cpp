@@ -5,7 +5,7 @@
 #include <array>
 #include <numbers>
 
-namespace haptics {
+namespace haptics::gizmo_test {
 namespace {
 
 using Kind = GizmoHandle::Kind;
@@ -172,4 +172,4 @@ TEST_F(DraggedObject, TurnsAllTheWayRound) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::gizmo_test

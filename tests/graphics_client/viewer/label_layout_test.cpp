@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::label_layout_test {
 namespace {
 
 constexpr double kWidth = 60, kHeight = 16;
@@ -62,4 +62,4 @@ TEST(LabelLayout, LeavesOutALabelThatWouldHideACard) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::label_layout_test

@@ -8,7 +8,7 @@
 #include "common/mesh/generators.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
-namespace haptics {
+namespace haptics::overlay_text_test {
 namespace {
 
 using testing::HasSubstr;
@@ -221,4 +221,4 @@ TEST_F(Touching, TheBannerTellsRefusalResetAndSilence) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::overlay_text_test

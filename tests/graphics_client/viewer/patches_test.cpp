@@ -8,7 +8,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::patches_test {
 namespace {
 
 constexpr std::size_t kMax = 60;
@@ -64,4 +64,4 @@ TEST(CutIntoPatches, LeavesASmallSurfaceWhole) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::patches_test

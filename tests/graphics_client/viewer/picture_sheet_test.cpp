@@ -8,7 +8,7 @@
 
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::picture_sheet_test {
 namespace {
 
 constexpr int kCount = PictureSheet::kColumns * PictureSheet::kRows;
@@ -56,4 +56,4 @@ TEST(PictureSheet, IsReadRowByRow) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::picture_sheet_test

@@ -13,7 +13,7 @@
 #include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
-namespace haptics {
+namespace haptics::picture_test {
 namespace {
 
 constexpr int kWidth_px = 800, kHeight_px = 640;
@@ -204,4 +204,4 @@ TEST_F(Picture, FollowsAnEmptySceneAndALostLink) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::picture_test

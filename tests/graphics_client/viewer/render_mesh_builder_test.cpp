@@ -5,7 +5,7 @@
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 
-namespace haptics {
+namespace haptics::render_mesh_builder_test {
 namespace {
 
 SurfaceRequest ball(std::uint32_t segments) {
@@ -45,4 +45,4 @@ TEST(RenderMeshBuilder, EndsWhileOrdersWait) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::render_mesh_builder_test

@@ -8,7 +8,7 @@
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 
-namespace haptics {
+namespace haptics::render_mesh_test {
 namespace {
 
 constexpr std::size_t kPlenty = 100'000;
@@ -97,4 +97,4 @@ TEST(RenderMesh, KnowsTheLeastAndTheMostFriction) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::render_mesh_test

@@ -11,7 +11,7 @@
 #include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
-namespace haptics {
+namespace haptics::run_summary_test {
 namespace {
 
 using testing::HasSubstr;
@@ -130,4 +130,4 @@ TEST(WriteFile, ReplacesWhatWasThere) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::run_summary_test

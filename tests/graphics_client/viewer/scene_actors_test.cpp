@@ -7,7 +7,7 @@
 #include "common/mesh/generators.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
-namespace haptics {
+namespace haptics::scene_actors_test {
 namespace {
 
 /// Objects in renderers without a window.
@@ -181,4 +181,4 @@ TEST_F(Shown, TellWhatIsDrawnCoarserThanItIsFelt) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_actors_test

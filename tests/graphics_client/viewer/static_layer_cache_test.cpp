@@ -13,7 +13,7 @@
 
 #include "graphics_client/viewer/render_window.h"
 
-namespace haptics {
+namespace haptics::static_layer_cache_test {
 namespace {
 
 constexpr int kWidth_px = 320, kHeight_px = 240;
@@ -119,4 +119,4 @@ TEST(StaticLayerCache, FollowsWhatWasStillAndTheCamera) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::static_layer_cache_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::trail_test {
 namespace {
 
 TelemetrySample touching(std::uint64_t tick, std::uint64_t object) {
@@ -51,4 +51,4 @@ TEST(Trail, StartsAgainWhenTheServerCountsItsTicksAnew) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::trail_test

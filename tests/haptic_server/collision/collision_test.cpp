@@ -9,7 +9,7 @@
 #include "haptic_server/motion/rigid_motion.h"
 #include "tests/haptic_server/motion/bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::collision_test {
 namespace {
 
 /// Bodies that meet one another, in ticks of 1 ms.
@@ -227,4 +227,4 @@ TEST(Collision, MoveInTheNextTickWhereManyContactsWereFoundByALongSearch) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::collision_test

@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/motion/bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::contact_solver_test {
 namespace {
 
 using testing::Gt;
@@ -56,4 +56,4 @@ TEST_F(FallingBox, IsSlowedByFrictionNoMoreThanThePressingAllows) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::contact_solver_test

@@ -7,7 +7,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::allowance_test {
 namespace {
 
 /// Follows the HIP with so many units for each tick, as the servo's step does.
@@ -220,4 +220,4 @@ TEST(Clearance, SparesAFreeHipItsQueriesAndChangesNothing) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::allowance_test

@@ -7,7 +7,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::bad_meshes_test {
 namespace {
 
 using shapes::Shape;
@@ -207,4 +207,4 @@ TEST(BadMeshes, WithAcuteCreasesStayOnTheRightSide) {  // S12
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::bad_meshes_test

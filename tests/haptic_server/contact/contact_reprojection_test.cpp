@@ -5,7 +5,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::contact_reprojection_test {
 namespace {
 
 constexpr double kTouchable = 2e-7;  // m
@@ -266,4 +266,4 @@ TEST(Reseat, StaysFreeWhenNothingIsNear) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::contact_reprojection_test

@@ -7,7 +7,7 @@
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::contact_test {
 namespace {
 
 constexpr double kTouchable = 1e-7;  // m: skin of the 0.1 m scenes below, and the vertices' rounding
@@ -375,4 +375,4 @@ TEST(Contact, OfNoBodiesIsFree) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::contact_test

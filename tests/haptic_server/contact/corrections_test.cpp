@@ -7,7 +7,7 @@
 #include "haptic_server/contact/contact_tick.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::corrections_test {
 namespace {
 
 /// A HIP with some corrections, beside the production step, among the same bodies.
@@ -182,4 +182,4 @@ TEST(Corrections, TheSearchsClosestPointIsOfTheOneThatIsNamed) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::corrections_test

@@ -8,7 +8,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::crumpled_test {
 namespace {
 
 /// A ball whose vertices are displaced by up to `disorder` of an edge.
@@ -77,4 +77,4 @@ INSTANTIATE_TEST_SUITE_P(ByDisorder, Crumpled, testing::Values(0.7, 1.0), [](con
 });
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::crumpled_test

@@ -9,7 +9,7 @@
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::depenetration_test {
 namespace {
 
 constexpr double kSkin_m = 1e-7;
@@ -114,4 +114,4 @@ TEST(WayOut, IsTakenByAnIhipOnWhichMovingBodiesCloseAPocket) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::depenetration_test

@@ -7,7 +7,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::fast_motion_test {
 namespace {
 
 /// A ball whose vertices stand high and low, so that under a deep HIP one minimum of the distance ends after the other.
@@ -47,4 +47,4 @@ TEST(FastMotion, EndsWhereManySmallTicksEnd) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::fast_motion_test

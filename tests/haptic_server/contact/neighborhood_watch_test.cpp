@@ -8,7 +8,7 @@
 #include "common/mesh/import.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::neighborhood_watch_test {
 namespace {
 
 using shapes::Shape;
@@ -221,4 +221,4 @@ TEST_F(NeighborhoodWatch, PassesFacesWithoutArea) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::neighborhood_watch_test

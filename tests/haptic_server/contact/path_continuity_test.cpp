@@ -10,7 +10,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::path_continuity_test {
 namespace {
 
 constexpr double kSame = 2e-6;           // m: a few skins, along triangles that are nearly flat
@@ -176,4 +176,4 @@ TEST(PathContinuity, LeadsOverEitherFaceOfAnEdgeThatEndsInAGroove) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::path_continuity_test

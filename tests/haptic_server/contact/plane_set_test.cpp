@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace haptics {
+namespace haptics::plane_set_test {
 namespace {
 
 ConstraintPlane plane(Vec3 normal, double offset, int body = 0) {
@@ -108,4 +108,4 @@ TEST(PlaneSet, GivesTheNearestPointForEveryOrderOfThePlanes) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::plane_set_test

@@ -10,7 +10,7 @@
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::random_walk_test {
 namespace {
 
 struct Scene {
@@ -129,4 +129,4 @@ TEST(RandomWalkTwice, GivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::random_walk_test

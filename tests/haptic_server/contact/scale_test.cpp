@@ -8,7 +8,7 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::scale_test {
 namespace {
 
 /// A walk over overlapping, moving and self-crossing bodies, all lengths times `scale`.
@@ -72,4 +72,4 @@ TEST(Scale, ByPowersOfTenChangesTheFifthDigitAtMost) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scale_test

@@ -12,7 +12,7 @@
 #include "haptic_server/contact/near_bodies.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::several_bodies_test {
 namespace {
 
 constexpr double kTouchable = 6e-7;  // m: twice the skin of the scenes below, and the vertices' rounding
@@ -240,4 +240,4 @@ TEST(SeveralBodies, BeyondTheCapacityAreCountedAndTheFarthestLeftOut) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::several_bodies_test

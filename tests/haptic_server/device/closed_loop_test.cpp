@@ -9,7 +9,7 @@
 #include "tests/haptic_server/device/analytic_scene.h"
 
 // Device, hand and a force law without dissipation in closed loop, in virtual time at 1 kHz.
-namespace haptics::test {
+namespace haptics::test::closed_loop_test {
 namespace {
 
 constexpr double kPeriod = 1e-3;  // s
@@ -156,4 +156,4 @@ TEST(ClosedLoop, RepeatsItselfBitForBit) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::closed_loop_test

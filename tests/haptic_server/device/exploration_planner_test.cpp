@@ -12,7 +12,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::exploration_planner_test {
 namespace {
 
 std::shared_ptr<const CollisionMesh> surfaceOf(const Result<TriMesh>& mesh) {
@@ -200,4 +200,4 @@ TEST(ExplorationPlanner, KeepsTheStrokesOfObjectsThatDidNotChange) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::exploration_planner_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace haptics {
+namespace haptics::exploring_hand_test {
 namespace {
 
 constexpr double kPeriod = 1e-3;        // s
@@ -343,4 +343,4 @@ TEST(ExploringHand, NeverJumpsWhateverThePlansAndForcesAre) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::exploring_hand_test

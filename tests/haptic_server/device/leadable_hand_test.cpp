@@ -7,7 +7,7 @@
 #include <memory>
 #include <random>
 
-namespace haptics {
+namespace haptics::leadable_hand_test {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
@@ -153,4 +153,4 @@ TEST(LeadableHand, IsLetGoOfAtOnceWhenItsLeaderGoes) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::leadable_hand_test

@@ -7,7 +7,7 @@
 
 #include "haptic_server/device/simulated_device.h"
 
-namespace haptics {
+namespace haptics::local_stability_test {
 namespace {
 
 constexpr double kPeriod = 1e-3;  // s
@@ -70,4 +70,4 @@ TEST(LocalStability, IsNoLimitForADeviceOfUnknownMass) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::local_stability_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace haptics {
+namespace haptics::plant_test {
 namespace {
 
 constexpr double kStep = 50e-6;  // s
@@ -131,4 +131,4 @@ TEST(Plant, FollowsAMovingTargetWithoutLagWhenTheHandIsAllThatActs) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::plant_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace haptics {
+namespace haptics::simulated_device_test {
 namespace {
 
 /// A hand that stays where it is, pushes, and remembers what it was told.
@@ -240,4 +240,4 @@ TEST(SimulatedDevice, RepeatsItselfBitForBit) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::simulated_device_test

@@ -8,7 +8,7 @@
 #include "common/maths/rotation.h"
 #include "haptic_server/device/simulated_device.h"
 
-namespace haptics {
+namespace haptics::simulated_rotation_test {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
@@ -106,4 +106,4 @@ TEST(SimulatedRotation, IsATranslationOnItsRadius) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::simulated_rotation_test

@@ -7,7 +7,7 @@
 #include "haptic_server/device/exploration_plan.h"
 #include "tests/haptic_server/device/analytic_scene.h"
 
-namespace haptics::test {
+namespace haptics::test::stroke_choice_test {
 namespace {
 
 constexpr double kCos50 = 0.6428;
@@ -148,4 +148,4 @@ TEST(StrokeChoice, RepeatsItselfBitForBit) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::stroke_choice_test

@@ -7,7 +7,7 @@
 #include "haptic_server/doctor/findings.h"
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::doctor_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -151,4 +151,4 @@ TEST(WakeUps, ThatComeLateAreFoundFaultWith) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::doctor_test

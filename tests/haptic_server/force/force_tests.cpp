@@ -4,7 +4,7 @@
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
 
-namespace haptics {
+namespace haptics::force_tests {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
@@ -231,4 +231,4 @@ TEST(DeadlineWatch, KeepsTheForceAwayForLongerEachTimeThatItIsTakenAwaySoonAfter
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::force_tests

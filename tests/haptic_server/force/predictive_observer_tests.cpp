@@ -2,7 +2,7 @@
 
 #include "haptic_server/force/predictive_observer.h"
 
-namespace haptics {
+namespace haptics::predictive_observer_tests {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
@@ -213,4 +213,4 @@ TEST(PredictiveObserver, ForgetsEverythingWhenItIsReset) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::predictive_observer_tests

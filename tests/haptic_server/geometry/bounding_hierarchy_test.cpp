@@ -9,7 +9,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::bounding_hierarchy_test {
 namespace {
 
 using shapes::Shape;
@@ -225,4 +225,4 @@ TEST(HierarchyBuild, IsTheSameWithTwoThreads) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::bounding_hierarchy_test

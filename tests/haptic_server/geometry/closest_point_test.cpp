@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace haptics {
+namespace haptics::closest_point_test {
 namespace {
 
 using Corners = std::array<Vec3f, 3>;
@@ -102,4 +102,4 @@ TEST_F(ClosestPointOfTriangle, FromInsideAnObtuseCornersShadowIsStillOnTheRightE
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::closest_point_test

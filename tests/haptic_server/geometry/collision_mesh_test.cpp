@@ -7,7 +7,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::collision_mesh_test {
 namespace {
 
 using shapes::Shape;
@@ -284,4 +284,4 @@ TEST(CollisionMesh, RefittedToAHeapOfCrossingNeedlesIsTakenForCrossedAsAWholeUnt
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::collision_mesh_test

@@ -5,7 +5,7 @@
 #include <array>
 #include <random>
 
-namespace haptics {
+namespace haptics::dented_surface_test {
 namespace {
 
 /// What the viewer draws: each vertex by itself.
@@ -41,4 +41,4 @@ TEST(DentedSurface, HasTheCornersOfEachVertexByItselfToTheBit) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::dented_surface_test

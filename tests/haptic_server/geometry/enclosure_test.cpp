@@ -8,7 +8,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::enclosure_test {
 namespace {
 
 /// Two balls as one mesh.
@@ -75,4 +75,4 @@ TEST(LeavesAt, IsWhereTheLastOfTwoPartsThatPassThroughEachOtherEnds) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::enclosure_test

@@ -10,7 +10,7 @@
 #include "haptic_server/geometry/enclosure.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::long_triangles_test {
 namespace {
 
 class Places {
@@ -197,4 +197,4 @@ TEST(LongTriangles, AreMarkedWhereTheyPassThroughEachOther) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::long_triangles_test

@@ -8,7 +8,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::neighbours_test {
 namespace {
 
 using shapes::Shape;
@@ -129,4 +129,4 @@ TEST(Neighbours, MarkVerticesWherePartsTouchInAPoint) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::neighbours_test

@@ -6,7 +6,7 @@
 
 #include "tests/haptic_server/geometry/shapes.h"
 
-namespace haptics {
+namespace haptics::segment_test {
 namespace {
 
 using shapes::Shape;
@@ -140,4 +140,4 @@ TEST(Segment, IsTheSameForEveryOrderOfTheCorners) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::segment_test

@@ -6,7 +6,7 @@
 
 #include "bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::coupling_test {
 namespace {
 
 TEST(FeltMass, OfASliderIsItsMassAndOfAHingeItsMomentOverTheSquaredArm) {
@@ -71,4 +71,4 @@ TEST(BearableShare, LetsNoBodyBeThrownFasterThanAnElasticImpactDoes) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::coupling_test

@@ -3,7 +3,7 @@
 #include "common/maths/rotation.h"
 #include "tests/haptic_server/motion/bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::free_motion_test {
 namespace {
 
 /// An asymmetric brick that spins about nearly its middle axis, which is unstable: it turns over again and again.
@@ -156,4 +156,4 @@ TEST(FreeBody, IsFrozenWhereItWasByAForceThatIsNoNumber) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::free_motion_test

@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/motion/bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::joint_motion_test {
 namespace {
 
 /// A bar that hangs from an axis along y, at its end, turned up to an angle.
@@ -154,4 +154,4 @@ TEST(Joint, DoesNotFallAsleepAtATurningPoint) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::joint_motion_test

@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/motion/bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::mass_test {
 namespace {
 
 Solid solid(const TriMesh& mesh) { return solidOf(mesh.vertices, mesh.triangles); }
@@ -166,4 +166,4 @@ TEST(SupportPoints, OfASphereLeaveOutLittleInAnyDirection) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::mass_test

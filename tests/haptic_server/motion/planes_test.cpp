@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/motion/bodies.h"
 
-namespace haptics::test {
+namespace haptics::test::planes_test {
 namespace {
 
 constexpr double kGravity = 9.81;
@@ -186,4 +186,4 @@ TEST(SleepingBody, DoesNotMoveByABitUntilItIsPushed) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::planes_test

@@ -7,7 +7,7 @@
 #include "common/wire/convert.h"
 #include "common/wire/udp.h"
 
-namespace haptics {
+namespace haptics::body_update_scheduler_test {
 namespace {
 
 MotionState motionOf(std::size_t count) {
@@ -99,4 +99,4 @@ TEST(BodyUpdateScheduler, KeepASampleWithinADatagram) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::body_update_scheduler_test

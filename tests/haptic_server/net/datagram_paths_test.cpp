@@ -6,7 +6,7 @@
 
 #include "common/wire/udp.h"
 
-namespace haptics {
+namespace haptics::datagram_paths_test {
 namespace {
 
 constexpr std::uint64_t kConnection = 3, kOther = 4;
@@ -148,4 +148,4 @@ TEST_F(DatagramPathsTest, LeaveWhatIsTooLargeToTheConnection) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::datagram_paths_test

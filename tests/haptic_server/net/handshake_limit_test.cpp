@@ -2,7 +2,7 @@
 
 #include "haptic_server/net/rate_limit.h"
 
-namespace haptics {
+namespace haptics::handshake_limit_test {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
@@ -30,4 +30,4 @@ TEST(HandshakeLimit, RemembersABoundedNumberOfHosts) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::handshake_limit_test

@@ -17,7 +17,7 @@
 #include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/net/session_world.h"
 
-namespace haptics {
+namespace haptics::server_test {
 namespace {
 
 using namespace test;
@@ -344,4 +344,4 @@ TEST_F(ServerTest, NamesTheAddressThatItCannotListenOn) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::server_test

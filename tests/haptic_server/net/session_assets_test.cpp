@@ -8,7 +8,7 @@
 #include "common/surface/field_asset.h"
 #include "tests/haptic_server/net/session_world.h"
 
-namespace haptics {
+namespace haptics::session_assets_test {
 namespace {
 
 using namespace test;
@@ -312,4 +312,4 @@ TEST_F(SessionAssets, AnUploadThatIsHeldCanBeCancelled) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_assets_test

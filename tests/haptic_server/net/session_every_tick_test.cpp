@@ -6,7 +6,7 @@
 #include "common/telemetry/tick_gaps.h"
 #include "tests/haptic_server/net/session_world.h"
 
-namespace haptics {
+namespace haptics::session_every_tick_test {
 namespace {
 
 using namespace test;
@@ -144,4 +144,4 @@ TEST(TickGaps, TellApartWhatTheServoMissedAndWhatWasLost) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_every_tick_test

@@ -6,7 +6,7 @@
 #include "haptic_server/step/servo_scene.h"
 #include "tests/haptic_server/net/session_world.h"
 
-namespace haptics {
+namespace haptics::session_join_test {
 namespace {
 
 using namespace test;
@@ -340,4 +340,4 @@ TEST_F(SessionJoin, AHeartbeatBehindUnsentCommitsNamesTheRevisionBeforeThem) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_join_test

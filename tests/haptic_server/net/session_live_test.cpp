@@ -8,7 +8,7 @@
 #include "haptic_server/net/adoption_tracker.h"
 #include "tests/haptic_server/net/session_world.h"
 
-namespace haptics {
+namespace haptics::session_live_test {
 namespace {
 
 using namespace test;
@@ -396,4 +396,4 @@ TEST(AdoptionTracker, RemembersAdoptionsForEditsWhoseAcceptanceComesLate) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_live_test

@@ -3,7 +3,7 @@
 
 #include "tests/haptic_server/net/session_world.h"
 
-namespace haptics {
+namespace haptics::session_roles_test {
 namespace {
 
 using namespace test;
@@ -174,4 +174,4 @@ TEST_F(SessionRoles, WhoeverHasNoneIsRefusedBeforeAnythingIsSaid) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_roles_test

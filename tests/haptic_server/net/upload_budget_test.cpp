@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics {
+namespace haptics::upload_budget_test {
 namespace {
 
 constexpr std::size_t kMax_bytes = 100, kMaxOfToken_bytes = 70;
@@ -35,4 +35,4 @@ TEST(UploadBudget, GivesAgainWhatWasReleased) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::upload_budget_test

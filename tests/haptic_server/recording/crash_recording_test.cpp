@@ -13,7 +13,7 @@
 #include "haptic_server/recording/scene_journal.h"
 #include "recorded_servo.h"
 
-namespace haptics {
+namespace haptics::crash_recording_test {
 namespace {
 
 using namespace test;
@@ -120,4 +120,4 @@ TEST(FlightRecorder, RecordsNoFaultSoonAfterOneOfALargeScene) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::crash_recording_test

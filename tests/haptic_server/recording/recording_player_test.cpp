@@ -11,7 +11,7 @@
 
 #include "recorded_servo.h"
 
-namespace haptics {
+namespace haptics::recording_player_test {
 namespace {
 
 using namespace test;
@@ -164,4 +164,4 @@ TEST(RecordingPlayer, RefusesWhatIsNotThereOrHasNoTick) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::recording_player_test

@@ -9,7 +9,7 @@
 
 #include "tests/common/temporary_folder.h"
 
-namespace haptics {
+namespace haptics::recording_quota_test {
 namespace {
 
 using test::TemporaryFolder;
@@ -58,4 +58,4 @@ TEST_F(RecordingQuotaTest, SomeOfTheDiskIsLeft) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::recording_quota_test

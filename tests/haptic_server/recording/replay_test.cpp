@@ -10,7 +10,7 @@
 #include "haptic_server/recording/state_image.h"
 #include "recorded_servo.h"
 
-namespace haptics {
+namespace haptics::replay_test {
 namespace {
 
 using namespace test;
@@ -337,4 +337,4 @@ TEST(Replay, OfTwoHandsRefusesPartsThatHaveOne) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::replay_test

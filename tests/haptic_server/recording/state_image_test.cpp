@@ -8,7 +8,7 @@
 
 #include "recorded_servo.h"
 
-namespace haptics {
+namespace haptics::state_image_test {
 namespace {
 
 using namespace test;
@@ -98,4 +98,4 @@ TEST(StateImage, IsRefusedOrHarmlessWithAnyByteDamaged) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::state_image_test

@@ -10,7 +10,7 @@
 #include "haptic_server/scene/scene_service.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::dent_baking_test {
 namespace {
 
 using namespace test;
@@ -248,4 +248,4 @@ TEST(ResidueEdits, TakeItAwayWithTheMeshAndTheLatticeThatItIsOf) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::dent_baking_test

@@ -6,7 +6,7 @@
 #include "haptic_server/scene/sequencer.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::edit_journal_test {
 namespace {
 
 using namespace test;
@@ -97,4 +97,4 @@ TEST_F(JournaledSequencer, ABatchThatIsNotKeptLeavesNoTrace) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::edit_journal_test

@@ -4,7 +4,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/scene/fit_to_mesh.h"
 
-namespace haptics {
+namespace haptics::fit_deformation_test {
 namespace {
 
 TriMesh bar() { return makeBox({0.02, 0.04, 0.1}, 8).value(); }
@@ -50,4 +50,4 @@ TEST(FitDeformation, WarnsOfAMeshTooCoarseForItsDentsAndOfFlatTriangles) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::fit_deformation_test

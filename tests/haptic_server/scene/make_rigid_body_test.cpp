@@ -6,7 +6,7 @@
 #include "haptic_server/scene/derived_parts.h"
 #include "haptic_server/scene/surface_warnings.h"
 
-namespace haptics {
+namespace haptics::make_rigid_body_test {
 namespace {
 
 TriMesh openSphere() {
@@ -72,4 +72,4 @@ TEST(MotionWarnings, TellOfABodyThatIsTooLightForItsStiffness) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::make_rigid_body_test

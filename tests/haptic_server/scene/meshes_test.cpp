@@ -15,7 +15,7 @@
 #include "haptic_server/scene/mesh_library.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::meshes_test {
 namespace {
 
 using namespace test;
@@ -261,4 +261,4 @@ TEST(AssetStore, TakesBytesOnlyUnderTheirOwnHash) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::meshes_test

@@ -5,7 +5,7 @@
 #include "haptic_server/scene/sequencer.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::overlap_warnings_test {
 namespace {
 
 using namespace test;
@@ -81,4 +81,4 @@ TEST_F(OverlapWarnings, AreAFew) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::overlap_warnings_test

@@ -5,7 +5,7 @@
 #include <deque>
 #include <random>
 
-namespace haptics {
+namespace haptics::recent_edits_test {
 namespace {
 
 RecentEdits::Edit edit(std::uint64_t revision) {
@@ -61,4 +61,4 @@ TEST(RecentEdits, LetGoOfWhatIsPopped) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::recent_edits_test

@@ -13,7 +13,7 @@
 #include "haptic_server/scene/scene_service.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::scene_service_journal_test {
 namespace {
 
 using namespace test;
@@ -165,4 +165,4 @@ TEST_F(SceneServiceJournal, EditsThatWaitAreKeptTogetherButNotThoseThatMakeMeshe
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_service_journal_test

@@ -17,7 +17,7 @@
 #include "haptic_server/servo/stiffness_limit.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::scene_service_test {
 namespace {
 
 using namespace test;
@@ -630,4 +630,4 @@ TEST(SceneService, ThatIsFixedShowsWhatItIsGivenAndRefusesEdits) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_service_test

@@ -9,7 +9,7 @@
 #include "haptic_server/step/servo_scene.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::sequencer_test {
 namespace {
 
 using namespace test;
@@ -403,4 +403,4 @@ TEST_F(SequencerTest, RefusesAnObjectThatFitsNoFrameWhoeverMakesIt) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::sequencer_test

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace haptics {
+namespace haptics::session_lanes_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -90,4 +90,4 @@ TEST_F(SessionLanesTest, IsFullAtItsBoundsUntilJobsAreFinished) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::session_lanes_test

@@ -10,7 +10,7 @@
 #include "haptic_server/scene/sequencer.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::surface_edits_test {
 namespace {
 
 using namespace test;
@@ -410,4 +410,4 @@ TEST_F(SurfaceEdits, LeadAMirrorToTheSameRoots) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::surface_edits_test

@@ -5,7 +5,7 @@
 #include "common/mesh/generators.h"
 #include "common/surface/fourier_field.h"
 
-namespace haptics {
+namespace haptics::surface_warnings_test {
 namespace {
 
 using ::testing::AllOf;
@@ -147,4 +147,4 @@ TEST(SurfaceWarnings, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::surface_warnings_test

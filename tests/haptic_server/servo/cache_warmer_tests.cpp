@@ -7,7 +7,7 @@
 #include "haptic_server/servo/cache_warmer.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::cache_warmer_tests {
 namespace {
 
 using namespace fixture;
@@ -168,4 +168,4 @@ TEST(CacheWarmer, AllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::cache_warmer_tests

@@ -9,7 +9,7 @@
 
 #include "haptic_server/servo/flight_ring.h"
 
-namespace haptics {
+namespace haptics::flight_ring_tests {
 namespace {
 
 constexpr std::array kConfig{StepConfig()};
@@ -174,4 +174,4 @@ TEST(FlightRing, MemoryOfSomethingElseIsRefused) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::flight_ring_tests

@@ -2,7 +2,7 @@
 
 #include "haptic_server/servo/latency_histogram.h"
 
-namespace haptics {
+namespace haptics::latency_histogram_tests {
 namespace {
 
 TEST(LatencyHistogram, FindsQuantilesToThreePercent) {
@@ -34,4 +34,4 @@ TEST(LatencyHistogram, TakesEveryDurationFromZeroToTheLargest) {
 TEST(LatencyHistogram, SaysZeroWhenEmpty) { EXPECT_EQ(LatencyHistogram().quantile_ns(0.99), 0); }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::latency_histogram_tests

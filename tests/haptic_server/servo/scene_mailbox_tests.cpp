@@ -5,7 +5,7 @@
 #include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/servo/scene_mailbox.h"
 
-namespace haptics {
+namespace haptics::scene_mailbox_tests {
 namespace {
 
 std::unique_ptr<const ServoScene> sceneWithRevision(std::uint64_t revision,
@@ -70,4 +70,4 @@ TEST(SceneMailbox, NeverShowsTheServoAFreedOrOlderScene) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::scene_mailbox_tests

@@ -8,7 +8,7 @@
 #include "haptic_server/servo/servo_loop.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::servo_loop_tests {
 namespace {
 
 /// Moves up and down through z = 0 and counts what it is asked.
@@ -207,4 +207,4 @@ TEST(ServoLoop, RunsTheTicksOfAScriptInTheirTimeWithTheirScenes) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::servo_loop_tests

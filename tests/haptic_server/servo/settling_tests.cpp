@@ -6,7 +6,7 @@
 #include "haptic_server/servo/settling.h"
 #include "haptic_server/servo/stability_search.h"
 
-namespace haptics {
+namespace haptics::settling_tests {
 namespace {
 
 class Rendered final : public ForceRenderer {
@@ -90,4 +90,4 @@ TEST(StabilitySearch, OfOneThatAsksForMoreTheResultIsNeverLarger) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::settling_tests

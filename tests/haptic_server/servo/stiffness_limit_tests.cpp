@@ -5,7 +5,7 @@
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/servo/stiffness_limit.h"
 
-namespace haptics {
+namespace haptics::stiffness_limit_tests {
 namespace {
 
 class IdleHand final : public HandIntent {
@@ -87,4 +87,4 @@ TEST(CriticalStiffness, IsNotKnownOfADeviceOfUnknownMass) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::stiffness_limit_tests

@@ -4,7 +4,7 @@
 
 #include "common/maths/perception.h"
 
-namespace haptics {
+namespace haptics::force_difference_test {
 namespace {
 
 TEST(ForceError, IsOneWhereAMagnitudeOrADirectionIsJustNoticeable) {
@@ -32,4 +32,4 @@ TEST(ForceDifference, OfNoContactIsNothing) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::force_difference_test

@@ -10,7 +10,7 @@
 #include "haptic_server/simplification/fit.h"
 #include "haptic_server/simplification/probe_strokes.h"
 
-namespace haptics {
+namespace haptics::simplify_test {
 namespace {
 
 constexpr double kStiffness_N_per_m = 800;
@@ -118,4 +118,4 @@ TEST(ProbeStrokes, PressWithOneNewtonFromOutside) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::simplify_test

@@ -32,7 +32,7 @@ constexpr std::uint8_t kBeforeCall = 1;
 
 // A server ends before each of its system calls, one after the other, by a kill (everything written is there) or by a
 // loss of power (only what the disk was waited for is there): whatever it had acknowledged is there afterwards, once.
-namespace haptics {
+namespace haptics::crash_points_test {
 namespace {
 
 using namespace test;
@@ -185,4 +185,4 @@ INSTANTIATE_TEST_SUITE_P(By, CrashPoints, ::testing::Bool(),
                          [](const auto& by) { return by.param ? "LossOfPower" : "Kill"; });
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::crash_points_test

@@ -18,7 +18,7 @@
 // server's scene room starts from it in every case, at the newest revision that the undamaged bytes prove, says what is
 // lost, and every object whose files are undamaged is as it was at that revision. Afterwards it goes on: edits are kept,
 // or refused with the reason, and a second start finds nothing more to say about the log.
-namespace haptics {
+namespace haptics::damaged_folder_test {
 namespace {
 
 using namespace test;
@@ -368,4 +368,4 @@ TEST(DamagedFolder, IsStartedFromWhateverItHolds) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::damaged_folder_test

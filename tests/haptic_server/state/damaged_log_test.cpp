@@ -9,7 +9,7 @@
 #include "haptic_server/state/saved_state.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
-namespace haptics {
+namespace haptics::damaged_log_test {
 namespace {
 
 using namespace test;
@@ -239,4 +239,4 @@ TEST(ReadLog, SaysThatAnotherFormatIsNotItsOwn) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::damaged_log_test

@@ -20,7 +20,7 @@
 //  - every asset that the scene names is there;
 //  - the epoch is the same, unless the log's end is not what was written: then it is said;
 //  - once nothing fails any more, edits are accepted.
-namespace haptics {
+namespace haptics::faulty_disk_test {
 namespace {
 
 using namespace test;
@@ -204,4 +204,4 @@ INSTANTIATE_TEST_SUITE_P(Mutants, FaultyUse,
                                            FileMutant::kAssetAfterLog, FileMutant::kFailedWaitTakenForDone));
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::faulty_disk_test

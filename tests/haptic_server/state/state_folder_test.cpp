@@ -13,7 +13,7 @@
 #include "common/mesh/file_bytes.h"
 #include "tests/haptic_server/state/kept_scene.h"
 
-namespace haptics {
+namespace haptics::state_folder_test {
 namespace {
 
 using namespace test;
@@ -489,4 +489,4 @@ TEST_F(StateFolderTest, HasDescriptorsInReserve) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::state_folder_test

@@ -9,7 +9,7 @@
 #include "common/mesh/file_bytes.h"
 #include "tests/haptic_server/state/kept_scene.h"
 
-namespace haptics {
+namespace haptics::state_scrubber_test {
 namespace {
 
 using namespace test;
@@ -95,4 +95,4 @@ TEST_F(Scrubbed, WhatIsDamagedIsWrittenAnewFromMemory) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::state_scrubber_test

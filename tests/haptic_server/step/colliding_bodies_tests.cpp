@@ -7,7 +7,7 @@
 #include "haptic_server/step/moving_bodies.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics::fixture {
+namespace haptics::fixture::colliding_bodies_tests {
 namespace {
 
 const TriMesh kBrick = makeBox({0.06, 0.04, 0.03}, 1).value();
@@ -129,4 +129,4 @@ TEST(CollidingBodies, GoOnFromAnImageBitForBit) {
 }
 
 }  // namespace
-}  // namespace haptics::fixture
+}  // namespace haptics::fixture::colliding_bodies_tests

@@ -7,7 +7,7 @@
 #include "common/mesh/import.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::defective_meshes_tests {
 namespace {
 
 using fixture::objectOf;
@@ -123,4 +123,4 @@ INSTANTIATE_TEST_SUITE_P(EachDefect, DefectiveMesh, ::testing::ValuesIn(kDefects
                          [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::defective_meshes_tests

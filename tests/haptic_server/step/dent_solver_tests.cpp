@@ -9,7 +9,7 @@
 #include "tests/haptic_server/step/surface_world.h"
 
 // Soft bodies that hold the IHIP together with others.
-namespace haptics {
+namespace haptics::dent_solver_tests {
 namespace {
 
 using namespace fixture;
@@ -149,4 +149,4 @@ TEST(DentSolver, WhatAnEditTakesFromBelowTheSurfaceIsMissedWithoutAKick) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::dent_solver_tests

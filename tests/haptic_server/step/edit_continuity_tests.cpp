@@ -6,7 +6,7 @@
 #include "common/mesh/generators.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::edit_continuity_tests {
 namespace {
 
 using namespace fixture;
@@ -204,4 +204,4 @@ TEST_F(EditUnderTheStylus, ATooStrongContactIsNotWaitedForLong) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::edit_continuity_tests

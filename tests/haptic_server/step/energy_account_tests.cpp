@@ -8,7 +8,7 @@
 #include "haptic_server/motion/support_points.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics::fixture {
+namespace haptics::fixture::energy_account_tests {
 namespace {
 
 EnergyState told(const VirtualServo& servo) {
@@ -224,4 +224,4 @@ TEST(EnergyAccount, KeepsTheTotalsAndTheWorstOfMoreObjectsThanItHasPlacesFor) {
 }
 
 }  // namespace
-}  // namespace haptics::fixture
+}  // namespace haptics::fixture::energy_account_tests

@@ -7,7 +7,7 @@
 #include "tests/haptic_server/step/surface_world.h"
 
 // Friction where two surfaces hold the IHIP.
-namespace haptics {
+namespace haptics::groove_friction_tests {
 namespace {
 
 using namespace fixture;
@@ -116,4 +116,4 @@ TEST(GrooveFriction, HasNoStepWhereTheOtherWallPushesMostOrOneLetsGo) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::groove_friction_tests

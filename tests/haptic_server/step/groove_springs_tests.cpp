@@ -5,7 +5,7 @@
 
 #include "haptic_server/step/groove_springs.h"
 
-namespace haptics {
+namespace haptics::groove_springs_tests {
 namespace {
 
 const Vec3 kA = glm::normalize(Vec3(0.2, -0.1, 1)), kB = glm::normalize(Vec3(1, 0.3, 0.4)),
@@ -104,4 +104,4 @@ TEST(GrooveSprings, DoNotShakeTheDeviceWhereTheyAreNearlyOnePlane) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::groove_springs_tests

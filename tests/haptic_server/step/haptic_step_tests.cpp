@@ -8,7 +8,7 @@
 #include "haptic_server/step/haptic_step.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::haptic_step_tests {
 namespace {
 
 using namespace fixture;
@@ -220,4 +220,4 @@ TEST(HapticStep, AccountsTheWorkOfThePress) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::haptic_step_tests

@@ -2,7 +2,7 @@
 
 #include "haptic_server/step/held_springs.h"
 
-namespace haptics {
+namespace haptics::held_part_tests {
 namespace {
 
 const Vec3 kA = glm::normalize(Vec3(0.2, -0.1, 1)), kB = glm::normalize(Vec3(1, 0.3, 0.4)),
@@ -24,4 +24,4 @@ TEST(HeldPart, IsThePartOfEachOfThreeSurfaces) {
 TEST(HeldPart, IsAllWhereTheNormalsAreTheSame) { EXPECT_NEAR(heldPart(2e-3 * kA, kA, kA, Vec3(0)), 2e-3, 1e-15); }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::held_part_tests

@@ -17,7 +17,7 @@
 #include "haptic_server/step/tool_step.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics::fixture {
+namespace haptics::fixture::held_tool_tests {
 namespace {
 
 constexpr double kSpacing_m = 0.004;
@@ -313,4 +313,4 @@ TEST(HeldTool, FadesOnFaultsAndComesBackWhereTheDeviceIs) {
 }
 
 }  // namespace
-}  // namespace haptics::fixture
+}  // namespace haptics::fixture::held_tool_tests

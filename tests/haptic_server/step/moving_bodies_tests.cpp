@@ -6,7 +6,7 @@
 #include "haptic_server/step/moving_bodies.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics::fixture {
+namespace haptics::fixture::moving_bodies_tests {
 namespace {
 
 constexpr double kMass_kg = 0.2;
@@ -276,4 +276,4 @@ TEST(MovingBody, GoesOnInACopyOfTheStateBitForBit) {
 }
 
 }  // namespace
-}  // namespace haptics::fixture
+}  // namespace haptics::fixture::moving_bodies_tests

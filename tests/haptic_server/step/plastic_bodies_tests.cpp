@@ -8,7 +8,7 @@
 #include "haptic_server/step/soft_bodies.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::plastic_bodies_tests {
 namespace {
 
 using namespace fixture;
@@ -264,4 +264,4 @@ TEST(PlasticBody, LetsADentGoBackSlowlyThatMayNotStay) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::plastic_bodies_tests

@@ -7,7 +7,7 @@
 
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics {
+namespace haptics::shading_step_tests {
 namespace {
 
 using namespace fixture;
@@ -87,4 +87,4 @@ TEST(ShadingInTheStep, GoesOverToAnInnerEdgeAndOutWithoutAStep) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::shading_step_tests

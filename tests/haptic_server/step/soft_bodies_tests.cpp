@@ -10,7 +10,7 @@
 #include "haptic_server/step/soft_bodies.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::soft_bodies_tests {
 namespace {
 
 using namespace fixture;
@@ -303,4 +303,4 @@ TEST(SoftBody, GoesOnTheSameFromACopyOfTheState) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::soft_bodies_tests

@@ -9,7 +9,7 @@
 #include "tests/haptic_server/step/surface_world.h"
 
 // Surface properties on bodies that give: they are those of the material, wherever that is now.
-namespace haptics {
+namespace haptics::soft_surface_tests {
 namespace {
 
 using namespace fixture;
@@ -138,4 +138,4 @@ TEST(SoftSurface, IsShadedBySphereAndDentTogether) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::soft_surface_tests

@@ -9,7 +9,7 @@
 #include "haptic_server/servo/server_step_config.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
-namespace haptics {
+namespace haptics::stabilised_step_tests {
 namespace {
 
 using namespace fixture;
@@ -142,4 +142,4 @@ TEST(StabilisedStep, GoesOnBitForBitFromACopyOfItsStateAndFromARehearsal) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::stabilised_step_tests

@@ -7,7 +7,7 @@
 
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics {
+namespace haptics::surface_edit_tests {
 namespace {
 
 using namespace fixture;
@@ -142,4 +142,4 @@ TEST_F(SurfaceEdit, OfTheMeshKeepsTheStickingPoint) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::surface_edit_tests

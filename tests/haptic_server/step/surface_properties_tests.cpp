@@ -10,7 +10,7 @@
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics {
+namespace haptics::surface_properties_tests {
 namespace {
 
 using namespace fixture;
@@ -463,4 +463,4 @@ TEST(SurfaceProperties, ATextureInWhichTheStylusAppearsFadesIn) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::surface_properties_tests

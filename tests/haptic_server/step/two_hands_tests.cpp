@@ -11,7 +11,7 @@
 #include "haptic_server/step/two_hands.h"
 #include "tests/haptic_server/step/surface_world.h"
 
-namespace haptics::fixture {
+namespace haptics::fixture::two_hands_tests {
 namespace {
 
 const StepConfig kConfig{.maxForce_N = 20};
@@ -193,4 +193,4 @@ TEST(TwoHands, AllocateNothing) {
 }
 
 }  // namespace
-}  // namespace haptics::fixture
+}  // namespace haptics::fixture::two_hands_tests

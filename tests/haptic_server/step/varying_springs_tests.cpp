@@ -12,7 +12,7 @@
 #include "tests/haptic_server/step/surface_world.h"
 
 // Stiffness and softness that vary over a surface.
-namespace haptics {
+namespace haptics::varying_springs_tests {
 namespace {
 
 using namespace fixture;
@@ -401,4 +401,4 @@ TEST(VaryingSprings, AllocateNothing) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::varying_springs_tests

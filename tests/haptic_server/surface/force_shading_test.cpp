@@ -7,7 +7,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::force_shading_test {
 namespace {
 
 constexpr double kRadius_m = 0.05;
@@ -191,4 +191,4 @@ TEST(ForceShading, GivesAHandAlmostNoEnergyInALoop) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::force_shading_test

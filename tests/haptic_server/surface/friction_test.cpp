@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace haptics {
+namespace haptics::friction_test {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
@@ -228,4 +228,4 @@ TEST(Friction, ActsAlongTheSurfaceThoughTheStickingPointLiesOffItsTangentPlane) 
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::friction_test

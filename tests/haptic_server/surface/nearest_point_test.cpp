@@ -6,7 +6,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::nearest_point_test {
 namespace {
 
 std::shared_ptr<const CollisionMesh> torus() {
@@ -45,4 +45,4 @@ TEST(NearestPoint, IsNoneBeyondItsReach) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::nearest_point_test

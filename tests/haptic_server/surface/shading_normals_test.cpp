@@ -7,7 +7,7 @@
 
 #include "common/mesh/generators.h"
 
-namespace haptics {
+namespace haptics::shading_normals_test {
 namespace {
 
 constexpr double kAll = std::numbers::pi;
@@ -89,4 +89,4 @@ TEST(ShadingNormals, TellHowRoundOrHollowTheSurfaceIs) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::shading_normals_test

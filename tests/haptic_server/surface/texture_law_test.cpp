@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace haptics {
+namespace haptics::texture_law_test {
 namespace {
 
 const Vec3 kUp(0, 0, 1);
@@ -92,4 +92,4 @@ TEST(TextureLaw, IsConservativeAsUnnormalisedBumpMapping) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::texture_law_test

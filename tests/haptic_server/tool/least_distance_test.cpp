@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace haptics {
+namespace haptics::least_distance_test {
 namespace {
 
 double dot(const Vector6& a, const Vector6& b) {
@@ -87,4 +87,4 @@ TEST(LeastDistance, IsTheOriginWhereNothingIsInItsWay) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::least_distance_test

@@ -14,7 +14,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/geometry/spaced_points.h"
 
-namespace haptics {
+namespace haptics::tool_contact_test {
 namespace {
 
 constexpr ToolCoupling kCoupling{.stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 2};
@@ -547,4 +547,4 @@ TEST(ToolContact, EndsATickWhoseAllowanceIsSpentAtAClearPlace) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::tool_contact_test

@@ -8,7 +8,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/geometry/spaced_points.h"
 
-namespace haptics {
+namespace haptics::tool_shell_test {
 namespace {
 
 std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
@@ -76,4 +76,4 @@ TEST(ToolShell, RefusesASpacingThatIsNoneOrGivesTooManyPoints) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::tool_shell_test

@@ -12,7 +12,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 
-namespace haptics {
+namespace haptics::world_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -287,4 +287,4 @@ TEST(World, StepsAToolWithoutAllocating) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::world_test

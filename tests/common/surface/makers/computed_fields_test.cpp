@@ -10,7 +10,7 @@
 #include "common/surface/makers/reaction_diffusion.h"
 #include "common/surface/makers/spot_noise.h"
 
-namespace haptics {
+namespace haptics::computed_fields_test {
 namespace {
 
 using std::numbers::pi;
@@ -160,4 +160,4 @@ TEST(ComputedFields, DifferBySeedAndAreTheSameOnEveryMachine) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::computed_fields_test

@@ -15,7 +15,7 @@
 #include "common/surface/point_field_asset.h"
 #include "tests/common/surface/field_checks.h"
 
-namespace haptics {
+namespace haptics::grown_reaction_diffusion_test {
 namespace {
 
 using std::numbers::pi;
@@ -260,4 +260,4 @@ TEST(GrownReactionDiffusion, IsRefusedWhereManySheetsLieAboveEachOther) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::grown_reaction_diffusion_test

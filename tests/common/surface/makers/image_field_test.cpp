@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace haptics {
+namespace haptics::image_field_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -136,4 +136,4 @@ TEST(ImageField, IsRefusedWithASideThatIsTooLongOrTooShort) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::image_field_test

@@ -10,7 +10,7 @@
 #include "haptic_server/contact/fast_path/fast_path.h"
 #include "tests/haptic_server/contact/world.h"
 
-namespace haptics {
+namespace haptics::follow_unblocked_test {
 namespace {
 
 using Bits = std::array<std::uint64_t, 3>;
@@ -174,4 +174,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, FollowUnblocked, testing::ValuesIn(scenes()),
                          [](const auto& scene) { return scene.param.name; });
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::follow_unblocked_test

@@ -6,7 +6,7 @@
 
 #include "haptic_server/device/usb/wooden_haptics.h"
 
-namespace haptics::test {
+namespace haptics::test::arm_kinematics_test {
 namespace {
 
 using K = ArmKinematics;
@@ -82,4 +82,4 @@ TEST(ArmKinematics, RefusesWhatTheArmDoesNotReachAndPosesThatAreSingular) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::arm_kinematics_test

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace haptics::test {
+namespace haptics::test::choose_device_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -40,4 +40,4 @@ TEST(ChooseDevice, NoneOrAnUnknownNameIsRefused) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::choose_device_test

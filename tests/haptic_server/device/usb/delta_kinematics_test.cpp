@@ -8,7 +8,7 @@
 
 #include "haptic_server/device/usb/falcon.h"
 
-namespace haptics::test {
+namespace haptics::test::delta_kinematics_test {
 namespace {
 
 using K = DeltaKinematics;
@@ -108,4 +108,4 @@ TEST(DeltaKinematics, AStartThatIsNoPlaceDoesNotMatter) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::delta_kinematics_test

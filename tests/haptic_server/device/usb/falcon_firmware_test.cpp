@@ -5,7 +5,7 @@
 
 #include "tests/haptic_server/device/usb/some_firmware.h"
 
-namespace haptics::test {
+namespace haptics::test::falcon_firmware_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -55,4 +55,4 @@ TEST(FalconFirmware, AFileThatIsNotThereIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::falcon_firmware_test

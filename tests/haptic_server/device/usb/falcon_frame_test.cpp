@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace haptics::test {
+namespace haptics::test::falcon_frame_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -91,4 +91,4 @@ TEST(FalconFrame, NoiseIsNeverAReplyWithDigitsThatAreNone) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::falcon_frame_test

@@ -6,7 +6,7 @@
 #include "haptic_server/device/usb/delta_kinematics.h"
 #include "haptic_server/device/usb/wooden_haptics.h"
 
-namespace haptics::test {
+namespace haptics::test::falcon_test {
 namespace {
 
 /// Motor numbers in a Falcon's command.
@@ -114,4 +114,4 @@ TEST(WoodenHaptics, AReportOfAnotherLengthIsNone) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::falcon_test

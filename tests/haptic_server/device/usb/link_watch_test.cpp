@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace haptics::test {
+namespace haptics::test::link_watch_test {
 namespace {
 
 constexpr std::uint64_t kMs = 1'000'000;
@@ -115,4 +115,4 @@ TEST(OutputGain, FallsWithinTwentyMillisecondsAndRisesSlower) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::link_watch_test

@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/device/usb/virtual_rig.h"
 
-namespace haptics::test {
+namespace haptics::test::output_watchdog_test {
 namespace {
 
 using ::testing::Contains;
@@ -89,4 +89,4 @@ TYPED_TEST(WatchdogOf, ItsBytesTakeTheForceAway) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::output_watchdog_test

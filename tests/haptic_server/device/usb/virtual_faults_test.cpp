@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/device/usb/virtual_rig.h"
 
-namespace haptics::test {
+namespace haptics::test::virtual_faults_test {
 namespace {
 
 using ::testing::Contains;
@@ -158,4 +158,4 @@ TEST(VirtualFalcon, FirmwareThatArrivesDamagedIsNamedAndTriedAgainAHundredTimes)
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::virtual_faults_test

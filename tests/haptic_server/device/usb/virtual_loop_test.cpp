@@ -2,7 +2,7 @@
 
 #include "tests/haptic_server/device/usb/virtual_rig.h"
 
-namespace haptics::test {
+namespace haptics::test::virtual_loop_test {
 namespace {
 
 using ::testing::Contains;
@@ -169,4 +169,4 @@ TEST(VirtualUsbDevice, SaysWhyItIsNotThere) {
 }
 
 }  // namespace
-}  // namespace haptics::test
+}  // namespace haptics::test::virtual_loop_test
