@@ -24,7 +24,7 @@ struct ObjectAdvice {
   std::vector<Candidate> candidates;  ///< Finest first; none where no hand gets to the object from above.
   std::size_t advised = 0;            ///< The mesh to use.
   Verdict verdict;
-  std::vector<Feature> features;
+  std::vector<SceneFeature> features;
   std::vector<FailureMotion> motions;      ///< With the advised meshes; none where the mesh is open.
   std::optional<ForceDifference> checked;  ///< The written scene, by other strokes than it was advised by.
   double textureRate_Hz = 0;               ///< That its finest felt pattern asks for (patternRate_Hz()); 0: none.

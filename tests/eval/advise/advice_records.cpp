@@ -43,7 +43,7 @@ Record verdictRecord(const ObjectAdvice& object) {
   return record;
 }
 
-Record featureRecord(const ObjectAdvice& object, const Feature& feature) {
+Record featureRecord(const ObjectAdvice& object, const SceneFeature& feature) {
   Record record{{"method", "ours"}, {"scene", object.name}, {"feature", feature.name}, {"judged", feature.judged()}};
   if (!feature.judged()) {
     record["why"] = feature.whyNot;
@@ -141,7 +141,7 @@ std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& dev
   }
   for (const ObjectAdvice& object : advice.objects) {
     records.push_back(verdictRecord(object));
-    for (const Feature& feature : object.features) records.push_back(featureRecord(object, feature));
+    for (const SceneFeature& feature : object.features) records.push_back(featureRecord(object, feature));
     for (const FailureMotion& motion : object.motions) records.push_back(motionRecord(object, motion));
     for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(meshRecord(object, i));
     for (const MaterialOption& option : object.options) {

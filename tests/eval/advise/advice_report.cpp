@@ -28,7 +28,7 @@ void printCandidates(const ObjectAdvice& object) {
 }
 
 void printFeatures(const ObjectAdvice& object) {
-  for (const Feature& feature : object.features) {
+  for (const SceneFeature& feature : object.features) {
     if (!feature.judged()) {
       std::printf("  %s: not judged: %s.\n", feature.name.c_str(), feature.whyNot.c_str());
     } else {

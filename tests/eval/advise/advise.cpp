@@ -98,7 +98,7 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
   figure.legendNotes = {"Dashed: what a hand just notices."};
   for (const ObjectAdvice& o : advice.objects) {
     std::string names;
-    for (const Feature& feature : o.features) names += feature.judged() ? "" : ' ' + feature.name;
+    for (const SceneFeature& feature : o.features) names += feature.judged() ? "" : ' ' + feature.name;
     if (!names.empty()) figure.legendNotes.push_back(o.name + ", not judged:" + names);
   }
   if (advice.rate) {

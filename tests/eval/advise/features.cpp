@@ -31,7 +31,7 @@ double tick_ns(const ServoScene& scene, const HandStroke& hand) {
   return watch.durations_ns().quantile(0.5) / kBatch;
 }
 
-void addUnjudged(const LoadedObject& object, std::vector<Feature>& features) {
+void addUnjudged(const LoadedObject& object, std::vector<SceneFeature>& features) {
   const auto add = [&](bool has, const char* name, const char* why) {
     if (has) features.push_back({name, why});
   };
@@ -74,9 +74,9 @@ double finest_m(const FactorMap& map) {
 
 }  // namespace
 
-std::vector<Feature> featuresOf(const std::vector<LoadedObject>& scene, std::size_t object,
-                                const std::vector<HandStroke>& strokes) {
-  std::vector<Feature> features;
+std::vector<SceneFeature> featuresOf(const std::vector<LoadedObject>& scene, std::size_t object,
+                                     const std::vector<HandStroke>& strokes) {
+  std::vector<SceneFeature> features;
   const ServoScene whole = servoSceneOf(scene);
   const SurfaceDetail* own = scene[object].detail.get();
   const auto judge = [&](const char* name, auto SurfaceDetail::*part) {
@@ -86,7 +86,7 @@ std::vector<Feature> featuresOf(const std::vector<LoadedObject>& scene, std::siz
     (*without).*part = {};
     ServoScene varied = whole;
     varied.objects[object].detail = without;
-    Feature feature{name, ""};
+    SceneFeature feature{name, ""};
     feature.epsilon_p99 =
         differenceOf(forcesIn(varied, strokes, kJudged_Hz), forcesIn(whole, strokes, kJudged_Hz)).epsilon_p99;
     feature.cost_ns = tick_ns(whole, strokes.front()) - tick_ns(varied, strokes.front());
@@ -99,11 +99,11 @@ std::vector<Feature> featuresOf(const std::vector<LoadedObject>& scene, std::siz
   return features;
 }
 
-double patternRate_Hz(const SurfaceProperties& surface, const std::vector<Feature>& features) {
+double patternRate_Hz(const SurfaceProperties& surface, const std::vector<SceneFeature>& features) {
   constexpr double kTicksToAWave = 10;
   constexpr double kSpeed_m_per_s = 0.1;
   const auto isFelt = [&](const char* name) {
-    const auto found = std::ranges::find(features, name, &Feature::name);
+    const auto found = std::ranges::find(features, name, &SceneFeature::name);
     return found != features.end() && found->felt();
   };
   double finest = kNone_m;

@@ -8,7 +8,7 @@
 namespace haptics::eval {
 
 /// What an object has beyond its shape, stiffness and damping.
-struct Feature {
+struct SceneFeature {
   std::string name;    ///< As the scene calls it: "texture".
   std::string whyNot;  ///< Why it is not judged; empty where it is.
   /// Of the force without it, from that with it: not exceeded in 99 % of the strokes' ticks.
@@ -22,11 +22,11 @@ struct Feature {
 /// Shading, friction and texture, each judged by the strokes in the production step with it and without; what else the
 /// object has, not judged.
 /// @param scene  With every detail of its surfaces.
-[[nodiscard]] std::vector<Feature> featuresOf(const std::vector<LoadedObject>& scene, std::size_t object,
-                                              const std::vector<HandStroke>& strokes);
+[[nodiscard]] std::vector<SceneFeature> featuresOf(const std::vector<LoadedObject>& scene, std::size_t object,
+                                                   const std::vector<HandStroke>& strokes);
 
 /// Ten ticks to a wave of the finest pattern of texture and friction that is felt, at 0.1 m/s; 0 where there is none.
 /// Images and computed patterns have no one wavelength and are left out.
-[[nodiscard]] double patternRate_Hz(const SurfaceProperties& surface, const std::vector<Feature>& features);
+[[nodiscard]] double patternRate_Hz(const SurfaceProperties& surface, const std::vector<SceneFeature>& features);
 
 }  // namespace haptics::eval

@@ -132,7 +132,7 @@ void decide(ObjectAdvice& advice, const std::vector<LoadedObject>& scene, std::s
 
 std::string notJudgedOf(const ObjectAdvice& object) {
   std::string list;
-  for (const Feature& feature : object.features) {
+  for (const SceneFeature& feature : object.features) {
     if (!feature.judged()) list += (list.empty() ? "" : ", ") + feature.name + " (" + feature.whyNot + ")";
   }
   return list;
@@ -140,7 +140,7 @@ std::string notJudgedOf(const ObjectAdvice& object) {
 
 std::string notFeltOf(const ObjectAdvice& object) {
   std::string list;
-  for (const Feature& feature : object.features) {
+  for (const SceneFeature& feature : object.features) {
     if (!feature.judged() || feature.felt()) continue;
     list += (list.empty() ? "" : ", ") + feature.name + ", which costs " +
             std::to_string(std::max(0L, std::lround(feature.cost_ns))) + " ns a tick";

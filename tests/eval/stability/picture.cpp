@@ -9,13 +9,13 @@
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
+#include "tests/eval/renderer.h"
 #include "tests/eval/stability/limits.h"
 #include "tests/eval/stability/methods.h"
 
 namespace haptics::eval {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
 constexpr Decades kStiffness{1, 6};  // N/m
 constexpr Decades kDamping{-1, 2};   // N s/m; none on the left rim
 constexpr double kNoDamping = 0.1;

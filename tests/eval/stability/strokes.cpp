@@ -7,11 +7,11 @@
 #include "haptic_server/device/exploring_hand.h"
 #include "haptic_server/device/simulated_device.h"
 #include "tests/eval/or_throw.h"
+#include "tests/eval/renderer.h"
 
 namespace haptics::eval {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
 constexpr double kAbove_m = 2e-3;
 constexpr double kStroke_m = 0.02;
 constexpr double kPress_N = 1;

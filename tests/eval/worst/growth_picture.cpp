@@ -49,9 +49,9 @@ void drawGrowth(const std::vector<Growth>& all, double limit_s, const std::files
   figure.legendTitle = "Files";
   std::vector<double> triangles, times_s;
   for (const Growth& growth : all) {
-    for (const auto& [count, s] : growth.points) {
-      triangles.push_back(count);
-      times_s.push_back(s);
+    for (const Growth::Point& point : growth.points) {
+      triangles.push_back(point.triangles);
+      times_s.push_back(point.s);
     }
   }
   const Decades x = decadesOf(triangles), y = decadesOf(times_s);
@@ -63,7 +63,7 @@ void drawGrowth(const std::vector<Growth>& all, double limit_s, const std::files
     figure.styles.push_back(
         {all[i].name, exponent, kColours[i % half % kColours.size()], i < half ? Marker::kDisc : Marker::kCross});
     Curve curve{i, {}};
-    for (const auto& [count, s] : all[i].points) curve.points.push_back({count, s, ""});
+    for (const Growth::Point& point : all[i].points) curve.points.push_back({point.triangles, point.s, ""});
     figure.panels.back().curves.push_back(std::move(curve));
   }
   figure.styles.push_back({"limit", "grows with 1", Colour{0.1, 0.1, 0.1}, Marker::kNone});
