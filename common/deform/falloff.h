@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
+#include "common/maths/elementary.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -20,7 +22,9 @@ class Falloff {
       : radius_(radius_m), inverse2_(1 / (radius_m * radius_m)), degree_(degree) {
     const double n = degree;
     const double at = 1 / std::sqrt(2 * n - 1);
-    steepest_ = 2 * n * at * std::pow(1 - at * at, n - 1) / radius_m;
+    double power = 1;
+    for (unsigned i = 1; i < degree; ++i) power *= 1 - at * at;
+    steepest_ = 2 * n * at * power / radius_m;
   }
 
   [[nodiscard]] double radius_m() const noexcept { return radius_; }
@@ -48,7 +52,9 @@ class Falloff {
 
   /// Distance at which two dents beside each other are half as deep as at their centres: what they make together is about
   /// as deep all the way between them.
-  [[nodiscard]] double width_m() const noexcept { return 2 * radius_ * std::sqrt(1 - std::pow(0.5, 1.0 / degree_)); }
+  [[nodiscard]] double width_m() const noexcept {
+    return 2 * radius_ * std::sqrt(1 - elementary::exp(-std::numbers::ln2 / degree_));
+  }
 
   /// Steepest slope of the falloff, per metre, at distance radius / sqrt(2 degree - 1).
   [[nodiscard]] double maxSlope_per_m() const noexcept { return steepest_; }

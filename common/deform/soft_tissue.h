@@ -1,10 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/deform/dent.h"
 #include "common/deform/falloff.h"
+#include "common/maths/elementary.h"
 
 namespace haptics {
 
@@ -32,7 +32,7 @@ struct SoftTissue {
   /// What is left after a time of a dent that nothing touches.
   [[nodiscard]] double leftAfter(double time_s) const noexcept {
     const double return_s = plastic > 0 ? std::max(returnTime_s, kMinReturn_s) : returnTime_s;
-    return return_s > 0 ? std::exp(-time_s / return_s) : 0;
+    return return_s > 0 ? elementary::exp(-time_s / return_s) : 0;
   }
 
   /// The share of a lasting penetration that the tissue takes, 0 to 1.
@@ -49,7 +49,7 @@ struct SoftTissue {
     const double goal = share * penetration_m;
     if (!(returnTime_s > 0)) return goal;
     const double touched_s = returnTime_s * (1 - share);
-    return goal + (yielded_m - goal) * std::exp(-time_s / touched_s);
+    return goal + (yielded_m - goal) * elementary::exp(-time_s / touched_s);
   }
 };
 

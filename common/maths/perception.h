@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/maths/elementary.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -14,7 +15,7 @@ inline constexpr double kDirectionThreshold_deg = 18.4;  ///< Barbagli et al. 20
 inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small changes of force are felt as vibration.
 
 [[nodiscard]] inline double angle_deg(Vec3 a, Vec3 b) {
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
+  return elementary::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
 }
 
 /// The error of a force in JNDs (just noticeable differences), of a hand with vision: 1 is just noticeable. Its magnitude and its

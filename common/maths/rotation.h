@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/maths/elementary.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -17,9 +18,10 @@ namespace haptics {
   const double squared = squaredLength(angle) / 4;
   // sin(x) / x; below, its series is exact to the last bit.
   const double half = std::sqrt(squared);
-  const double sinc = squared < 1e-8 ? 1 - squared / 6 : std::sin(half) / half;
+  const auto [sine, cosine] = elementary::sineCosine(half);
+  const double sinc = squared < 1e-8 ? 1 - squared / 6 : sine / half;
   const Vec3 v = 0.5 * sinc * angle;
-  return {std::cos(half), v.x, v.y, v.z};
+  return {cosine, v.x, v.y, v.z};
 }
 
 /// Its inverse: length at most pi.
@@ -28,7 +30,7 @@ namespace haptics {
   const Vec3 v(rotation.x, rotation.y, rotation.z);
   const double sine = glm::length(v);
   if (sine < 1e-8) return 2.0 * v;
-  return 2 * std::atan2(sine, rotation.w) / sine * v;
+  return 2 * elementary::atan2(sine, rotation.w) / sine * v;
 }
 
 }  // namespace haptics

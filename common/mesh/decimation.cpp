@@ -19,6 +19,8 @@
 namespace haptics {
 namespace {
 
+double squared(double value) { return value * value; }
+
 struct Traits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
   VertexAttributes(OpenMesh::Attributes::Status);
@@ -66,7 +68,7 @@ class Decimation::Sweeper {
       : to_(decimation),
         source_(decimation.mesh_),
         // of points that lie in the planes but for rounding, even where many meet
-        exactCost_(std::pow(kExact_of_longest * longestSide_m(source_), 2)) {
+        exactCost_(squared(kExact_of_longest * longestSide_m(source_))) {
     build();
     sumQuadrics();
     strayed_m_.assign(source_.vertices.size(), 0);
@@ -239,7 +241,7 @@ class Decimation::Sweeper {
     for (const Choice& choice : choices_) {
       if (choice.cost >= best.cost) break;
       if (!isAllowed(choice.halfEdge)) continue;
-      const double cost = std::max(choice.cost, kPlanes * std::pow(strayOf(choice.halfEdge), 2));
+      const double cost = std::max(choice.cost, kPlanes * squared(strayOf(choice.halfEdge)));
       if (cost < best.cost) best = {cost, choice.halfEdge};
     }
     return best;

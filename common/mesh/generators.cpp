@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/maths/elementary.h"
 #include "common/mesh/import.h"
 
 namespace haptics {
@@ -85,13 +86,8 @@ Quads gridsOnCube(std::uint32_t n, Place place) {
   return quads;
 }
 
-struct Direction {
-  double cosine, sine;
-};
-
-Direction directionAt(std::uint32_t i, std::uint32_t segments) {
-  const double angle = 2 * std::numbers::pi * i / segments;
-  return {std::cos(angle), std::sin(angle)};
+elementary::SineCosine directionAt(std::uint32_t i, std::uint32_t segments) {
+  return elementary::sineCosine(2 * std::numbers::pi * i / segments);
 }
 
 }  // namespace
@@ -166,9 +162,9 @@ Result<TriMesh> makeTorus(double majorRadius_m, double minorRadius_m, std::uint3
     return i % majorSegments * minorSegments + j % minorSegments;
   };
   for (std::uint32_t i = 0; i < majorSegments; ++i) {
-    const Direction around = directionAt(i, majorSegments);
+    const auto around = directionAt(i, majorSegments);
     for (std::uint32_t j = 0; j < minorSegments; ++j) {
-      const Direction tube = directionAt(j, minorSegments);
+      const auto tube = directionAt(j, minorSegments);
       const double toAxis = majorRadius_m + minorRadius_m * tube.cosine;
       quads.vertices.emplace_back(toAxis * around.cosine, toAxis * around.sine, minorRadius_m * tube.sine);
     }

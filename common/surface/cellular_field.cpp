@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/maths/elementary.h"
+
 namespace haptics {
 namespace {
 
@@ -68,11 +70,11 @@ FieldSample CellularField::at(Vec3 point) const noexcept {
   // The mean of the distances, `farthest` among them; its gradient once the mean is known.
   std::array<double, 27> weights;
   std::array<Ramp, 27> reaches;
-  double sum = std::exp((least - farthest) / softness_);
+  double sum = elementary::exp((least - farthest) / softness_);
   double moment = sum * farthest;
   for (int i = 0; i < neighbors.count; ++i) {
     const Near& near = neighbors.list[i];
-    weights[i] = std::exp((least - near.rounded) / softness_);
+    weights[i] = elementary::exp((least - near.rounded) / softness_);
     reaches[i] = reach(near.squared);
     sum += weights[i] * reaches[i].value;
     moment += weights[i] * reaches[i].value * near.rounded;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/maths/elementary.h"
 #include "common/surface/fade.h"
 
 namespace haptics {
@@ -108,11 +109,11 @@ class AroundAxis final : public ScalarField {
     const double perFromAxis = 1 / fromAxis;
     const Vec3 outward(p.x * perFromAxis, p.y * perFromAxis, 0);
     const Vec3 alongTurn = radius_m_ * perFromAxis * Vec3(-outward.y, outward.x, 0);
-    const double turn_m = radius_m_ * std::atan2(p.y, p.x);
+    const double turn_m = radius_m_ * elementary::atan2(p.y, p.x);
     double height_m = p.z;
     Vec3 alongHeight(0, 0, 1);
     if (sphere_) {
-      height_m = radius_m_ * std::atan2(p.z, fromAxis);
+      height_m = radius_m_ * elementary::atan2(p.z, fromAxis);
       alongHeight = (radius_m_ / (fromAxis * fromAxis + p.z * p.z)) * (Vec3(0, 0, fromAxis) - p.z * outward);
     }
 

@@ -9,6 +9,8 @@
 #include <queue>
 #include <vector>
 
+#include "common/maths/elementary.h"
+
 namespace haptics {
 namespace {
 
@@ -114,9 +116,9 @@ class Ascent {
     double value = 0;
     Vec3 slope(0);
     for (const Harmonic& h : harmonics_) {
-      const double angle = glm::dot(h.turns, middle) + h.phase;
-      value += h.amplitude * std::cos(angle);
-      slope -= h.amplitude * std::sin(angle) * h.turns;
+      const auto [sine, cosine] = elementary::sineCosine(glm::dot(h.turns, middle) + h.phase);
+      value += h.amplitude * cosine;
+      slope -= h.amplitude * sine * h.turns;
     }
     found_ = std::max(found_, value);
     const double rise = (std::abs(slope.x) + std::abs(slope.y) + std::abs(slope.z)) * half + 0.5 * bend_ * half * half;

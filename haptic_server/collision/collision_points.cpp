@@ -1,12 +1,12 @@
 #include "haptic_server/collision/collision_points.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <span>
 #include <utility>
 
+#include "common/maths/elementary.h"
 #include "haptic_server/geometry/spaced_points.h"
 
 namespace haptics {
@@ -18,7 +18,7 @@ constexpr std::size_t kPointsOfLeaf = 4;
 
 /// Vertices at lines that bend, and are not sharp.
 void addRoundVertices(const CollisionMesh& mesh, SpacedPoints& points) {
-  const double flat = std::cos(kFlat_rad), sharp = std::cos(kSharp_rad);
+  const double flat = elementary::cos(kFlat_rad), sharp = elementary::cos(kSharp_rad);
   for (std::uint32_t t = 0; t < mesh.triangleCount() && points.size() <= kMaxCollisionPoints; ++t) {
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t other = mesh.triangle(t).neighbour(k);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/maths/elementary.h"
 #include "haptic_server/device/stroke_choice.h"
 
 namespace haptics {
@@ -103,8 +104,8 @@ std::vector<Vec3> choosePush(const std::vector<Placed>& all, const Placed& place
   std::vector<Vec3> best;
   double bestScore = -std::numeric_limits<double>::infinity();
   for (int k = 0; k < kPushDirections; ++k) {
-    const double angle = 2 * std::numbers::pi * k / kPushDirections;
-    const Vec3 along(std::cos(angle), std::sin(angle), 0);
+    const auto [sine, cosine] = elementary::sineCosine(2 * std::numbers::pi * k / kPushDirections);
+    const Vec3 along(cosine, sine, 0);
     const Vec3 across(-along.y, along.x, 0);
     const double reach = glm::dot(half, glm::abs(along));
     const double score = (away > 0 ? glm::dot(along, inwards) / away : 0) - kThinBonus * reach / glm::length(half);

@@ -1,9 +1,9 @@
 #include "haptic_server/device/exploring_hand.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
+#include "common/maths/elementary.h"
 #include "common/maths/rotation.h"
 #include "haptic_server/device/press_control.h"
 
@@ -114,8 +114,8 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
 Quat ExploringHand::nextRotation(double dt_s) noexcept {
   constexpr double kTurn = 2 * std::numbers::pi;
   swayed_ += dt_s;
-  return rotationBy(kSway_rad *
-                    Vec3(std::sin(kTurn * kSwayAboutX_Hz * swayed_), std::sin(kTurn * kSwayAboutY_Hz * swayed_), 0));
+  return rotationBy(kSway_rad * Vec3(elementary::sin(kTurn * kSwayAboutX_Hz * swayed_),
+                                     elementary::sin(kTurn * kSwayAboutY_Hz * swayed_), 0));
 }
 
 void ExploringHand::resumeAt(Vec3 position) noexcept {

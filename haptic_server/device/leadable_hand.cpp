@@ -1,8 +1,8 @@
 #include "haptic_server/device/leadable_hand.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "common/maths/elementary.h"
 #include "common/maths/rotation.h"
 #include "haptic_server/device/press_control.h"
 
@@ -76,7 +76,7 @@ Quat LeadableHand::nextRotation(double dt_s) noexcept {
   const Quat explored = exploring_.nextRotation(phase_ == Phase::kExploring ? dt_s : 0);
   const Quat wanted = phase_ == Phase::kExploring ? explored : command_.rotation;
   const Vec3 way = rotationVector(wanted * glm::conjugate(rotation_));
-  const double part = 1 - std::exp(-kTurnRate_per_s * dt_s);
+  const double part = 1 - elementary::exp(-kTurnRate_per_s * dt_s);
   rotation_ = glm::normalize(rotationBy(shortened(part * way, kMaxTurn_rad_per_s * dt_s)) * rotation_);
   return rotation_;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "common/maths/elementary.h"
 #include "haptic_server/device/exploration_plan.h"
 
 namespace haptics {
@@ -33,7 +34,7 @@ constexpr double kRimDiscount = 0.2;
 
 bool continues(const TopPoint& a, const TopPoint& b) {
   const Vec3 step = b.position - a.position;
-  return std::abs(step.z) <= kEdgeStep * std::hypot(step.x, step.y);
+  return std::abs(step.z) <= kEdgeStep * elementary::hypot(step.x, step.y);
 }
 
 std::optional<TopPoint> gentle(const TopView& view, double x, double y) {
@@ -80,8 +81,8 @@ class Relief {
 
   /// 1 at the middle of the box, 1 - kRimDiscount at its corners.
   [[nodiscard]] double centrality(double x, double y) const {
-    const double away = std::hypot(x - middle_.x, y - middle_.y);
-    return 1 - kRimDiscount * away / (std::hypot(extent_.x, extent_.y) / 2);
+    const double away = elementary::hypot(x - middle_.x, y - middle_.y);
+    return 1 - kRimDiscount * away / (elementary::hypot(extent_.x, extent_.y) / 2);
   }
 
  private:
@@ -143,7 +144,7 @@ Window bestWindow(const Relief& relief, int margin) {
 std::vector<Vec3> resample(const TopView& view, const Window& window) {
   const Vec3 from = window.points.front().position;
   const Vec3 end = window.points.back().position;
-  const double whole = std::hypot(end.x - from.x, end.y - from.y);
+  const double whole = elementary::hypot(end.x - from.x, end.y - from.y);
   const double length = std::min(whole, kLongestStroke);  // columns of a large object are coarse
   const Vec3 to = whole > 0 ? glm::mix(from, end, length / whole) : end;
   const auto steps = static_cast<std::size_t>(std::floor(length / kSpacing));

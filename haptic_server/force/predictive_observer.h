@@ -10,6 +10,7 @@
 #include <numbers>
 #include <type_traits>
 
+#include "common/maths/elementary.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -62,8 +63,8 @@ class PredictiveObserver {
         friction_(settings.viscousFriction_Ns_per_m),
         inverseMass_(settings.mass_kg > 0 ? 1 / settings.mass_kg : 0),
         contactLead_(settings.contactLead_s),
-        softPole_(std::exp(-2 * std::numbers::pi * settings.bandwidth_Hz * period_s)),
-        hardPole_(std::exp(-2 * std::numbers::pi * settings.hardBandwidth_Hz * period_s)),
+        softPole_(elementary::exp(-2 * std::numbers::pi * settings.bandwidth_Hz * period_s)),
+        hardPole_(elementary::exp(-2 * std::numbers::pi * settings.hardBandwidth_Hz * period_s)),
         softUpTo_(settings.softUpTo_N_per_m),
         polePerStiffness_((hardPole_ - softPole_) / (settings.hardFrom_N_per_m - settings.softUpTo_N_per_m)) {
     setErrorGains(hardPole_);

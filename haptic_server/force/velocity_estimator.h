@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cmath>
 #include <numbers>
 
+#include "common/maths/elementary.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -16,7 +16,7 @@ class VelocityEstimator {
   static constexpr double kBandwidth_Hz = 100;
 
   explicit VelocityEstimator(double period_s = 1e-3) noexcept : period_(period_s) {
-    const double theta = std::exp(-2 * std::numbers::pi * kBandwidth_Hz * period_s);
+    const double theta = elementary::exp(-2 * std::numbers::pi * kBandwidth_Hz * period_s);
     positionGain_ = 1 - theta * theta;
     velocityGain_ = (1 - theta) * (1 - theta) / period_s;
   }

@@ -1,10 +1,10 @@
 #include "haptic_server/geometry/collision_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/interruption/grow.h"
 #include "common/interruption/progress.h"
+#include "common/maths/elementary.h"
 #include "haptic_server/geometry/connectivity.h"
 
 namespace haptics {
@@ -13,7 +13,7 @@ namespace {
 double angleAt(const TriangleRecord& r, int k) {
   const Vec3 a = unitOrZero(r.corner(nextCorner(k)) - r.corner(k));
   const Vec3 b = unitOrZero(r.corner(previousCorner(k)) - r.corner(k));
-  return std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+  return elementary::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
 }
 
 int longestEdge(const TriangleRecord& r) noexcept {

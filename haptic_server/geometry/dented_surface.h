@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "common/deform/dent.h"
+#include "common/maths/elementary.h"
 #include "common/maths/sse.h"
 #include "haptic_server/geometry/closest_point.h"
 #include "haptic_server/geometry/collision_mesh.h"
@@ -119,7 +119,7 @@ class DentedSurface {
     const TriangleRecord& r = triangle(t);
     const Vec3 a = unitOrZero(r.corner(nextCorner(corner)) - r.corner(corner));
     const Vec3 b = unitOrZero(r.corner(previousCorner(corner)) - r.corner(corner));
-    return unitOrZero(r.areaNormal()) * std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+    return unitOrZero(r.areaNormal()) * elementary::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
   }
 
   const CollisionMesh& rest_;

@@ -86,12 +86,16 @@ double leavesAt(const CollisionMesh& surface, int winding, Vec3 from, Vec3 to, A
   double last = 0;
   visitCrossings(surface, from, to, allowance, [&](const Crossing& crossing) noexcept {
     last = std::max(last, crossing.time);
-    if (count < kMaxCrossings) crossings[count] = crossing;
+    if (count < kMaxCrossings) {  // by time, those at the same one as they come
+      const auto end = crossings.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto at = std::upper_bound(crossings.begin(), end, crossing.time,
+                                       [](double time, const Crossing& other) { return time < other.time; });
+      std::move_backward(at, end, end + 1);
+      *at = crossing;
+    }
     ++count;
   });
   if (count > kMaxCrossings) return last;
-  std::sort(crossings.begin(), crossings.begin() + static_cast<std::ptrdiff_t>(count),
-            [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
   for (std::size_t i = 0; i < count; ++i) {
     const bool again =
         i > 0 && crossings[i].side == crossings[i - 1].side && crossings[i].time - crossings[i - 1].time <= kSame;

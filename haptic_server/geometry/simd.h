@@ -25,8 +25,10 @@ struct Double4 {
   friend Double4 operator/(Double4 a, Double4 b) noexcept { return {a.low / b.low, a.high / b.high}; }
 };
 
-/// The greater of each pair; of equals, or where one is not a number, the second.
-inline Double4 maximum(Double4 a, Double4 b) noexcept { return {_mm_max_pd(a.low, b.low), _mm_max_pd(a.high, b.high)}; }
+/// The greater of each pair; of equals, or where one is not a number, the second. SIMDe's _mm_max_pd() has others on ARM.
+inline Double4 maximum(Double4 a, Double4 b) noexcept {
+  return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
+}
 
 /// Results of four comparisons.
 struct Mask4 {

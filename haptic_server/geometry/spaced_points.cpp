@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/maths/elementary.h"
+
 namespace haptics {
 namespace {
 
@@ -21,7 +23,7 @@ struct Line {
 /// Each once.
 [[nodiscard]] std::vector<Line> sharpLines(const CollisionMesh& mesh) {
   std::vector<Line> sharp;
-  const double minCosine = std::cos(kSharp_rad);
+  const double minCosine = elementary::cos(kSharp_rad);
   for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t other = mesh.triangle(t).neighbour(k);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/maths/elementary.h"
+
 namespace haptics {
 namespace {
 
@@ -25,11 +27,12 @@ struct Diagonal {
     if (a[p][q] == 0) continue;
     // The smaller of the two angles that do: with the larger one the rounds need not converge.
     const double apart = a[q][q] - a[p][p];
-    const double angle = 0.5 * std::atan2(apart < 0 ? -2 * a[p][q] : 2 * a[p][q], std::abs(apart));
+    const double angle = 0.5 * elementary::atan2(apart < 0 ? -2 * a[p][q] : 2 * a[p][q], std::abs(apart));
     glm::dmat3 turn(1);
-    turn[p][p] = turn[q][q] = std::cos(angle);
-    turn[q][p] = std::sin(angle);
-    turn[p][q] = -turn[q][p];
+    const auto [sine, cosine] = elementary::sineCosine(angle);
+    turn[p][p] = turn[q][q] = cosine;
+    turn[q][p] = sine;
+    turn[p][q] = -sine;
     a = glm::transpose(turn) * a * turn;
     axes = axes * turn;
   }

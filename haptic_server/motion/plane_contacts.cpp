@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "common/maths/elementary.h"
 #include "common/maths/sse.h"
 #include "haptic_server/motion/support_points.h"
 
@@ -230,7 +231,7 @@ double solve(Touch& t, Impulses& impulses) noexcept {
   double rubbing[2];
   for (int k = 0; k < 2; ++k) rubbing[k] = t.rubbing[k] - t.mass[k + 1] * glm::dot(sliding, t.along[k]);
   const double most = t.friction * t.pressing;
-  const double wanted = std::hypot(rubbing[0], rubbing[1]);
+  const double wanted = elementary::hypot(rubbing[0], rubbing[1]);
   const double part = wanted > most ? most / wanted : 1;
   for (int k = 0; k < 2; ++k) {
     impulses.apply(t.arm, (part * rubbing[k] - t.rubbing[k]) * t.along[k]);

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "common/maths/elementary.h"
+
 namespace haptics {
 namespace {
 
@@ -12,7 +14,8 @@ namespace {
   const double z = 1 - (2 * k + 1.0) / kSupportDirections;
   const double angle = 2 * std::numbers::pi * (k + 0.5) * (std::numbers::phi - 1);
   const double radius = std::sqrt(1 - z * z);
-  return {radius * std::cos(angle), radius * std::sin(angle), z};
+  const auto [sine, cosine] = elementary::sineCosine(angle);
+  return {radius * cosine, radius * sine, z};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/interruption/interruption.h"
+#include "common/maths/elementary.h"
 #include "haptic_server/contact/contact.h"
 
 namespace haptics {
@@ -63,7 +64,8 @@ Probes probeStrokes(const TriMesh& mesh, const CollisionMesh& surface, double st
     const Vec3 place = (1 - u) * a + u * (1 - v) * b + u * v * c;
     const Vec3 up = glm::normalize(glm::cross(b - a, c - a));
     const Vec3 side = glm::normalize(b - a);
-    const Vec3 way = length_m * (std::cos(turn) * side + std::sin(turn) * glm::cross(up, side));
+    const auto [sine, cosine] = elementary::sineCosine(turn);
+    const Vec3 way = length_m * (cosine * side + sine * glm::cross(up, side));
     const Vec3 rise = 2 * depth_m * up;
     const Vec3 down = place - depth_m * up;
     if (!isFree(surface, down + rise)) continue;

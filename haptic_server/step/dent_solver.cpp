@@ -1,10 +1,10 @@
 #include "haptic_server/step/dent_solver.h"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "common/maths/barycentric.h"
+#include "common/maths/elementary.h"
 #include "haptic_server/step/relaxing_dents.h"
 #include "haptic_server/surface/force_shading.h"
 
@@ -126,7 +126,7 @@ void DentSolver::evictWeakestDent() noexcept {
     if (dent.stays || dent.pressed) continue;
     if (weakest == nullptr || depth_m(dent.dent) < depth_m(weakest->dent)) weakest = &dent;
   }
-  if (weakest != nullptr) comeToRest(*weakest, std::exp(-config_.period_s / kHurried_s));
+  if (weakest != nullptr) comeToRest(*weakest, elementary::exp(-config_.period_s / kHurried_s));
 }
 
 /// How far the tissue yields, over the other dents. False where those leave the HIP outside.

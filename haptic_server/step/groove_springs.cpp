@@ -1,8 +1,9 @@
 #include "haptic_server/step/groove_springs.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
+
+#include "common/maths/elementary.h"
 
 namespace haptics {
 namespace {
@@ -21,13 +22,14 @@ struct GrooveSprings::Between {
   Between(Vec3 first, Vec3 second, Vec3 p) noexcept {
     const Vec3 aside = second - first * glm::dot(first, second);
     const double sine = glm::length(aside);
-    apart = std::atan2(sine, glm::dot(first, second));
-    angle = std::clamp(std::atan2(glm::dot(p, aside) / sine, glm::dot(p, first)), 0.0, apart);
-    across = aside / sine * std::cos(angle) - first * std::sin(angle);
+    apart = elementary::atan2(sine, glm::dot(first, second));
+    angle = std::clamp(elementary::atan2(glm::dot(p, aside) / sine, glm::dot(p, first)), 0.0, apart);
+    const auto [ofAngle, cosine] = elementary::sineCosine(angle);
+    across = aside / sine * cosine - first * ofAngle;
   }
   [[nodiscard]] double ofQuarter() const noexcept { return std::numbers::pi / 2 * angle / apart; }
   [[nodiscard]] double secondWeight() const noexcept {
-    const double sine = std::sin(ofQuarter());
+    const double sine = elementary::sin(ofQuarter());
     return sine * sine;
   }
   /// The share of the second term.
@@ -50,7 +52,8 @@ Vec3 GrooveSprings::force_N(Vec3 p) const noexcept {
   const Between first(normal_[0], normal_[1], p);
   if (count_ == 2) {
     const double more_N_per_m = spring_N_per_m_[1] - spring_N_per_m_[0];
-    const double slope_N_per_m = more_N_per_m * std::sin(2 * first.ofQuarter()) * std::numbers::pi / 2 / first.apart;
+    const double slope_N_per_m =
+        more_N_per_m * elementary::sin(2 * first.ofQuarter()) * std::numbers::pi / 2 / first.apart;
     return (spring_N_per_m_[0] + more_N_per_m * first.secondWeight()) * p +
            first.part() * slope_N_per_m / 2 * glm::length(p) * first.across;
   }

@@ -1,8 +1,9 @@
 #include "haptic_server/surface/shading_normals.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+
+#include "common/maths/elementary.h"
 
 namespace haptics {
 namespace {
@@ -31,7 +32,7 @@ struct Sector {
 class Builder {
  public:
   Builder(const CollisionMesh& surface, double crease_rad, std::span<const std::array<std::uint32_t, 2>> creases)
-      : surface_(surface), minCosine_(std::cos(crease_rad)), creases_(creases) {
+      : surface_(surface), minCosine_(elementary::cos(crease_rad)), creases_(creases) {
     const std::size_t corners = 3 * std::size_t{surface.triangleCount()};
     sharp_.resize(corners);
     sharpVertex_.resize(vertexCount());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/maths/barycentric.h"
+#include "common/maths/elementary.h"
 
 namespace haptics {
 namespace {
@@ -27,7 +28,7 @@ constexpr std::uint32_t kSamples = 4096;
 /// Largest eigenvalue of a symmetric 2 x 2 matrix.
 [[nodiscard]] double largestEigenvalue(const glm::dmat2& m) {
   const double mean = (m[0][0] + m[1][1]) / 2;
-  return mean + std::hypot((m[0][0] - m[1][1]) / 2, m[0][1]);
+  return mean + elementary::hypot((m[0][0] - m[1][1]) / 2, m[0][1]);
 }
 
 /// Interpolates values at the vertices linearly at a point of a triangle.

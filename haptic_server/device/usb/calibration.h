@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 
+#include "common/maths/rotation.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -30,7 +31,7 @@ class Placement {
  public:
   /// `upright` turns device axes to world axes for a user at -y; `centre_m` is the middle of the workspace, device frame.
   Placement(const DeviceCalibration& calibration, Quat upright, Vec3 centre_m) noexcept
-      : rotation_(glm::angleAxis(calibration.turn_rad.value_or(0), Vec3(0, 0, 1)) * upright),
+      : rotation_(rotationBy(Vec3(0, 0, calibration.turn_rad.value_or(0))) * upright),
         centre_(centre_m),
         world_(calibration.worldPosition.value_or(Vec3(0, 0, 0.05))),
         scale_(calibration.workspaceScale.value_or(1)) {}

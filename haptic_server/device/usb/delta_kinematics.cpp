@@ -5,6 +5,8 @@
 #include <glm/matrix.hpp>
 #include <numbers>
 
+#include "common/maths/elementary.h"
+
 namespace haptics {
 namespace {
 
@@ -17,7 +19,8 @@ constexpr std::array kArmAngles{105 * kDegree_rad, -15 * kDegree_rad, -135 * kDe
 struct Arm {
   double cosine, sine;
 
-  explicit Arm(std::size_t index) noexcept : cosine(std::cos(kArmAngles[index])), sine(std::sin(kArmAngles[index])) {}
+  explicit Arm(std::size_t index) noexcept
+      : cosine(elementary::cos(kArmAngles[index])), sine(elementary::sin(kArmAngles[index])) {}
   [[nodiscard]] Vec3 toArm(Vec3 p) const noexcept {
     return {cosine * p.x + sine * p.y - Delta::kBaseRadius_m, -sine * p.x + cosine * p.y - Delta::kBaseOffset_m, p.z};
   }
@@ -31,22 +34,24 @@ struct Joints {
 [[nodiscard]] std::optional<Joints> jointsAt(Vec3 inArm) noexcept {
   const double cosLean = (inArm.y + Delta::kSideOffset_m) / Delta::kShin_m;
   if (!(std::abs(cosLean) < 1)) return std::nullopt;
-  const double lean = std::acos(cosLean);
-  const double reach = Delta::kUpperOffset_m + Delta::kLowerOffset_m + Delta::kShin_m * std::sin(lean);
+  const double lean = elementary::acos(cosLean);
+  const double reach = Delta::kUpperOffset_m + Delta::kLowerOffset_m + Delta::kShin_m * elementary::sin(lean);
   const double u = inArm.x + Delta::kHandOffset_m, w = inArm.z;
   const double e = -2 * Delta::kThigh_m * u, f = -2 * Delta::kThigh_m * w;
   const double g = u * u + w * w + Delta::kThigh_m * Delta::kThigh_m - reach * reach;
   const double discriminant = e * e + f * f - g * g;
   if (!(discriminant > 0)) return std::nullopt;
-  const double thigh = 2 * std::atan2(-f - std::sqrt(discriminant), g - e);
-  const double shin = std::atan2(w - Delta::kThigh_m * std::sin(thigh), u - Delta::kThigh_m * std::cos(thigh));
+  const double thigh = 2 * elementary::atan2(-f - std::sqrt(discriminant), g - e);
+  const double shin =
+      elementary::atan2(w - Delta::kThigh_m * elementary::sin(thigh), u - Delta::kThigh_m * elementary::cos(thigh));
   return Joints{std::remainder(thigh, 2 * std::numbers::pi), shin, lean};
 }
 
 [[nodiscard]] Vec3 rowOf(const Arm& arm, const Joints& at) noexcept {
-  const Vec3 n(std::cos(at.shin) * std::sin(at.lean), std::cos(at.lean), std::sin(at.shin) * std::sin(at.lean));
+  const Vec3 n(elementary::cos(at.shin) * elementary::sin(at.lean), elementary::cos(at.lean),
+               elementary::sin(at.shin) * elementary::sin(at.lean));
   return Vec3(arm.cosine * n.x - arm.sine * n.y, arm.sine * n.x + arm.cosine * n.y, n.z) /
-         (Delta::kThigh_m * std::sin(at.lean) * std::sin(at.shin - at.thigh));
+         (Delta::kThigh_m * elementary::sin(at.lean) * elementary::sin(at.shin - at.thigh));
 }
 
 /// Angles and their derivatives (glm's columns are the rows).

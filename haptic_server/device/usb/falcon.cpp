@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/device/presets.h"
 #include "haptic_server/device/usb/delta_kinematics.h"
 #include "haptic_server/device/usb/falcon_boot.h"
@@ -17,7 +18,7 @@ constexpr double kFalconCount_rad = 0.0364347 * kEncoderDegree_rad;
 constexpr int kForgetCommands = 20;            // it forgets its homing when a command does not ask for it
 constexpr std::size_t kModemStatus_bytes = 2;  // at the head of each packet of the serial converter
 /// The device's z comes out towards the user, its y is up.
-const Quat kFalconUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
+const Quat kFalconUpright = rotationBy(Vec3(std::numbers::pi / 2, 0, 0));
 
 [[nodiscard]] DeviceInfo describeFalcon(const DeviceCalibration& calibration, double scale) {
   const DevicePreset preset = *findDevicePreset("falcon");

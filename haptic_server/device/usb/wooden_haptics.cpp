@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/device/usb/arm_kinematics.h"
 
 namespace haptics {
@@ -20,7 +21,7 @@ constexpr Vec3 kWoodenCount_rad = 2 * std::numbers::pi / kCountsPerTurn * kGear 
 constexpr double kAssumedMass_kg = 0.2, kAssumedViscous_Ns_per_m = 0.1, kAssumedCoulomb_N = 0.1;
 constexpr std::uint64_t kFirstReport_ns = 500'000'000;
 /// The device's x comes towards the user, its y to the user's right.
-const Quat kWoodenUpright = glm::angleAxis(-std::numbers::pi / 2, Vec3(0, 0, 1));
+const Quat kWoodenUpright = rotationBy(Vec3(0, 0, -std::numbers::pi / 2));
 constexpr Vec3 kCentre{0};  // middle of the workspace in the device's frame, which has its origin there
 
 [[nodiscard]] std::int16_t numberAt(std::span<const std::uint8_t> bytes, std::size_t index) noexcept {
