@@ -130,7 +130,7 @@ Result<TriMesh> makeCylinder(double radius_m, double height_m, std::uint32_t seg
   Quads quads;
   const std::uint32_t bottom = 2 * segmentsAround, top = bottom + 1;  // middles of the ends
   for (std::uint32_t i = 0; i < segmentsAround; ++i) {
-    const auto [cosine, sine] = directionAt(i, segmentsAround);
+    const auto [sine, cosine] = directionAt(i, segmentsAround);
     quads.vertices.emplace_back(radius_m * cosine, radius_m * sine, -height_m / 2);
     quads.vertices.emplace_back(radius_m * cosine, radius_m * sine, height_m / 2);
   }
