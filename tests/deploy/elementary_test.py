@@ -13,17 +13,25 @@ ROUNDING = re.compile(
     r"|j[01n]|y[01n])[fl]?")
 
 
+# Inline functions of OpenMesh that are compiled with its class and that nobody calls.
+NOT_OURS = "8OpenMesh"
+
+
 def calls(archive):
-    """Names of such functions that it calls, each with the object that does."""
-    lines = subprocess.run(["nm", "--undefined-only", archive], capture_output=True, text=True, check=True).stdout
-    found, member = [], "?"
+    """Names of such functions that it calls, each with the function that does."""
+    lines = subprocess.run(["objdump", "-dr", "--no-show-raw-insn", archive], capture_output=True, text=True, check=True).stdout
+    found, member, function = set(), "?", "?"
     for line in lines.splitlines():
-        if line.endswith(":"):
-            member = line[:-1]
-        name = line.split()[-1] if line.strip() else ""
-        if ROUNDING.fullmatch(name.split("@")[0]):
-            found.append(f"{archive}({member}): {name}")
-    return found
+        words = line.split()
+        if "file format" in line:
+            member = line.split(":")[0]
+        elif line.endswith(">:"):
+            function = words[-1]
+        elif len(words) == 3 and words[1].startswith("R_") and NOT_OURS not in function:
+            name = re.split("[-+@]", words[2])[0]
+            if ROUNDING.fullmatch(name):
+                found.add(f"{archive}({member}): {name} in {function}")
+    return sorted(found)
 
 
 def main():
