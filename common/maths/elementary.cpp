@@ -280,12 +280,12 @@ double atan2(double y, double x) noexcept {
   if (y == 0) across = 0, along = 1;
   const bool steep = across > along, left = std::signbit(x);
   if (steep) std::swap(across, along);
-  constexpr double kNoPart = 0x1p-60, kMost = 0x1p500;
+  constexpr double kNoPart = 0x1p-60, kMax = 0x1p500;
   Two acute;
   if (across < along * kNoPart) {
     acute = {across / along};
   } else {
-    const double scale = along > kMost ? 1 / kMost / kMost : along < 1 / kMost ? kMost * kMost : 1;
+    const double scale = along > kMax ? 1 / kMax / kMax : along < 1 / kMax ? kMax * kMax : 1;
     acute = arc({across * scale}, {along * scale});
   }
   return std::copysign(inUpperHalf(acute, steep, left), y);
@@ -310,8 +310,8 @@ double hypot(double x, double y) noexcept {
   if (std::abs(x) == kInfinity || std::abs(y) == kInfinity) return kInfinity;
   if (std::isnan(x) || std::isnan(y)) return kNoNumber;
   if (!(least > 0)) return most;
-  constexpr double kMost = 0x1p450;
-  const double scale = most > kMost ? 1 / kMost / kMost : most < 1 / kMost ? kMost * kMost : 1;
+  constexpr double kMax = 0x1p450;
+  const double scale = most > kMax ? 1 / kMax / kMax : most < 1 / kMax ? kMax * kMax : 1;
   const Two squares = exactProduct(most * scale, most * scale), others = exactProduct(least * scale, least * scale);
   const Two sum = orderedSum(squares.high, others.high);
   const double root = std::sqrt(sum.high);
