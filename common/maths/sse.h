@@ -1,6 +1,6 @@
 #pragma once
 
-// The SSE 4.1 intrinsics; on another processor than x86-64 those of SIMDe, which was not tried yet.
+// The SSE 4.1 intrinsics; on another processor than x86-64 those of SIMDe.
 #if defined(__x86_64__)
 #include <smmintrin.h>
 #else
