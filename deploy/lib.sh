@@ -9,11 +9,15 @@ fail() {
   exit 1
 }
 
-# missing_packages [SECTION...]: of these sections of deploy/packages, or of all.
+# named_packages [SECTION...]: of these sections of deploy/packages, or of all.
+named_packages() {
+  awk -v wanted=" $* " '/^# [A-Z][a-z0-9]*$/ { on = wanted == "  " || index(wanted, " " $2 " ") }
+    on { sub(/#.*/, ""); gsub(/ /, ""); if ($0 != "") print }' "$top/deploy/packages" | sort -u
+}
+
+# missing_packages [SECTION...]: of these, those that are not installed.
 missing_packages() {
-  comm -23 <(awk -v wanted=" $* " '/^# [A-Z][a-z]*$/ { on = wanted == "  " || index(wanted, " " $2 " ") }
-      on { sub(/#.*/, ""); gsub(/ /, ""); if ($0 != "") print }' "$top/deploy/packages" | sort -u) \
-    <(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' | sed -n 's/^ii *//p' | sort -u)
+  comm -23 <(named_packages "$@") <(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' | sed -n 's/^ii *//p' | sort -u)
 }
 
 # install_missing [SECTION...]: touches the network only when a package is missing.
