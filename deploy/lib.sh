@@ -4,15 +4,36 @@ top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 say() { printf '\n== %s\n' "$*"; }
 
+# fail MESSAGE [STATUS]
 fail() {
-  printf '%s: %s\n' "deploy/$(basename "$0")" "$*" >&2
-  exit 1
+  printf '%s: %s\n' "deploy/$(basename "$0")" "$1" >&2
+  exit "${2:-1}"
 }
 
-# named_packages [SECTION...]: of these sections of deploy/packages, or of all.
+# What was installed or built until Ctrl-C stays.
+trap 'fail "interrupted; the same command goes on from here" 130' INT
+
+os_release=/etc/os-release
+# of_release KEY: what this system says of itself.
+of_release() { (. "$os_release" 2>/dev/null || true; echo "${!1:-}"); }
+
+# check_release: Debian 12 or 13; what is made from Debian may do.
+check_release() {
+  local name
+  name=$(of_release PRETTY_NAME)
+  case "$(of_release ID) $(of_release VERSION_ID) $(of_release ID_LIKE)" in
+    "debian 12 "* | "debian 13 "*) ;;
+    debian\ *) fail "$name is not supported; Debian 12 and 13 are" ;;
+    *debian*) echo "deploy/$(basename "$0"): tested on Debian 12 and 13, not on $name; going on" >&2 ;;
+    *) fail "${name:-this system} is not supported; Debian 12 and 13 are; elsewhere install what deploy/packages lists and build with CMake" ;;
+  esac
+}
+
+# named_packages [SECTION...]: of these sections of deploy/packages, or of all; without those that only another release has.
 named_packages() {
-  awk -v wanted=" $* " '/^# [A-Z][a-z0-9]*$/ { on = wanted == "  " || index(wanted, " " $2 " ") }
-    on { sub(/#.*/, ""); gsub(/ /, ""); if ($0 != "") print }' "$top/deploy/packages" | sort -u
+  awk -v wanted=" $* " -v release="$(of_release VERSION_ID)" '/^# [A-Z][a-z0-9]*$/ { on = wanted == "  " || index(wanted, " " $2 " ") }
+    on && (!/# only / || $0 ~ "# only " release ":") { sub(/#.*/, ""); gsub(/ /, ""); if ($0 != "") print }' \
+    "$top/deploy/packages" | sort -u
 }
 
 # missing_packages [SECTION...]: of these, those that are not installed.
@@ -22,26 +43,33 @@ missing_packages() {
 
 # install_missing [SECTION...]: touches the network only when a package is missing.
 install_missing() {
-  command -v dpkg-query >/dev/null || fail "this script installs Debian 12 packages; install those of deploy/packages by hand and build with CMake"
+  check_release
   local missing
   mapfile -t missing < <(missing_packages "$@")
   [ ${#missing[@]} -eq 0 ] || install_packages "${missing[@]}"
 }
 
-# install_packages PACKAGE...: fetches the package lists only when they do not know one.
+# install_packages PACKAGE...: fetches the package lists only when they do not know one, or are too old.
 install_packages() {
-  local missing=("$@") as_root=()
+  local missing=("$@") as_root=() unknown
+  local offline="no packages without a network: apt did not reach every server; its messages are above"
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
     as_root=(sudo)
   fi
   say "Installing ${#missing[@]} packages: ${missing[*]}"
-  local install=(apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0)
   export DEBIAN_FRONTEND=noninteractive
-  "${install[@]}" --simulate "${missing[@]}" >/dev/null 2>&1 || "${as_root[@]}" apt-get update -qq
-  "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null ||
-    { "${as_root[@]}" apt-get update -qq && "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null; } ||
-    fail "could not install ${missing[*]}; see the messages above"
+  local install=(apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0)
+  local update=("${as_root[@]}" apt-get update -qq -o APT::Update::Error-Mode=any)
+  "${as_root[@]}" dpkg --configure -a >/dev/null || true  # what an interrupt left half installed
+  if ! "${install[@]}" --simulate "${missing[@]}" >/dev/null 2>&1; then
+    "${update[@]}" || "${install[@]}" --simulate "${missing[@]}" >/dev/null 2>&1 || fail "$offline"
+    unknown=$(comm -23 <(printf '%s\n' "${missing[@]}" | sort) <(apt-cache pkgnames | sort) | paste -sd ' ')
+    [ -z "$unknown" ] || fail "apt knows no package $unknown; are Debian's own sources in /etc/apt?"
+  fi
+  "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null && return
+  "${update[@]}" || fail "$offline"
+  "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null || fail "apt could not install all packages; its messages are above"
 }
 
 # fetch_node_modules LOCKED FOLDER: what LOCKED/package-lock.json names into FOLDER/node_modules, in its versions and with its
@@ -70,6 +98,12 @@ build_web_page() {
     { echo "deploy/$(basename "$0"): the web page could not be built: its packages could not be fetched" >&2; return 1; }
 }
 
+# check_disk: why a build may have failed.
+check_disk() {
+  [ "$(df -k --output=avail "$top" "${TMPDIR:-/tmp}" | sort -n | sed -n 2p)" -gt 300000 ] ||
+    fail "the disk is full; make room (a build takes 2 GB), then the same command goes on from here"
+}
+
 # build_preset PRESET [TARGET...]: configures and builds below build/PRESET; without tests where their packages are missing.
 build_preset() {
   local preset=$1 targets=() tests=ON
@@ -77,6 +111,8 @@ build_preset() {
   [ -z "$(missing_packages Test)" ] || tests=OFF
   [ $# -eq 0 ] || targets=(--target "$@")
   say "Building $preset"
-  (cd "$top" && cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" --log-level=NOTICE >/dev/null &&
-    NINJA_STATUS='[%f/%t, %es] ' cmake --build --preset "$preset" "${targets[@]}")
+  (cd "$top" && cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" -Wno-dev --log-level=NOTICE >/dev/null &&
+    NINJA_STATUS='[%f/%t, %es] ' cmake --build --preset "$preset" "${targets[@]}") && return
+  check_disk
+  return 1
 }

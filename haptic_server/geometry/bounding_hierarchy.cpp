@@ -366,18 +366,19 @@ void BoundingHierarchy::appendCells(std::uint32_t first, std::uint32_t count,
   }
   setPlace(nodes_.front(), 1, boxOf(below.front()));
   nodes_.front().child[1] = Child::node(firstCellNode_);
-  const auto shift = [](Node node, std::uint32_t by) {
+  const auto shifted = [](const Node& from, std::uint32_t by) {
+    Node node = from;
     for (Child& child : node.child) {
       if (!child.isLeaf()) child = Child::node(child.index() + by);
     }
     return node;
   };
-  for (const Node& node : present) nodes_.push_back(shift(node, 1));
+  for (const Node& node : present) nodes_.push_back(shifted(node, 1));
   for (Node node : below) {
     for (Child& child : node.child) {
       if (child.isLeaf()) child = Child::list(child.begin());
     }
-    nodes_.push_back(shift(node, firstCellNode_));
+    nodes_.push_back(shifted(node, firstCellNode_));
   }
 }
 

@@ -1,7 +1,53 @@
-# In the root of fresh_root. Every line must succeed.
+# In a root of fresh_root: in_fresh_root.sh run|tour|test|packages. Every line must succeed.
 set -eu
 say() { printf '\n== %s\n' "$*"; }
 fail() { echo "in_fresh_root: $*" >&2; exit 1; }
+
+case $1 in
+  run)
+    cd /root/haptics
+    deploy/run --headless --seconds 5
+    exit
+    ;;
+  tour)
+    cd /root/haptics
+    start=$(sed -n 's/.*(without a display: `\([^`]*\)`.*/\1/p' README.md)
+    $start >run.log 2>&1 &
+    run=$!
+    until grep -q '^haptic_server listens at 127.0.0.1:7654;' run.log; do
+      kill -0 $run || { cat run.log; fail "$start ended"; }
+      sleep 1
+    done
+    HAPTICS_BIN=$PWD/build/release/bin PYTHONPATH=tests/e2e python3 - <<'PYTHON'
+import pages
+tour = pages.section((pages.PROJECT / "README.md").read_text(), "A tour of five minutes")
+shell = pages.Shell(pages.PROJECT)
+for command, shown in [found for block in pages.blocks(tour) for found in pages.commands_in(block)]:
+    if command.startswith("haptic_eval"):  # deploy/run does not build it
+        continue
+    status, output = shell.run(command, 300)
+    print("$", command)
+    print(output, flush=True)
+    assert status == 0, f"exit status {status}"
+    assert not shown or pages.is_as_shown(output, shown), "\n".join(["shown:", *shown])
+shell.close()
+PYTHON
+    kill $run
+    wait $run || { cat run.log; fail "$start failed"; }
+    exit
+    ;;
+  test)
+    cd /root/haptics
+    objects=$(find build/release -name '*.o')
+    touch stamp
+    deploy/test
+    deploy/run --headless --seconds 5
+    again=$(find $objects -newer stamp)
+    [ -z "$again" ] || fail "compiled twice: $again"
+    exit
+    ;;
+esac
+
 traces() { find / -xdev \( -path /packages -o -path /proc -o -path /tmp \) -prune -o -iname '*haptic*' -print; }
 export DEBIAN_FRONTEND=noninteractive LP_NUM_THREADS=1 HOME=/tmp
 cd /tmp
