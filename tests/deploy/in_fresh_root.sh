@@ -38,7 +38,7 @@ PYTHON
     ;;
   test)
     cd /root/haptics
-    objects=$(find build/release -name '*.o')
+    objects=$(find build/release -path '*.dir/*.o')
     touch stamp
     deploy/test
     deploy/run --headless --seconds 5

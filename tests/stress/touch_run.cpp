@@ -194,7 +194,7 @@ Json judged(const Json& report) {
   const auto unordered = [](const Json& json) { return nlohmann::json::parse(json.dump()); };
   bool shapes = true, bodies = true, scenes = true, contacts = true, seen = true;
   for (const Json& viewer : report.at("viewers")) {
-    shapes &= viewer.value("client_deformed_hash", "") == server.at("deformed_hash");
+    shapes &= Json(viewer.value("client_deformed_hash", "")) == server.at("deformed_hash");
     bodies &= unordered(viewer.at("client_bodies")) == unordered(server.at("bodies"));
     scenes &= viewer.at("hashes_equal").get<bool>() && viewer.at("client_scene_hash") == server.at("scene_hash");
     for (const auto& [which, errors] : viewer.at("contacts").items()) {
