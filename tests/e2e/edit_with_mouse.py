@@ -151,14 +151,20 @@ class EditWithMouse(harness.EndToEnd):
         self.assertEqual(self.watcher.revision_and_root()[0], revision)
         self.assertEqual(set(self.watcher.objects()), {"box"})
 
-    def cancel(self, name, revision):
-        began = time.monotonic()
-        self.window.do("key", "ctrl+shift+i")
-        self.window.said(rf"import {name}: was cancelled; nothing was changed")
-        print(f"\n{name}: cancelled in {1e3 * (time.monotonic() - began):.0f} ms", end="", flush=True)
-        self.assertLess(time.monotonic() - began, 0.1)
-        harness.wait_until(lambda: not self.importers(), 1, "the importer goes on")
-        self.server.send(signal.SIGCONT)
+    def check_cancels_at_once(self, name, begin):
+        """begin() comes to where the import is to be cancelled. The shortest of three counts: a busy machine only adds."""
+        revision = self.watcher.revision_and_root()[0]
+        took_s = []
+        for times in (1, 2, 3):
+            begin()
+            began = time.monotonic()
+            self.window.do("key", "ctrl+shift+i")
+            self.window.said(rf"import {name}: was cancelled; nothing was changed", times=times)
+            took_s.append(time.monotonic() - began)
+            harness.wait_until(lambda: not self.importers(), 1, "the importer goes on")
+            self.server.send(signal.SIGCONT)
+        print(f"\n{name}: cancelled in {1e3 * min(took_s):.0f} ms", end="", flush=True)
+        self.assertLess(min(took_s), 0.1)
         time.sleep(2)
         self.assertEqual(self.watcher.revision_and_root()[0], revision)
         self.assertEqual(set(self.watcher.objects()), {"box"})
@@ -173,23 +179,26 @@ class EditWithMouse(harness.EndToEnd):
         (self.folder / "soup.obj").write_text(
             "".join(f"v {soup.random()} {soup.random()} {soup.random()}\n" for _ in range(240_000)) +
             "".join(f"f {i} {i + 1} {i + 2}\n" for i in range(1, 240_000, 3)))
-        self.import_file(self.folder / "soup.obj")
-        self.wait_until(self.importers, "nothing reads the file")
-        time.sleep(0.3)
-        self.assertTrue(self.importers(), "it is read already")
-        self.cancel("soup.obj", self.watcher.revision_and_root()[0])
+
+        def begin():
+            self.import_file(self.folder / "soup.obj")
+            self.wait_until(self.importers, "nothing reads the file")
+            time.sleep(0.3)
+            self.assertTrue(self.importers(), "it is read already")
+        self.check_cancels_at_once("soup.obj", begin)
 
     def test_cancels_an_import_at_once_while_it_is_sent(self):
         write_grid(self.folder / "large.off")
-        revision = self.watcher.revision_and_root()[0]
-        self.window.focus()
-        self.server.send(signal.SIGSTOP)  # it takes its time
         self.addCleanup(self.server.send, signal.SIGCONT)
-        self.import_file(self.folder / "large.off")
-        self.wait_until(self.importers, "nothing reads the file")
-        self.wait_until(lambda: not self.importers(), "it is not read")
-        time.sleep(0.5)
-        self.cancel("large.off", revision)
+
+        def begin():
+            self.window.focus()
+            self.server.send(signal.SIGSTOP)  # it takes its time
+            self.import_file(self.folder / "large.off")
+            self.wait_until(self.importers, "nothing reads the file")
+            self.wait_until(lambda: not self.importers(), "it is not read")
+            time.sleep(0.5)
+        self.check_cancels_at_once("large.off", begin)
 
     def test_takes_a_file_that_is_dropped_on_the_box(self):
         (self.folder / "dropped.obj").write_text(TETRAHEDRON_OBJ)

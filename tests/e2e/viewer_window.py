@@ -69,10 +69,11 @@ class Window(harness.Process):
         windows = harness.wait_until(lambda: self.windows("Haptic viewer"), harness.START_TIMEOUT_S, "no window")
         self.do("windowfocus", "--sync", windows[0])
 
-    def said(self, pattern, timeout_s=harness.START_TIMEOUT_S):
-        """A line of the log."""
+    def said(self, pattern, timeout_s=harness.START_TIMEOUT_S, times=1):
+        """A line of the log, the last of so many."""
         def find():
-            return next((match for line in [*self.lines, *self.errors] if (match := re.search(pattern, line))), None)
+            matches = [match for line in [*self.lines, *self.errors] if (match := re.search(pattern, line))]
+            return matches[times - 1] if len(matches) >= times else None
         return harness.wait_until(find, timeout_s, lambda: f"never said {pattern!r}:\n{self.text()}", pause_s=0.005)
 
     def read_screen(self):
