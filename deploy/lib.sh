@@ -1,4 +1,4 @@
-# Sourced by run and test: where the project is, messages, and what must be installed.
+# Sourced by the scripts of this folder: where the project is, messages, and what must be installed.
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -23,7 +23,7 @@ check_release() {
   name=$(of_release PRETTY_NAME)
   case "$(of_release ID) $(of_release VERSION_ID) $(of_release ID_LIKE)" in
     "debian 12 "* | "debian 13 "*) ;;
-    debian\ *) fail "$name is not supported; Debian 12 and 13 are" ;;
+    debian\ [0-9]*) fail "$name is not supported; Debian 12 and 13 are" ;;
     *debian*) echo "deploy/$(basename "$0"): tested on Debian 12 and 13, not on $name; going on" >&2 ;;
     *) fail "${name:-this system} is not supported; Debian 12 and 13 are; elsewhere install what deploy/packages lists and build with CMake" ;;
   esac
@@ -52,9 +52,9 @@ install_missing() {
 # install_packages PACKAGE...: fetches the package lists only when they do not know one, or are too old.
 install_packages() {
   local missing=("$@") as_root=() unknown
-  local offline="no packages without a network: apt did not reach every server; its messages are above"
+  local offline="apt could not fetch its lists (is there no network, or does another apt run?); its messages are above"
   if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
+    command -v sudo >/dev/null && sudo true || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
     as_root=(sudo)
   fi
   say "Installing ${#missing[@]} packages: ${missing[*]}"
@@ -78,11 +78,11 @@ fetch_node_modules() {
   cmp -s "$1/package-lock.json" "$2/node_modules/fetched-by" && return
   say "Fetching by npm what ${1#"$top/"} needs"
   { command -v npm >/dev/null || (install_packages npm); } && mkdir -p "$2" && cp "$1"/package{,-lock}.json "$2" &&
-    timeout 120 npm ci --prefix "$2" --silent --ignore-scripts --no-audit --no-fund &&
+    timeout --foreground 120 npm ci --prefix "$2" --silent --ignore-scripts --no-audit --no-fund &&
     cp "$2/package-lock.json" "$2/node_modules/fetched-by"
 }
 
-# What tests need and Debian 12 does not have: protobufjs and @mcap/core into build/node, the web page's packages into build/web.
+# What tests need and Debian does not have: protobufjs and @mcap/core into build/node, the web page's packages into build/web.
 # Without them EndToEnd.Stranger, EndToEnd.WebPage and a test of EndToEnd.SessionData are skipped.
 install_node_modules() {
   fetch_node_modules "$top/graphics_client/web" "$top/build/web" ||
@@ -100,7 +100,7 @@ build_web_page() {
 
 # check_disk: why a build may have failed.
 check_disk() {
-  [ "$(df -k --output=avail "$top" "${TMPDIR:-/tmp}" | sort -n | sed -n 2p)" -gt 300000 ] ||
+  [ "$(df -k --output=avail "$top" "${TMPDIR:-/tmp}" | tail -n +2 | sort -n | head -n 1)" -gt 300000 ] ||
     fail "the disk is full; make room (a build takes 2 GB), then the same command goes on from here"
 }
 

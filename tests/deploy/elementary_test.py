@@ -14,7 +14,7 @@ ROUNDING = re.compile(
 
 
 # Inline functions of OpenMesh that are compiled with its class and that nobody calls.
-NOT_OURS = "8OpenMesh"
+NOT_OURS = re.compile(r"<_Z(NK?|Thn\d+_NK?)8OpenMesh")
 
 
 def calls(archive):
@@ -27,7 +27,7 @@ def calls(archive):
             member = line.split(":")[0]
         elif line.endswith(">:"):
             function = words[-1]
-        elif len(words) == 3 and words[1].startswith("R_") and NOT_OURS not in function:
+        elif len(words) == 3 and words[1].startswith("R_") and not NOT_OURS.match(function):
             name = re.split("[-+@]", words[2])[0]
             if ROUNDING.fullmatch(name):
                 found.add(f"{archive}({member}): {name} in {function}")

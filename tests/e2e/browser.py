@@ -12,6 +12,11 @@ FLAGS = ["--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftsh
          "--disable-dev-shm-usage", "--remote-debugging-pipe"]
 
 
+def idle_s():
+    """Time that the machine's processors had nothing to do, in sum."""
+    return sum(map(int, Path("/proc/stat").read_text().split()[4:6])) / os.sysconf("SC_CLK_TCK")
+
+
 class Browser:
     """One page. `profile`: an empty folder."""
 

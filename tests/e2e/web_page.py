@@ -26,7 +26,7 @@ SKIPPED = 77  # as CMake is told
 SOON_S = 180
 MAX_IHIP_MM = 0.5
 LEAST_FPS = 20
-CORES = 2  # with as many to itself: a busy machine gives fewer, and fewer frames
+CORES = 2  # with as many for itself, taken or idle: a busy machine gives fewer, and fewer frames
 LEAST_CONTRAST = 60  # of 255, in the heights of a texture
 PHONE = (390, 780)
 
@@ -93,7 +93,7 @@ class WebPage(audience.PublishedSession):
         self.wait_for_root(page, server)
         self.wait_for_word(page, "live")
         seen, felt, fps = {}, {}, []
-        began_s, used_s = harness.time.monotonic(), page.processor_s()
+        began_s, used_s, idle_s = harness.time.monotonic(), page.processor_s(), browser.idle_s()
         next_look = harness.time.monotonic() + 2  # the page is behind what comes now
         for sample in client.samples(6):
             felt[sample.tick] = sample.ihip
@@ -104,14 +104,14 @@ class WebPage(audience.PublishedSession):
                 next_look = harness.time.monotonic() + 0.2
         errors_mm = [1e3 * math.dist(drawn, (felt[tick].x, felt[tick].y, felt[tick].z))
                      for tick, drawn in seen.items() if tick in felt]
-        took_cores = (page.processor_s() - used_s) / (harness.time.monotonic() - began_s)
+        cores = (page.processor_s() - used_s + browser.idle_s() - idle_s) / (harness.time.monotonic() - began_s)
         frames_per_s = statistics.mean(fps)
         self.assertGreaterEqual(len(errors_mm), 5)
-        print(f"\n{len(errors_mm)} samples within {max(errors_mm):.3f} mm, {frames_per_s:.1f} frames/s on {took_cores:.2f} cores",
+        print(f"\n{len(errors_mm)} samples within {max(errors_mm):.3f} mm, {frames_per_s:.1f} frames/s with {cores:.2f} cores",
               end="", flush=True)
         self.take_picture(page, "demo")
         self.assertLess(max(errors_mm), MAX_IHIP_MM)
-        self.assertGreaterEqual(frames_per_s * CORES / min(took_cores, CORES), LEAST_FPS)
+        self.assertGreaterEqual(frames_per_s * CORES / min(cores, CORES), LEAST_FPS)
         page.resize(*PHONE, phone=True)
         harness.time.sleep(1)
         self.take_picture(page, "phone")
