@@ -5,12 +5,12 @@ fail() { echo "in_fresh_root: $*" >&2; exit 1; }
 
 case $1 in
   run)
-    cd /root/haptics
+    cd /clone/haptics
     deploy/run --headless --seconds 5
     exit
     ;;
   tour)
-    cd /root/haptics
+    cd /clone/haptics
     start=$(sed -n 's/.*(without a display: `\([^`]*\)`.*/\1/p' README.md)
     $start >run.log 2>&1 &
     run=$!
@@ -37,7 +37,7 @@ PYTHON
     exit
     ;;
   test)
-    cd /root/haptics
+    cd /clone/haptics
     objects=$(find build/release -path '*.dir/*.o')
     touch stamp
     deploy/test

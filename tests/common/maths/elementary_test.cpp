@@ -13,7 +13,7 @@
 #include <random>
 #include <vector>
 
-namespace haptics {
+namespace haptics::elementary_test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -270,4 +270,4 @@ TEST(Elementary, BitsAreTheSameEverywhere) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::elementary_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace haptics {
+namespace haptics::simd_test {
 namespace {
 
 TEST(Simd, TheMaximumOfEqualsIsTheSecond) {
@@ -25,4 +25,4 @@ TEST(Simd, TheMaximumOfDifferentNumbersIsTheGreater) {
 }
 
 }  // namespace
-}  // namespace haptics
+}  // namespace haptics::simd_test
