@@ -1,7 +1,5 @@
 // graphics_client: shows what a haptic_server feels.
 
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
@@ -13,8 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "common/log/log.h"
 #include "common/text/printable.h"
-#include "common/text/printable_log.h"
 #include "common/wire/endpoint.h"
 #include "graphics_client/application/application.h"
 #include "graphics_client/audience/audience_link.h"
@@ -195,7 +193,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_formatter(haptics::printableLog("[%Y-%m-%d %H:%M:%S.%e] [%^%l%$] %v"));
+  haptics::logTo(stdout);
   Arguments arguments;
   CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
   app.set_version_flag("--version", "graphics_client " HAPTICS_VERSION);

@@ -1,7 +1,5 @@
 #include "haptic_server/attached_device.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "haptic_server/app_log.h"
+#include "common/log/log.h"
 #include "haptic_server/calibration_file.h"
 #include "haptic_server/device/leadable_hand.h"
 #include "haptic_server/device/plugin/plugin_link.h"
@@ -122,7 +120,7 @@ class Recorded final : public AttachedDevice {
   if (!preset) return tl::unexpected(preset.error());
   const auto hand = findHandPreset(options.hand);
   if (!hand) return tl::unexpected(hand.error());
-  if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
+  if (hand->stiffness_N_per_m <= 0) logWarning("--hand " + options.hand + ": a hand without a spring moves nothing");
   return std::make_unique<Simulated>(*preset, *hand, options.startsAt, 1 / rateOf(options),
                                      options.deviceDelay_ms.value_or(0) * 1e-3);
 }
@@ -209,7 +207,7 @@ class Recorded final : public AttachedDevice {
   }
   if (options.secondHand)
     return refused("--device", "replay:FILE plays every hand of the recording; it is given alone");
-  if (!options.scene.empty()) spdlog::warn("{} is not loaded: {} has its own scenes", options.scene, file);
+  if (!options.scene.empty()) logWarning(options.scene + " is not loaded: " + file + " has its own scenes");
   return std::make_unique<Recorded>(*std::move(player));
 }
 

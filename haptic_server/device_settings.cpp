@@ -1,11 +1,12 @@
 #include "haptic_server/device_settings.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstdio>
 
 #include "common/clock/monotonic.h"
+#include "common/log/log.h"
 #include "haptic_server/servo/server_step_config.h"
 #include "haptic_server/surface_limits_cache.h"
 
@@ -28,11 +29,13 @@ DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, co
   const std::uint64_t began_ns = monotonicNow_ns();
   const auto [limits, searched] = SurfaceLimitsCache(SurfaceLimitsCache::userFolder())
                                       .find(deviceInfoOf(options, device), rate_Hz, options.stabiliser);
-  spdlog::info("surfaces are felt with at most {:.5g} N/m and {:.3g} Ns/m: {} in {:.0f} ms", limits.stiffness_N_per_m,
-               limits.damping_Ns_per_m, searched ? "found" : "read",
-               static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
+  std::array<char, 128> said{};
+  std::snprintf(said.data(), said.size(), "surfaces are felt with at most %.5g N/m and %.3g Ns/m: %s in %.0f ms",
+                limits.stiffness_N_per_m, limits.damping_Ns_per_m, searched ? "found" : "read",
+                static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
+  logInfo(said.data());
   if (limits.stiffness_N_per_m == 0) {
-    spdlog::warn(
+    logWarning(
         "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
         "higher rate or the stabiliser may help");
   }

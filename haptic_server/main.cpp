@@ -1,6 +1,4 @@
 #include <google/protobuf/stubs/logging.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -12,7 +10,7 @@
 
 #include "common/clock/monotonic.h"
 #include "common/interruption/interruption.h"
-#include "common/text/printable_log.h"
+#include "common/log/log.h"
 #include "haptic_server/check_device.h"
 #include "haptic_server/doctor/doctor.h"
 #include "haptic_server/options.h"
@@ -24,7 +22,7 @@ namespace {
 constexpr int kExitFailed = 1;
 
 [[nodiscard]] int fail(const Error& error) {
-  spdlog::error("{}", error.text());
+  logError(error.text());
   return kExitFailed;
 }
 
@@ -82,7 +80,7 @@ int run(const ServerOptions& options) {
         options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0;
     while (rereadsTokens(stopSignals.wait(end_ns), options)) (*app)->refreshTokens();
   }
-  spdlog::info("stopping");
+  logInfo("stopping");
   const auto stopped = (*app)->stop();
   const int code = stopped ? 0 : fail(stopped.error());
   if ((*app)->isStillBuilding()) std::_Exit(code);
@@ -93,9 +91,8 @@ int run(const ServerOptions& options) {
 }  // namespace haptics
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
+  haptics::logTo(stderr);
   google::protobuf::SetLogHandler(nullptr);  // it would write a line for each bad string that a client sends
-  spdlog::set_formatter(haptics::printableLog("%H:%M:%S.%e %^%l%$ %v"));
   if (argc > 1 && std::string_view(argv[1]) == "doctor") return haptics::runDoctor(argc - 1, argv + 1);
   if (argc > 1 && std::string_view(argv[1]) == "check-device") return haptics::runCheckDevice(argc - 1, argv + 1);
   const auto options = haptics::parseServerOptions(argc, argv);
@@ -103,7 +100,7 @@ int main(int argc, char** argv) {
   try {
     return haptics::run(std::get<haptics::ServerOptions>(options));
   } catch (const std::exception& e) {
-    spdlog::critical("{}", e.what());
+    haptics::logError(e.what());
     return haptics::kExitFailed;
   }
 }

@@ -1,15 +1,13 @@
 #include "haptic_server/server_app.h"
 
-#include <spdlog/spdlog.h>
-
 #include <atomic>
 #include <chrono>
 #include <utility>
 #include <vector>
 
 #include "common/clock/monotonic.h"
+#include "common/log/log.h"
 #include "common/telemetry/fault_words.h"
-#include "haptic_server/app_log.h"
 #include "haptic_server/attached_device.h"
 #include "haptic_server/device/exploration_planner.h"
 #include "haptic_server/device_settings.h"
@@ -58,11 +56,12 @@ class FaultLog {
 
   void take(const TelemetrySample& sample) {
     if (sample.fault == std::exchange(logged_, sample.fault)) return;
+    const std::string tick = "tick " + std::to_string(sample.tick) + ": " + whose_;
     if (sample.fault == Fault::kNone) {
-      spdlog::info("tick {}: {}forces again", sample.tick, whose_);
+      logInfo(tick + "forces again");
     } else {
-      spdlog::error("tick {}: {}the force is taken away: {}{}", sample.tick, whose_,
-                    faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s));
+      logError(tick + "the force is taken away: " + faultInWords(sample.fault, sample.device.fault) +
+               waitInWords(sample.wait_s));
     }
   }
 
@@ -223,7 +222,7 @@ class WholeServer final : public ServerApp, private ServerHost {
 
   [[nodiscard]] Result<void> prepareScene() {
     for (const auto& folder : options_.assets)
-      spdlog::info("mesh and image files are looked for in {}", folder.string());
+      logInfo("mesh and image files are looked for in " + folder.string());
     if (!options_.state.empty()) {
       auto resumed = resumeState(*sceneService_, options_);
       if (!resumed) return tl::unexpected(resumed.error());
@@ -236,7 +235,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   [[nodiscard]] Result<void> preparePlayer() {
     const auto show = [this](const RemadeScene& scene) { return sceneService_->show(scene.version, assetsOf(scene)); };
     if (auto prepared = player_->prepare(sceneService_->assetStore(), show); !prepared) return prepared;
-    if (!player_->sameStep()) spdlog::warn("it was recorded by another version of the step: its forces may differ");
+    if (!player_->sameStep()) logWarning("it was recorded by another version of the step: its forces may differ");
     const auto resume = [](ServoHand& hand, const RecordedBeginning& begun) {
       if (begun.state) hand.resumeFrom(*begun.state, begun.scene, begun.pending);
     };

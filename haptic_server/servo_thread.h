@@ -7,7 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "haptic_server/app_log.h"
+#include "common/log/log.h"
 #include "haptic_server/servo/realtime.h"
 
 namespace haptics {

@@ -1,14 +1,12 @@
 #include "haptic_server/start_scene.h"
 
-#include <spdlog/spdlog.h>
-
 #include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "common/log/log.h"
 #include "common/wire/convert.h"
-#include "haptic_server/app_log.h"
 
 namespace haptics {
 
@@ -29,11 +27,11 @@ Result<std::unique_ptr<StateFolder>> resumeState(SceneService& sceneService, con
   auto& folder = *opened->folder;
   const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
   for (const std::string& remark : sceneService.resume(std::move(opened->state), readAsset, folder)) {
-    spdlog::warn("--state {}: {}", options.state, remark);
+    logWarning("--state " + options.state + ": " + remark);
   }
   if (const auto revision = sceneService.history()->version.revision(); revision > 0) {
-    spdlog::info("going on at revision {} of {}{}", revision, options.state,
-                 options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
+    logInfo("going on at revision " + std::to_string(revision) + " of " + options.state +
+            (options.scene.empty() ? "" : "; " + options.scene + " is not loaded"));
   }
   return std::move(opened->folder);
 }
@@ -49,7 +47,7 @@ std::unique_ptr<StateScrubber> scrubState(SceneService& sceneService, StateFolde
   };
   const auto repair = [&sceneService, &state](const std::filesystem::path& file,
                                               const std::optional<ContentHash>& asset) {
-    spdlog::warn("{} is damaged or missing; it is written anew from memory", file.string());
+    logWarning(file.string() + " is damaged or missing; it is written anew from memory");
     return sceneService.checkpoint([&state, asset] {
       if (asset) state.distrust(*asset);
     });

@@ -17,7 +17,7 @@ constexpr std::size_t kStarts = 1000;     ///< Most extreme samples that are loo
 constexpr std::size_t kClimbs = 64;       ///< and the best places about them, from which it is climbed to.
 constexpr double kMargin = 1.1;           ///< Of what is found by sampling.
 constexpr double kPointMargin = 0.005;    ///< Of the values' range: how far a bound lies outside what was found.
-constexpr double kDifferenceStep = 1e-4;  ///< Of the reach.
+constexpr double kReachStep = 1e-4;  ///< Of the reach.
 
 bool isCanonical(float x, float most) {
   const bool negativeZero = x == 0 && std::signbit(x);
@@ -136,7 +136,7 @@ void visitSurface(const PointField& field, const NearSamples& near, Visit visit)
 
 FieldBounds boundsOf(const PointField& field, const NearSamples& near) {
   FieldBounds bounds;
-  const double step_m = kDifferenceStep * field.reach_m();
+  const double step_m = kReachStep * field.reach_m();
   visitSurface(field, near, [&](Vec3 place) {
     bounds.slope_per_m = std::max(bounds.slope_per_m, glm::length(field.at(place).gradient));
     glm::dmat3 second;

@@ -1,7 +1,5 @@
 #include "graphics_client/application/advisor.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QCoreApplication>
 #include <QFile>
 #include <QFileInfo>
@@ -11,6 +9,7 @@
 #include <QStandardPaths>
 #include <utility>
 
+#include "common/log/log.h"
 #include "graphics_client/application/advice.h"
 #include "graphics_client/application/printable_text.h"
 #include "graphics_client/editing/scene_file.h"
@@ -45,7 +44,7 @@ Advisor::Advisor() : what_(new QLabel) {
     const QStringList lines = QString::fromUtf8(process_.readAllStandardError()).split('\n', Qt::SkipEmptyParts);
     for (const QString& line : lines) {
       what_->setText("advice: " + text(line.toStdString()));
-      spdlog::info("{}", what_->text().toStdString());
+      logInfo(what_->text().toStdString());
     }
   });
   connect(&process_, qOverload<int, QProcess::ExitStatus>(&QProcess::finished),
@@ -91,14 +90,14 @@ void Advisor::takeAnswer(int exitCode, bool hasCrashed) {
   advice_ = *std::move(advice);
   answered_ = asked_;
   end();
-  spdlog::info("advice is here");
+  logInfo("advice is here");
   emit said("advice", "is beside the properties of each object", false);
 }
 
 void Advisor::cancel() {
   if (!asked_) return;
   end();
-  spdlog::info("advice was cancelled");
+  logInfo("advice was cancelled");
   emit said("advice", "was cancelled", false);
 }
 

@@ -1,9 +1,8 @@
 #include "graphics_client/application/application.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QApplication>
 
+#include "common/log/log.h"
 #include "graphics_client/application/main_window.h"
 
 namespace haptics {
@@ -12,8 +11,7 @@ namespace {
 /// Qt's words go where the program's go. That a session without a login has no folder of its own is no trouble here.
 void log(QtMsgType type, const QMessageLogContext& /*context*/, const QString& words) {
   if (words.startsWith("QStandardPaths: XDG_RUNTIME_DIR")) return;
-  spdlog::log(type == QtDebugMsg || type == QtInfoMsg ? spdlog::level::debug : spdlog::level::warn, "{}",
-              words.toStdString());
+  logAt(type == QtDebugMsg || type == QtInfoMsg ? LogLevel::kDebug : LogLevel::kWarning, words.toStdString());
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "graphics_client/application/connect_dialog.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QComboBox>
 #include <QDialogButtonBox>
 #include <QFileDialog>
@@ -11,6 +9,7 @@
 #include <QPushButton>
 #include <utility>
 
+#include "common/log/log.h"
 #include "common/text/printable.h"
 
 namespace haptics {
@@ -32,7 +31,7 @@ void say(QLabel* label, const std::optional<Error>& error) {
   label->setVisible(error.has_value());
   if (!error) return label->clear();
   label->setText(QString::fromStdString(printable(error->text())));
-  spdlog::warn("connect: {}", label->text().toStdString());
+  logWarning("connect: " + label->text().toStdString());
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 #include "graphics_client/application/connection_control.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QSettings>
 #include <utility>
 
+#include "common/log/log.h"
 #include "common/text/printable.h"
 #include "graphics_client/application/connect_dialog.h"
 #include "graphics_client/session/link_notice.h"
@@ -61,7 +60,7 @@ void ConnectionControl::connectTo(const Endpoint& server, std::optional<ClientCr
                                   RecentServer entry) {
   recent_.add(std::move(entry));
   write(recent_);
-  spdlog::info("connecting to {}", server.text());
+  logInfo("connecting to " + server.text());
   link_.connectTo(server, std::move(credentials));
   emit replaced();
 }
@@ -80,7 +79,7 @@ void ConnectionControl::saveLastSeconds() {
     const bool isWritten = !reply.file().empty();
     const std::string words = isWritten ? reply.file() + " is written on the server's machine" : reply.reason();
     QMetaObject::invokeMethod(this, [this, what, words = QString::fromStdString(printable(words)), isWritten] {
-      spdlog::info("{}: {}", what.toStdString(), words.toStdString());
+      logInfo((what + ": " + words).toStdString());
       emit said(what, words, !isWritten);
     });
   });

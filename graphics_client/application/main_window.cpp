@@ -1,7 +1,5 @@
 #include "graphics_client/application/main_window.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QAction>
 #include <QApplication>
 #include <QCloseEvent>
@@ -17,6 +15,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/log/log.h"
 #include "graphics_client/application/file_drop.h"
 #include "graphics_client/application/plotted_sample.h"
 #include "graphics_client/application/printable_text.h"
@@ -90,7 +89,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(importer_, &MeshImporter::failed, [this](auto file, auto why) { say("import " + file, why, true); });
   connect(importer_, &MeshImporter::imported, [this](const QString& object, const QString& report) {
     for (const QString& line : report.split('\n')) {
-      spdlog::info("import {}: {}", object.toStdString(), line.toStdString());
+      logInfo(("import " + object + ": " + line).toStdString());
     }
     select(object);
     report_ = report;
@@ -271,7 +270,7 @@ void MainWindow::sayHand(const MirrorView& view) {
   const QString press = QString("%1 N").arg(steering_.press_N(), 0, 'f', 1);
   if (!view.hand.refused.empty()) {
     const QString words = "hand: " + text(view.hand.refused);
-    if (handText_->text() != words) spdlog::warn("{}", words.toStdString());
+    if (handText_->text() != words) logWarning(words.toStdString());
     handText_->setText(words);
   } else if (lead_ == Lead::kLed) {
     handText_->setText("the hand is yours, " +
@@ -303,7 +302,7 @@ void MainWindow::say(const QString& edit, const QString& words, bool isError) {
   properties_->say(edit + ": " + words, isError);
   if (!isError) return;
   statusBar()->showMessage(edit + ": " + words, kMessage_ms);
-  spdlog::warn("{}: {}", edit.toStdString(), words.toStdString());
+  logWarning((edit + ": " + words).toStdString());
 }
 
 void MainWindow::finish() {

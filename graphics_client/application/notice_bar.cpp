@@ -1,7 +1,5 @@
 #include "graphics_client/application/notice_bar.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
@@ -33,9 +31,10 @@ void NoticeBar::say(const QString& words, bool isError) {
   colors.setColor(QPalette::WindowText, isError ? Qt::white : Qt::black);
   setPalette(colors);
   setVisible(!words.isEmpty());
-  spdlog::info("{}: {}", objectName().toStdString(), words.isEmpty() ? "nothing" : words.toStdString());
+  logInfo((objectName() + ": " + (words.isEmpty() ? "nothing" : words)).toStdString());
 }
 
 }  // namespace haptics
 
+#include "common/log/log.h"
 #include "moc_notice_bar.cpp"

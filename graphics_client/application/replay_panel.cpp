@@ -1,7 +1,5 @@
 #include "graphics_client/application/replay_panel.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QAction>
 #include <QComboBox>
 #include <QFileDialog>
@@ -16,6 +14,7 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/log/log.h"
 #include "common/text/printable.h"
 #include "graphics_client/application/plotted_sample.h"
 #include "graphics_client/application/time_slider.h"
@@ -152,7 +151,7 @@ void ReplayPanel::take(const QString& file, Result<RecordedSession> session) {
   for (QAction* action : actions_) action->setEnabled(true);
   clock_.setPlaying(true);
   refresh();
-  spdlog::info("{} ({}); {}", session_->status(0), file.toStdString(), session_->extent());
+  logInfo(session_->status(0) + " (" + file.toStdString() + "); " + session_->extent());
   emit said(kWhat, QString::fromStdString(session_->extent()), false);
   emit changed();
 }
@@ -163,7 +162,7 @@ void ReplayPanel::leave() {
   playing_->hide();
   setVisible(isLoading_);
   for (QAction* action : actions_) action->setEnabled(false);
-  spdlog::info("back to the server");
+  logInfo("back to the server");
   emit changed();
 }
 

@@ -1,12 +1,11 @@
 #include "graphics_client/application/scene_files.h"
 
-#include <spdlog/spdlog.h>
-
 #include <QFileDialog>
 #include <QMessageBox>
 #include <memory>
 #include <utility>
 
+#include "common/log/log.h"
 #include "common/text/printable.h"
 #include "graphics_client/editing/scene_file.h"
 
@@ -37,7 +36,7 @@ void SceneFiles::open(const QString& file) {
         if (!*edit) return fail("Open scene", edit->error());
         editor_.open(std::move(**edit), [this, file] {
           file_ = file;
-          spdlog::info("opened {}", file.toStdString());
+          logInfo("opened " + file.toStdString());
         });
       });
     });
@@ -76,7 +75,7 @@ void SceneFiles::write(const QString& file, const std::function<void()>& then) {
       if (!*saved) return fail("Save scene", saved->error());
       file_ = file;
       editor_.markSaved(state);
-      spdlog::info("saved {}", file.toStdString());
+      logInfo("saved " + file.toStdString());
       emit said("save", file + " is written", false);
       if (then) then();
     });
@@ -90,7 +89,7 @@ void SceneFiles::askBeforeLoss(const QString& what, const std::function<void()>&
                                    QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, window_);
   question->setAttribute(Qt::WA_DeleteOnClose);
   question->setDefaultButton(QMessageBox::Save);
-  spdlog::info("asks: {}", question->text().toStdString());
+  logInfo("asks: " + question->text().toStdString());
   connect(question, &QMessageBox::finished, this, [this, then](int answer) {
     if (answer == QMessageBox::Save) save(then);
     if (answer == QMessageBox::Discard) then();

@@ -1,8 +1,5 @@
 // haptic_relay: publishes a haptic_server's session through NATS, for an audience that only watches.
 
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
@@ -12,7 +9,7 @@
 #include <utility>
 
 #include "common/text/printable.h"
-#include "common/text/printable_log.h"
+#include "common/log/log.h"
 #include "graphics_client/relay/relay.h"
 
 namespace {
@@ -72,8 +69,7 @@ Result<haptics::RelayOptions> optionsFrom(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_relay"));
-  spdlog::set_formatter(haptics::printableLog("%H:%M:%S.%e %^%l%$ %v"));
+  haptics::logTo(stderr);
   Arguments arguments;
   CLI::App app("Publishes a haptic_server's session through NATS, for viewers and pages that only watch.",
                "haptic_relay");
@@ -106,7 +102,7 @@ int main(int argc, char** argv) {
   if (!options) return fail(options.error(), kBadUsage);
   try {
     const auto done =
-        haptics::runRelay(*options, stopRequested, [](const std::string& line) { spdlog::info("{}", line); });
+        haptics::runRelay(*options, stopRequested, haptics::logInfo);
     return done ? kDone : fail(done.error(), kFailed);
   } catch (const std::exception& error) {
     return fail({"", error.what()}, kFailed);

@@ -15,8 +15,7 @@
 namespace haptics {
 namespace {
 
-constexpr double kMillimetresPerMetre = 1000;
-constexpr double kMillijoulesPerJoule = 1000;
+constexpr double kMilli = 1000;  // of a metre, of a joule
 
 const char* nameOf(PrimitiveKind kind) {
   switch (kind) {
@@ -38,11 +37,11 @@ const char* nameOf(BodyCondition condition) {
 }
 
 void printTouch(const MirrorView& view, const TelemetrySample& sample) {
-  const Vec3 hip_mm = sample.hip * kMillimetresPerMetre;
+  const Vec3 hip_mm = sample.hip * kMilli;
   std::printf("hip %7.1f %7.1f %7.1f mm  force %5.2f N", hip_mm.x, hip_mm.y, hip_mm.z,
               glm::length(sample.force.written));
   if (const auto object = view.scene->find(sample.object); object) {
-    std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMillimetresPerMetre, object->name.c_str(),
+    std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMilli, object->name.c_str(),
                 nameOf(sample.primitive.kind), sample.primitive.polygon);
   }
 }
@@ -60,12 +59,12 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
   for (const auto& [id, body] : view.bodies) {
     const auto object = view.scene->find(id);
     if (body.condition == BodyCondition::kAsleep || !object) continue;
-    const Vec3 at_mm = body.pose.position * kMillimetresPerMetre;
+    const Vec3 at_mm = body.pose.position * kMilli;
     std::printf("  %s at %.1f %.1f %.1f mm%s", object->name.c_str(), at_mm.x, at_mm.y, at_mm.z, nameOf(body.condition));
   }
   if (const auto object = view.scene->find(sample.largestEnergySource.object); object) {
     std::printf("  %s's %s gave %.3g mJ", object->name.c_str(), nameOf(sample.largestEnergySource.feature),
-                sample.largestEnergySource.given_J * kMillijoulesPerJoule);
+                sample.largestEnergySource.given_J * kMilli);
   }
   printFault(sample);
   if (view.secondHand) {

@@ -14,7 +14,7 @@
 namespace haptics {
 namespace {
 
-constexpr double kOpacity = 0.72;
+constexpr double kLabelOpacity = 0.72;
 /// Margin of the background around the text, in font sizes.
 constexpr double kLabelPadding = 0.35, kLabelRadius = 0.35;
 /// More could not be read.
@@ -35,7 +35,7 @@ glm::dvec2 footOf(const std::array<glm::dvec2, 8>& corners) {
 
 }  // namespace
 
-ObjectLabels::Label::Label(vtkRenderer* renderer) : background(renderer, palette::kCard, kOpacity) {
+ObjectLabels::Label::Label(vtkRenderer* renderer) : background(renderer, palette::kCard, kLabelOpacity) {
   setUpText(text, renderer, palette::kText);
   text->GetTextProperty()->SetJustificationToCentered();
   text->GetTextProperty()->SetVerticalJustificationToCentered();

@@ -15,7 +15,7 @@ namespace {
 // Each part is preceded by its length.
 using Length = std::uint64_t;
 
-[[nodiscard]] tl::unexpected<Error> failed() {
+[[nodiscard]] tl::unexpected<Error> journalFailed() {
   return refused("scene journal", std::generic_category().message(errno));
 }
 
@@ -40,7 +40,7 @@ void appendPart(const v1::RecordingPart& part, std::string& bytes) {
 
 Result<SceneJournal> SceneJournal::make(const RecordingFacts& facts) {
   SceneJournal journal(FileHandle(::memfd_create("scene journal", MFD_CLOEXEC)));
-  if (journal.descriptor() < 0) return failed();
+  if (journal.descriptor() < 0) return journalFailed();
   v1::RecordingPart part;
   *part.mutable_head() = toMessage(facts);
   std::string bytes;
@@ -61,7 +61,7 @@ Result<void> SceneJournal::append(std::string_view bytes) {
     const ssize_t written = ::pwrite(descriptor(), bytes.data(), bytes.size(), static_cast<off_t>(end));
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) {
-      auto error = failed();
+      auto error = journalFailed();
       (void)::ftruncate(descriptor(), static_cast<off_t>(size_));
       return error;
     }

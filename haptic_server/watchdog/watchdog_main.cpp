@@ -1,12 +1,10 @@
 #include <sched.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 
 #include <cstdio>
 
-#include "haptic_server/app_log.h"
+#include "common/log/log.h"
 #include "haptic_server/watchdog/watch.h"
 
 namespace {
@@ -27,8 +25,7 @@ int main(int argc, char** argv) {
   prctl(PR_SET_TIMERSLACK, 1UL);
   const sched_param priority{.sched_priority = kPriority};
   sched_setscheduler(0, SCHED_FIFO, &priority);  // where the servo may be a real-time one
-  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_watchdog"));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  haptics::logTo(stderr);
   haptics::Watch(
       {haptics::kWatchSocket, {.recordings = argv[1], .info = haptics::logInfo, .warning = haptics::logWarning}})
       .run();

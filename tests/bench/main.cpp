@@ -2,12 +2,11 @@
 // --benchmark_filter=REGEX, --benchmark_format=json, ...
 
 #include <benchmark/benchmark.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <cstring>
 #include <iostream>
 
+#include "common/log/log.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/peers/peers.h"
 #include "tests/bench/scenes.h"
@@ -34,7 +33,7 @@ int main(int argc, char** argv) {
   if (argc == kWithStructure && std::strcmp(argv[1], bench::kStructure) == 0) {
     return bench::runStructure(argv[2], argv[3]);
   }
-  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_bench"));  // the figures are on the standard output
+  haptics::logTo(stderr);  // the figures are on the standard output
   const bool largest = take(argc, argv, kLargest);
   benchmark::Initialize(&argc, argv, [] { std::cout << "haptic_bench [" << kLargest << "]\n"; });
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;

@@ -1,5 +1,4 @@
 #include <benchmark/benchmark.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -9,6 +8,7 @@
 #include <thread>
 
 #include "common/clock/monotonic.h"
+#include "common/log/log.h"
 #include "common/wire/convert.h"
 #include "common/wire/framing.h"
 #include "graphics_client/mirror/server_link.h"
@@ -61,7 +61,7 @@ void encodeTelemetry(benchmark::State& state) {
 class Connected {
  public:
   explicit Connected(bool byMemory) : byMemory_(byMemory) {
-    spdlog::set_level(spdlog::level::warn);
+    logFrom(LogLevel::kWarning);
     const auto file = std::filesystem::temp_directory_path() / ("haptic_bench_" + std::to_string(getpid()) + ".scene");
     std::ofstream(file) << kScene;
     ServerOptions options;

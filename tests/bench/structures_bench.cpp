@@ -1,6 +1,5 @@
 #include <benchmark/benchmark.h>
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,6 +18,7 @@
 #include <string>
 #include <thread>
 
+#include "common/log/log.h"
 #include "common/process/file_handle.h"
 #include "common/process/spawn.h"
 #include "graphics_client/embedded_server.h"
@@ -186,7 +186,7 @@ void compareStructure(benchmark::State& state, const char* structure, std::uint3
 }  // namespace
 
 int runStructure(const char* structure, const char* segments) {
-  spdlog::set_level(spdlog::level::off);
+  logFrom(LogLevel::kError);
   Structure(std::string_view(structure) == kOne).measure(static_cast<std::uint32_t>(std::stoul(segments)));
   return 0;
 }

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "common/clock/monotonic.h"
+#include "common/log/log.h"
 #include "graphics_client/mirror/server_link.h"
 #include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/server_app.h"
@@ -197,7 +197,7 @@ TEST(EditsOverSocket, DoNotKickAndAreFeltInFull) {
   // One server each, at a time. Edits of every kind come by them.
   constexpr std::array<std::uint64_t, 4> kFirstSeeds{8, 14, 24, 33};
   const std::uint64_t windows = edits / kFirstSeeds.size();
-  spdlog::set_level(spdlog::level::warn);
+  logFrom(LogLevel::kWarning);
   const auto folder = std::filesystem::path(testing::TempDir()) / ("edits-over-socket-" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   std::vector<std::future<Outcome>> outcomes;

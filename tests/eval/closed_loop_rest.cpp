@@ -88,9 +88,9 @@ class StabilisedMethod final : public StabilityMethod {
 
   /// Anew at a place outside, come to from farther out: some methods are larger than a point.
   void begin(Vec3 place) {
-    constexpr double kFarther_m = 3e-3, kStep_m = 1e-4;
+    constexpr double kFarther_m = 3e-3, kMove_m = 1e-4;
     renderer_->begin(ground_.surfaces, ground_.poses, place + Vec3(0, 0, kFarther_m));
-    for (double above = kFarther_m; above > 0; above -= kStep_m) {
+    for (double above = kFarther_m; above > 0; above -= kMove_m) {
       (void)renderer_->tick(ground_.poses, place + Vec3(0, 0, above));
     }
     lead_.reset(place);

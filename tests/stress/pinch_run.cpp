@@ -67,9 +67,13 @@ class HeldBrick {
     held_ += view.sample->object == brick->id && view.secondHand->object == brick->id ? 1 : 0;
     lowest_m_ = std::min(lowest_m_, pose.position.z);
     const std::array grip{toLocal(pose, view.sample->stickingPoint), toLocal(pose, view.secondHand->stickingPoint)};
-    if (!first_) first_ = grip;
-    for (std::size_t hand = 0; hand < grip.size(); ++hand)
-      slid_m_ = std::max(slid_m_, glm::distance(grip[hand], (*first_)[hand]));
+    // While the servo is held up by the machine, nobody holds the brick.
+    const bool heldUp = std::exchange(missedTicks_, view.sample->missedTicks) != view.sample->missedTicks;
+    for (std::size_t hand = 0; last_ && !heldUp && hand < grip.size(); ++hand) {
+      slide_[hand] += grip[hand] - (*last_)[hand];
+      slid_m_ = std::max(slid_m_, glm::length(slide_[hand]));
+    }
+    last_ = grip;
   }
   [[nodiscard]] Json report() const {
     return {{"looks", looks_},
@@ -82,7 +86,9 @@ class HeldBrick {
   std::uint64_t tick_ = 0;
   int looks_ = 0, held_ = 0;
   double lowest_m_ = 1;
-  std::optional<std::array<Vec3, 2>> first_;  // where the hands stick, brick's frame
+  std::uint64_t missedTicks_ = 0;
+  std::optional<std::array<Vec3, 2>> last_;  // where the hands stick, brick's frame
+  std::array<Vec3, 2> slide_{};
   double slid_m_ = 0;
 };
 

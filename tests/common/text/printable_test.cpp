@@ -1,12 +1,10 @@
 #include "common/text/printable.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/logger.h>
-#include <spdlog/sinks/ostream_sink.h>
 
-#include <sstream>
+#include <cstdio>
 
-#include "common/text/printable_log.h"
+#include "common/log/log.h"
 
 namespace haptics::printable_test {
 namespace {
@@ -34,12 +32,12 @@ TEST(Printable, BytesThatAreNotUtf8AreEscaped) {
   EXPECT_EQ(printable("\xc3(\x9b"), R"(\xc3(\x9b)");
 }
 
-TEST(PrintableLog, OneMessageIsOneLineWhateverItHolds) {
-  std::ostringstream out;
-  spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(out));
-  logger.set_formatter(printableLog("%l %v"));
-  logger.info("{} joined", "x\r\n06:00:00.000 error FORGED \x1b[31mGröße");
-  EXPECT_EQ(out.str(), "info x\\x0d\\x0a06:00:00.000 error FORGED \\x1b[31mGröße joined\n");
+TEST(Log, OneMessageIsOneLineWhateverItHolds) {
+  logTo(stderr);
+  testing::internal::CaptureStderr();
+  logInfo("x\r\n06:00:00.000 error FORGED \x1b[31mGröße joined");
+  const std::string line = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(line.substr(line.find(' ')), " info x\\x0d\\x0a06:00:00.000 error FORGED \\x1b[31mGröße joined\n");
 }
 
 }  // namespace

@@ -170,11 +170,11 @@ void exploreSoup(Renderer& method, const shapes::Shape& soup, const std::shared_
 class BoxHeap {
  public:
   explicit BoxHeap(Random& random) {
-    constexpr int kBoxes = 256;
+    constexpr int kBoxCount = 256;
     const auto somewhere = [&](double far) {
       return far * Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
     };
-    for (int i = 0; i < kBoxes; ++i) {
+    for (int i = 0; i < kBoxCount; ++i) {
       const Vec3 size(random.between(0.004, 0.03), random.between(0.004, 0.03), random.between(0.004, 0.03));
       const Pose pose{random.rotation(), somewhere(0.8 * kRoom_m)};
       const shapes::Shape box = shapes::box(size);

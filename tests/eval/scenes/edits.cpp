@@ -141,8 +141,8 @@ Watched putOnStillHip(Stage stage, bool moved) {
 /// difference (N) between the force and that of a spring as long as the HIP is deep.
 double dropOnStillHip(Stage stage) {
   constexpr double kGravity_m_per_s2 = 9.81;
-  constexpr double kHalf = 0.015;
-  const auto bottomAt = [](double z) { return Pose{{1, 0, 0, 0}, {0.001, 0.002, z + kHalf}}; };
+  constexpr double kCubeHalf_m = 0.015;
+  const auto bottomAt = [](double z) { return Pose{{1, 0, 0, 0}, {0.001, 0.002, z + kCubeHalf_m}}; };
   stage.add(surfaces().block, bottomAt(0.005));
   stage.begin(Vec3(0));
   double worst_N = 0;

@@ -55,14 +55,14 @@ struct Errors {
 
 /// Pressed 2 mm deep and stroked at 0.1 m/s.
 Errors stroke(TextureSample& specimen, const AnalyticShape& shape) {
-  constexpr double kDepth_m = 2e-3;
+  constexpr double kHipDepth_m = 2e-3;
   constexpr double kStep_m = 1e-4;
   Errors errors;
-  specimen.place(shape.at(0, -kDepth_m).hip);
-  for (double depth = -kDepth_m; depth < kDepth_m; depth += kStep_m) (void)specimen.tick(shape.at(0, depth).hip);
+  specimen.place(shape.at(0, -kHipDepth_m).hip);
+  for (double depth = -kHipDepth_m; depth < kHipDepth_m; depth += kStep_m) (void)specimen.tick(shape.at(0, depth).hip);
   Vec3 lastError_N(0);
   for (double way = 0; way <= kPath_m; way += kStep_m) {
-    const Truth truth = shape.at(way, kDepth_m);
+    const Truth truth = shape.at(way, kHipDepth_m);
     const Vec3 exact_N = kSpring * (truth.ihip - truth.hip);
     const Vec3 felt_N = specimen.tick(truth.hip).force.contact;
     const Vec3 error_N = felt_N - exact_N;
@@ -99,11 +99,11 @@ Record strokeShape(std::string_view name, int triangles, bool shaded, Random& ra
 
 /// Pressed `depth_m` at a place of a flat side: the force's angle to its normal, degrees.
 double tiltAt(TextureSample& specimen, Vec3 place, Vec3 normal) {
-  constexpr double kDepth_m = 1e-3;
-  specimen.place(place + normal * kDepth_m);
-  specimen.lead(place - normal * kDepth_m, 50e-6);
+  constexpr double kHipDepth_m = 1e-3;
+  specimen.place(place + normal * kHipDepth_m);
+  specimen.lead(place - normal * kHipDepth_m, 50e-6);
   Touch touch;
-  for (int i = 0; i < 100; ++i) touch = specimen.tick(place - normal * kDepth_m);
+  for (int i = 0; i < 100; ++i) touch = specimen.tick(place - normal * kHipDepth_m);
   return angle_deg(touch.force.contact, normal);
 }
 
