@@ -221,8 +221,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   }
 
   [[nodiscard]] Result<void> prepareScene() {
-    for (const auto& folder : options_.assets)
-      logInfo("mesh and image files are looked for in " + folder.string());
+    for (const auto& folder : options_.assets) logInfo("mesh and image files are looked for in " + folder.string());
     if (!options_.state.empty()) {
       auto resumed = resumeState(*sceneService_, options_);
       if (!resumed) return tl::unexpected(resumed.error());

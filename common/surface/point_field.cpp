@@ -12,12 +12,12 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kLookedAt = 4096;   ///< Samples whose surroundings give slope and curvature.
-constexpr std::size_t kStarts = 1000;     ///< Most extreme samples that are looked about for an extreme value,
-constexpr std::size_t kClimbs = 64;       ///< and the best places about them, from which it is climbed to.
-constexpr double kMargin = 1.1;           ///< Of what is found by sampling.
-constexpr double kPointMargin = 0.005;    ///< Of the values' range: how far a bound lies outside what was found.
-constexpr double kReachStep = 1e-4;  ///< Of the reach.
+constexpr std::size_t kLookedAt = 4096;  ///< Samples whose surroundings give slope and curvature.
+constexpr std::size_t kStarts = 1000;    ///< Most extreme samples that are looked about for an extreme value,
+constexpr std::size_t kClimbs = 64;      ///< and the best places about them, from which it is climbed to.
+constexpr double kMargin = 1.1;          ///< Of what is found by sampling.
+constexpr double kPointMargin = 0.005;   ///< Of the values' range: how far a bound lies outside what was found.
+constexpr double kReachStep = 1e-4;      ///< Of the reach.
 
 bool isCanonical(float x, float most) {
   const bool negativeZero = x == 0 && std::signbit(x);

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "common/text/printable.h"
 #include "common/log/log.h"
+#include "common/text/printable.h"
 #include "graphics_client/relay/relay.h"
 
 namespace {
@@ -101,8 +101,7 @@ int main(int argc, char** argv) {
   const auto options = optionsFrom(arguments);
   if (!options) return fail(options.error(), kBadUsage);
   try {
-    const auto done =
-        haptics::runRelay(*options, stopRequested, haptics::logInfo);
+    const auto done = haptics::runRelay(*options, stopRequested, haptics::logInfo);
     return done ? kDone : fail(done.error(), kFailed);
   } catch (const std::exception& error) {
     return fail({"", error.what()}, kFailed);

@@ -91,7 +91,7 @@ class Shell:
     def __init__(self, cwd, env=None):
         self.process = subprocess.Popen(["bash", "--noprofile", "--norc"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, cwd=cwd, env={**os.environ, **(env or {})},
-                                        start_new_session=True)
+                                        process_group=0)
         self.lines = queue.Queue()
         threading.Thread(target=self.collect, daemon=True).start()
 

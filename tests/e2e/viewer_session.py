@@ -119,11 +119,11 @@ class ViewerSession(harness.EndToEnd):
         window.do("mousemove", 30, 74, "click", 1)  # the first of the list
         time.sleep(0.5)
         window.press("Delete")
-        window.wait_for(r"\[warning\] delete \w+: .*(edit|role)")
+        window.wait_for(r"^[^ ]+ warning delete \w+: .*(edit|role)")
         self.assertEqual(server.ctl("status").json()["revision"], 1)
         window.do("mousemove", 800, 400, "mousedown", 1)
         self.addCleanup(window.do, "mouseup", 1)
-        window.wait_for(r"\[warning\] hand: .*(edit|role)")
+        window.wait_for(r"^[^ ]+ warning hand: .*(edit|role)")
         self.assertEqual(server.ctl("status").json()["hand_leader"], "")
 
     def test_says_in_words_what_is_refused_and_connects_to_another_server(self):

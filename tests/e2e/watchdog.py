@@ -21,6 +21,7 @@ from haptics.v1 import telemetry_pb2 as v1
 ROUNDS = int(os.environ.get("HAPTICS_ROUNDS", "1"))
 MOST_MS = 30
 HARM_NS = 2_000_000  # takes no longer where nothing holds it up
+MOST_WAIT_NS = 2_000_000  # of the watchdog for a processor, which the machine gives it and the watchdog cannot
 PRIORITY = 70  # of this test, where it is permitted: below servo and watchdog
 MOST_IMPULSE_NS = 0.004  # in 20 ms, once a server that stood still goes on: one command may have been on its way
 
@@ -87,6 +88,14 @@ def watchdogs_of(server):
     return found
 
 
+def waited_ns(watchdogs):
+    """How long these processes were ready to run and did not; None once one of them has ended."""
+    try:
+        return sum(int(Path(f"/proc/{process}/schedstat").read_text().split()[1]) for process in watchdogs)
+    except OSError:
+        return None
+
+
 class WatchdogTest(harness.EndToEnd):
     def hurry(self, hurries):
         """Real-time while it does harm and looks: what it starts is not to inherit that."""
@@ -126,12 +135,17 @@ class WatchdogTest(harness.EndToEnd):
         self.hurry(True)
         self.addCleanup(self.hurry, False)
         before = self.feel()
+        watchdogs = watchdogs_of(self.server)
+        waited_before_ns = waited_ns(watchdogs)
         began_ns = time.monotonic_ns()
         harm()
         harmed_ns = time.monotonic_ns()
+        wait_ns = 0
         deadline = time.monotonic() + 2
         while True:
             state = self.bench.tell("state")
+            if state["zero_since_ns"] == 0:  # later it writes what was recorded
+                wait_ns = max(wait_ns, (waited_ns(watchdogs) or 0) - waited_before_ns)
             if state["zero_since_ns"] > 0 and time.monotonic_ns() - began_ns > 60_000_000:
                 break
             self.assertLess(time.monotonic(), deadline, f"the force stays: {self.server.text()}")
@@ -140,7 +154,7 @@ class WatchdogTest(harness.EndToEnd):
         after = self.bench.tell("state")
         self.hurry(False)
         self.assertEqual(after["zero_since_ns"], state["zero_since_ns"], "there was a force again")
-        held_up = harmed_ns - began_ns > HARM_NS or after["held_up"] != before["held_up"]
+        held_up = harmed_ns - began_ns > HARM_NS or wait_ns > MOST_WAIT_NS or after["held_up"] != before["held_up"]
         if state["zero_since_ns"] < began_ns or held_up:
             return None
         return (state["zero_since_ns"] - began_ns) / 1e6

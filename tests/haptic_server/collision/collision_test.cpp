@@ -217,8 +217,12 @@ TEST(Collision, MoveInTheNextTickWhereManyContactsWereFoundByALongSearch) {
     const Pose before = world.pose(1);
     world.tick();
     const bool moves = !(world.pose(1) == before);
-    if (isLeft) EXPECT_TRUE(moves);
-    if (moves) EXPECT_LE(world.searched(), kUnits / 2);
+    if (isLeft) {
+      EXPECT_TRUE(moves);
+    }
+    if (moves) {
+      EXPECT_LE(world.searched(), kUnits / 2);
+    }
     moved += moves ? 1 : 0;
     leftToTheNext += isLeft ? 1 : 0;
   }

@@ -429,7 +429,9 @@ TEST_F(StateFolderTest, AMissingFieldCostsOnlyTheTexture) {
     KeptScene first(folder.path());
     const auto accepted = first.accept(kAlice, 1, edit(add("a"), setSurface(spottedSurface())));
     mesh = accepted->commit.put[0].mesh;
-    field = assetsOf(SurfaceProperties{{}, {}, accepted->commit.put[0].material.surface.texture})[0].hash;
+    SurfaceProperties surface;
+    surface.texture = accepted->commit.put[0].material.surface.texture;
+    field = assetsOf(surface)[0].hash;
   }
   fs::remove(folder / "assets" / field.hex());
   KeptScene second(folder.path());

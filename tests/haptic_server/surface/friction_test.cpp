@@ -205,7 +205,7 @@ TEST(Friction, DoesNotStickWhereThereIsNone) {
     }
   }
   for (double x = 0.01; x > -0.01; x -= 1e-4) {
-    friction.follow({Vec3(x, 0, 0), kUp, kPressing_N}, mu(x), kScale, kPeriod_s);
+    (void)friction.follow({Vec3(x, 0, 0), kUp, kPressing_N}, mu(x), kScale, kPeriod_s);
   }
   EXPECT_EQ(friction.state(), FrictionState::kSliding) << "as before";
 }
