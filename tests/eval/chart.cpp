@@ -20,23 +20,23 @@ namespace {
 
 /// Okabe and Ito's colours, which colour-blind people tell apart. What is not named is in the table only: a variant that
 /// would be drawn over another.
-struct Look {
+struct MethodLook {
   std::string_view method;
   const char* name;
   Colour colour;
 };
 constexpr std::array kLooks{
-    Look{kOurs, "this runtime", {0.835, 0.369, 0.0}},
-    Look{"ours_shaded", "this runtime, force shading", {0.60, 0.07, 0.12}},
-    Look{"ours_without_substeps", "this runtime, no substeps", {0.30, 0.16, 0.06}},
-    Look{"ours_float", "this runtime, search in float", {0.902, 0.624, 0.0}},
-    Look{"god_object", "god-object", {0.0, 0.447, 0.698}},
-    Look{"finite_proxy_1mm", "finite proxy, 1 mm", {0.337, 0.706, 0.914}},
-    Look{"global_closest", "closest point, penalty", {0.0, 0.62, 0.451}},
-    Look{"intermediate_plane_100Hz", "tangent plane, 100 Hz", {0.8, 0.475, 0.655}},
-    Look{"intermediate_plane_30Hz", "tangent plane, 30 Hz", {0.52, 0.30, 0.50}},
-    Look{"pseudocode_open", "paper as printed, open", {0.45, 0.45, 0.45}},
-    Look{"pseudocode_closed", "paper as printed, closed", {0.0, 0.0, 0.0}},
+    MethodLook{kOurs, "this runtime", {0.835, 0.369, 0.0}},
+    MethodLook{"ours_shaded", "this runtime, force shading", {0.60, 0.07, 0.12}},
+    MethodLook{"ours_without_substeps", "this runtime, no substeps", {0.30, 0.16, 0.06}},
+    MethodLook{"ours_float", "this runtime, search in float", {0.902, 0.624, 0.0}},
+    MethodLook{"god_object", "god-object", {0.0, 0.447, 0.698}},
+    MethodLook{"finite_proxy_1mm", "finite proxy, 1 mm", {0.337, 0.706, 0.914}},
+    MethodLook{"global_closest", "closest point, penalty", {0.0, 0.62, 0.451}},
+    MethodLook{"intermediate_plane_100Hz", "tangent plane, 100 Hz", {0.8, 0.475, 0.655}},
+    MethodLook{"intermediate_plane_30Hz", "tangent plane, 30 Hz", {0.52, 0.30, 0.50}},
+    MethodLook{"pseudocode_open", "paper as printed, open", {0.45, 0.45, 0.45}},
+    MethodLook{"pseudocode_closed", "paper as printed, closed", {0.0, 0.0, 0.0}},
 };
 
 Marker markerOf(const Outcome& outcome, const ClosedLoopRest& rest) {
@@ -141,7 +141,7 @@ Figure figureOf(const ChartData& data) {
     }
   }
   figure.legendTitle = "Method";
-  for (const Look& look : kLooks) {
+  for (const MethodLook& look : kLooks) {
     const auto found = data.outcomes.find(look.method);
     if (found == data.outcomes.end()) throw std::runtime_error("the table has no " + std::string(look.method));
     const Outcome& outcome = found->second;

@@ -18,7 +18,7 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kPush_N = 1;
+constexpr double kRestPush_N = 1;
 /// On every shape's path the surface is there, and no edge of the true one is near.
 constexpr std::array kPlaces_m{0.005, 0.02, 0.035, 0.05};
 
@@ -106,7 +106,7 @@ class StabilisedMethod final : public StabilityMethod {
   bool begun_ = false;
 };
 
-const Vec3 kRest_m(0, 0, -kPush_N / kSpring_N_per_m);
+const Vec3 kRest_m(0, 0, -kRestPush_N / kSpring_N_per_m);
 
 Feeler feelerOf(StabilisedMethod& method) {
   return {[&](Vec3 hip) { return method.tick(hip); }, [&](Vec3 hip) { method.begin(hip); }};
@@ -132,7 +132,7 @@ ClosedLoopRest restOnMesh(const Method& method, const Sample& sample) {
     StabilisedMethod loop(method, {&ground, device(), kPeriod_s, 0, kSpring_N_per_m});
     const Feeler feeler = feelerOf(loop);
     (void)forceAt(feeler, kRest_m);
-    const Rest found = restOn(feeler, kRest_m, {0, 0, -kPush_N}, {&device(), &nobody(), 1 / kPeriod_s});
+    const Rest found = restOn(feeler, kRest_m, {0, 0, -kRestPush_N}, {&device(), &nobody(), 1 / kPeriod_s});
     worst.limitCycle_um = std::max(worst.limitCycle_um, found.cycle_um);
   }
   return worst;

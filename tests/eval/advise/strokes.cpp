@@ -8,20 +8,20 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kStep_m = 1e-4;
-constexpr double kLift_m = 0.003;
+constexpr double kStrokeStep_m = 1e-4;
+constexpr double kStrokeLift_m = 0.003;
 const Vec3 kUp(0, 0, 1);
 
 std::vector<Vec3> line(Vec3 from, Vec3 to) {
   std::vector<Vec3> places;
-  const int steps = std::max(1, static_cast<int>(std::ceil(glm::distance(from, to) / kStep_m)));
+  const int steps = std::max(1, static_cast<int>(std::ceil(glm::distance(from, to) / kStrokeStep_m)));
   for (int i = 0; i < steps; ++i) places.push_back(glm::mix(from, to, static_cast<double>(i) / steps));
   return places;
 }
 
 HandStroke along(const std::vector<Vec3>& points, double depth_m) {
   const Vec3 deep = kUp * -depth_m;
-  const Vec3 high = kUp * kLift_m;
+  const Vec3 high = kUp * kStrokeLift_m;
   HandStroke hand{
       line(points.front() + high, points.front() + deep), {}, line(points.back() + deep, points.back() + high)};
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {

@@ -9,8 +9,8 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kRadius = 0.05;
-constexpr double kDepth = 0.002;
+constexpr double kBallRadius = 0.05;
+constexpr double kPressDepth = 0.002;
 constexpr int kEditTick = 350;
 constexpr int kTicks = kEditTick + 400;
 constexpr double kMaxRatio = 1.1;
@@ -19,14 +19,16 @@ constexpr double kMaxExtra_N = 0.05;
 /// So fine that facets alone turn three times the force by less than a hand notices.
 constexpr int kFine = 192;
 
-std::shared_ptr<const CollisionMesh> ball(int n, double radius = kRadius) { return shapes::sphere(radius, n).build(); }
+std::shared_ptr<const CollisionMesh> ball(int n, double radius = kBallRadius) {
+  return shapes::sphere(radius, n).build();
+}
 
 /// The same for every method.
 struct Surfaces {
   std::shared_ptr<const CollisionMesh> ball = eval::ball(kFine);
   std::shared_ptr<const CollisionMesh> coarser = eval::ball(kFine / 2);
   std::shared_ptr<const CollisionMesh> finer = eval::ball(kFine + 32);
-  std::shared_ptr<const CollisionMesh> larger = eval::ball(kFine, kRadius + 0.002);
+  std::shared_ptr<const CollisionMesh> larger = eval::ball(kFine, kBallRadius + 0.002);
   std::shared_ptr<const CollisionMesh> block = shapes::box(Vec3(0.03), 4).build();
 };
 const Surfaces& surfaces() {
@@ -40,11 +42,11 @@ struct Stroke {
 
   /// Turns the z axis to the way from the ball's middle to the hand.
   [[nodiscard]] Quat up(int tick) const {
-    return from * glm::angleAxis(0.02 * kPeriod_s / kRadius * std::max(0, tick - 250), Vec3(0, 1, 0));
+    return from * glm::angleAxis(0.02 * kPeriod_s / kBallRadius * std::max(0, tick - 250), Vec3(0, 1, 0));
   }
   [[nodiscard]] Vec3 hip(int tick) const {
-    const double height = std::max(0.02 - 0.1 * kPeriod_s * tick, -kDepth + 0.0003 * std::sin(0.02 * tick));
-    return up(tick) * Vec3(0, 0, kRadius + height);
+    const double height = std::max(0.02 - 0.1 * kPeriod_s * tick, -kPressDepth + 0.0003 * std::sin(0.02 * tick));
+    return up(tick) * Vec3(0, 0, kBallRadius + height);
   }
 };
 
@@ -72,7 +74,7 @@ constexpr std::array kEdits{
     Edit{"reshaped", [](Stage& stage, Quat, Random) { stage.replace(0, surfaces().larger); }},
     Edit{"covered",
          [](Stage& stage, Quat up, Random) {
-           stage.add(surfaces().block, {up, up * Vec3(0, 0, kRadius - 0.012)});
+           stage.add(surfaces().block, {up, up * Vec3(0, 0, kBallRadius - 0.012)});
          }},
 };
 
@@ -119,7 +121,7 @@ Watched stroke(Stage stage, const Stroke& path, const Edit& edit, int editAt, Ra
 
 /// A block comes to be where a HIP stands still in free space, 3 mm under its top: added, or moved there.
 Watched putOnStillHip(Stage stage, bool moved) {
-  const Pose there{{1, 0, 0, 0}, {0.001, 0.002, kDepth + 0.001 - 0.015}};
+  const Pose there{{1, 0, 0, 0}, {0.001, 0.002, kPressDepth + 0.001 - 0.015}};
   if (moved) stage.add(surfaces().block, {{1, 0, 0, 0}, {0, 0, -0.3}});
   stage.begin(Vec3(0));
   Watch watch;
@@ -148,7 +150,7 @@ double dropOnStillHip(Stage stage) {
   double worst_N = 0;
   for (int tick = 1; tick < 60; ++tick) {
     const double time_s = tick * kPeriod_s;
-    const double bottom = std::max(0.005 - 0.5 * kGravity_m_per_s2 * time_s * time_s, -kDepth);
+    const double bottom = std::max(0.005 - 0.5 * kGravity_m_per_s2 * time_s * time_s, -kPressDepth);
     stage.move(0, bottomAt(bottom));
     const Vec3 ideal_N(0, 0, kSpring_N_per_m * std::min(bottom, 0.0));
     worst_N = std::max(worst_N, glm::distance(stage.tick(Vec3(0)).force_N, ideal_N));
@@ -185,7 +187,7 @@ SceneResult editUnderTheHand(Renderer& method, Random& random) {
     judge(edit.name, with, without.step_N, always.last_N);
     drift_J = std::max(drift_J, std::abs(with.work_J - without.work_J));
   }
-  const Vec3 pushed_N(0, 0, kSpring_N_per_m * (kDepth + 0.001));
+  const Vec3 pushed_N(0, 0, kSpring_N_per_m * (kPressDepth + 0.001));
   judge("put_on_still_hip", putOnStillHip(stage, false), 0, pushed_N);
   judge("moved_on_still_hip", putOnStillHip(stage, true), 0, pushed_N);
   const double dropped_N = dropOnStillHip(stage);

@@ -70,7 +70,7 @@ class DentedMesh {
 /// Presses and lets go, `deepest_m` at `rate_Hz`, while it slides around the sphere.
 void press(Renderer& method, Random& random, const SoftTissue& tissue, double deepest_m, double rate_Hz,
            Outcome& outcome) {
-  constexpr int kTicks = 1500;
+  constexpr int kSoftTicks = 1500;
   constexpr int kLookedAt = 10;  // every so many ticks
   const shapes::Shape sphere = shapes::sphere(kRadius_m, kSegments);
   FeltSurface surface;
@@ -90,7 +90,7 @@ void press(Renderer& method, Random& random, const SoftTissue& tissue, double de
   stage.begin(hipAt(0) * 1.1);
   Vec3 lastIhip(0);
   bool touched = false;
-  for (int i = 0; i < kTicks; ++i) {
+  for (int i = 0; i < kSoftTicks; ++i) {
     const Vec3 hip = hipAt(i);
     const Felt felt = stage.tick(hip);
     const double depth_m = kRadius_m - glm::length(hip);
@@ -114,7 +114,7 @@ void press(Renderer& method, Random& random, const SoftTissue& tissue, double de
 double ripple_N(Renderer& method, Random& random) {
   constexpr double kPad_m = 0.1;
   constexpr int kEdges = 50;
-  constexpr int kDown = 300, kTicks = 900;
+  constexpr int kDown = 300, kSoftTicks = 900;
   FeltSurface surface;
   surface.device.maxForce_N = 1e9;
   surface.tissue = SoftTissue{Falloff(0.02, 2), 400, 0};
@@ -126,13 +126,13 @@ double ripple_N(Renderer& method, Random& random) {
   const double depth_m = random.between(0.002, 0.007);
   const double speed_m_per_tick = random.between(0.5e-4, 1.5e-4);
   const auto hipAt = [&](int i) {
-    const double along = speed_m_per_tick * (std::max(i - kDown, 0) - (kTicks - kDown) / 2);
+    const double along = speed_m_per_tick * (std::max(i - kDown, 0) - (kSoftTicks - kDown) / 2);
     const double deep = std::min(1.0, static_cast<double>(i) / kDown) * (depth_m + 0.001);
     return Vec3(along * std::cos(way), along * std::sin(way), kPad_m / 2 + 0.001 - deep);
   };
   stage.begin(hipAt(0));
   double most_N = 0;
-  for (int i = 1; i < kTicks; ++i) {
+  for (int i = 1; i < kSoftTicks; ++i) {
     const Vec3 force_N = stage.tick(hipAt(i)).force_N;
     if (i > kDown) most_N = std::max(most_N, std::hypot(force_N.x, force_N.y));
   }

@@ -15,7 +15,7 @@
 namespace haptics::eval {
 namespace {
 
-const Vec3 kBrick_m{0.06, 0.03, 0.02};
+const Vec3 kHeldBrick_m{0.06, 0.03, 0.02};
 constexpr double kFriction = 0.6;
 constexpr double kLift_m = 0.04;
 
@@ -24,9 +24,9 @@ void letCollide(ServoObject& object) {
 }
 
 std::uint64_t addBrick(MovingWorld& world, double mass_kg, double stiffness_N_per_m) {
-  MovingSolid solid = solidFrom(makeBox(kBrick_m, 1).value(), mass_kg);
+  MovingSolid solid = solidFrom(makeBox(kHeldBrick_m, 1).value(), mass_kg);
   solid.body.gravity_m_per_s2 = {0, 0, -9.81};
-  const std::uint64_t id = world.add(solid, {{1, 0, 0, 0}, {0, 0, kBrick_m.z / 2}});
+  const std::uint64_t id = world.add(solid, {{1, 0, 0, 0}, {0, 0, kHeldBrick_m.z / 2}});
   SurfaceProperties properties;
   properties.friction.emplace();
   properties.friction->mu_static = kFriction;
@@ -66,8 +66,8 @@ SceneResult pinchAndLift(Renderer& /*ours*/, Random& random) {
     const double raised = std::clamp(static_cast<double>(i - kPress) / kLift, 0.0, 1.0);
     const int held = std::max(0, i - kPress - kLift);
     const double sway = sway_m * std::sin(2 * std::numbers::pi * sway_Hz * kPeriod_s * held);
-    const double half = kBrick_m.x / 2 + 0.005 - closed * (0.005 + depth_m);
-    const Vec3 middle(sway, aside_m, kBrick_m.z / 2 + above_m + kLift_m * raised);
+    const double half = kHeldBrick_m.x / 2 + 0.005 - closed * (0.005 + depth_m);
+    const Vec3 middle(sway, aside_m, kHeldBrick_m.z / 2 + above_m + kLift_m * raised);
     const auto [first, second] = world.tick(middle - Vec3(half, 0, 0), middle + Vec3(half, 0, 0));
     notFinite += isFinite(first.force.written) && isFinite(second.force.written) ? 0 : 1;
     if (i < kPress) continue;
@@ -79,7 +79,7 @@ SceneResult pinchAndLift(Renderer& /*ours*/, Random& random) {
     if (held == 0) stuckAt = at;
     for (std::size_t hand = 0; hand < at.size(); ++hand)
       slid_m = std::max(slid_m, glm::distance(at[hand], stuckAt[hand]));
-    lowest_m = std::min(lowest_m, pose.position.z - kBrick_m.z / 2);
+    lowest_m = std::min(lowest_m, pose.position.z - kHeldBrick_m.z / 2);
   }
   SceneResult result;
   result.measures = {{"lowest_mm", 1e3 * lowest_m},
