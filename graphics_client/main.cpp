@@ -1,6 +1,5 @@
 // graphics_client: shows what a haptic_server feels.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -11,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "common/command_line/command_line.h"
 #include "common/log/log.h"
 #include "common/text/printable.h"
 #include "common/wire/endpoint.h"
@@ -195,76 +195,65 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   haptics::logTo(stdout);
   Arguments arguments;
-  CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
-  app.set_version_flag("--version", "graphics_client " HAPTICS_VERSION);
+  haptics::CommandLine app("Shows the objects, the stylus, the contact and the force of a haptic_server.",
+                           "graphics_client");
+  app.version("graphics_client " HAPTICS_VERSION);
   app.footer(kExamples);
-  app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
-  auto* connect = app.get_option("--connect");
-  auto* embedded = app.add_flag("--embedded-server", arguments.embeddedServer,
-                                "With the server in this process, on threads of its own: no network between them")
-                       ->excludes(connect);
-  app.add_option("--scene", arguments.serverOptions.scene, "Scene file of the embedded server")
-      ->type_name("FILE")
-      ->needs(embedded);
-  app.add_option("--assets", arguments.serverOptions.assets, "Folder of mesh files for the embedded server")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
-      ->needs(embedded);
-  app.add_option("--server-summary", arguments.serverOptions.summary,
-                 "Write the embedded server's figures there (JSON)")
-      ->type_name("FILE")
-      ->needs(embedded);
-  app.add_option("--credentials", arguments.credentials,
-                 "Of a server that has some: its viewer.credentials or editor.credentials")
-      ->type_name("FILE");
-  auto* nats =
-      app.add_option("--nats", arguments.nats, "Watch a session that haptic_relay publishes by this NATS server")
-          ->type_name("URL")
-          ->excludes(connect)
-          ->excludes(embedded);
-  auto* session =
-      app.add_option("--session", arguments.session, "Name of that session")->type_name("NAME")->needs(nats);
-  nats->needs(session);
-  app.add_option("--nats-credentials", arguments.natsCredentials, "Of a NATS server that wants some")
-      ->type_name("FILE")
-      ->needs(nats);
-  app.add_option("--recording", arguments.recording,
-                 "Show what a server recorded, on a time line; without --connect no server")
-      ->type_name("FILE")
-      ->excludes(embedded)
-      ->excludes(nats);
-  app.add_option("--hand", arguments.hand, "Which hand of a server with two the mouse leads")
-      ->type_name("1|2")
-      ->check(CLI::Range(1, 2))
-      ->capture_default_str();
-  app.add_flag("--udp", arguments.udp,
-               "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
-  app.add_flag("--displacement", arguments.displacement,
-               "Colour soft objects by how far they are displaced (the d key)");
-  app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)")
-      ->excludes(app.get_option("--recording"));
-  app.add_option("--seconds", arguments.seconds, "End by itself after this long")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--screenshot", arguments.screenshot,
-                 "Write the picture there at the end (PNG); offscreen the last in contact")
-      ->type_name("FILE");
-  app.add_option("--sheet", arguments.sheet, "Write six small pictures of the run there at the end, on one sheet (PNG)")
-      ->type_name("FILE")
-      ->needs(app.get_option("--seconds"));
-  app.add_option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")->type_name("FILE");
-  app.add_option("--size", arguments.size, "Of the picture, in pixels")
-      ->type_name("WIDTHxHEIGHT")
-      ->capture_default_str();
-  app.add_option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 40)")
-      ->type_name("HZ")
-      ->check(CLI::PositiveNumber);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadUsage;
-  }
-  arguments.isServerGiven = connect->count() > 0;
+  const auto connect = app.option("--connect", arguments.connect, "The server").typeName("HOST:PORT").showDefault();
+  const auto embedded = app.flag("--embedded-server", arguments.embeddedServer,
+                                 "With the server in this process, on threads of its own: no network between them")
+                            .excludes(connect);
+  app.option("--scene", arguments.serverOptions.scene, "Scene file of the embedded server")
+      .typeName("FILE")
+      .needs(embedded);
+  app.option("--assets", arguments.serverOptions.assets, "Folder of mesh files for the embedded server")
+      .typeName("DIR")
+      .existingFolder()
+      .needs(embedded);
+  app.option("--server-summary", arguments.serverOptions.summary, "Write the embedded server's figures there (JSON)")
+      .typeName("FILE")
+      .needs(embedded);
+  app.option("--credentials", arguments.credentials,
+             "Of a server that has some: its viewer.credentials or editor.credentials")
+      .typeName("FILE");
+  auto nats = app.option("--nats", arguments.nats, "Watch a session that haptic_relay publishes by this NATS server")
+                  .typeName("URL")
+                  .excludes(connect)
+                  .excludes(embedded);
+  const auto session = app.option("--session", arguments.session, "Name of that session").typeName("NAME").needs(nats);
+  nats.needs(session);
+  app.option("--nats-credentials", arguments.natsCredentials, "Of a NATS server that wants some")
+      .typeName("FILE")
+      .needs(nats);
+  const auto recording = app.option("--recording", arguments.recording,
+                                    "Show what a server recorded, on a time line; without --connect no server")
+                             .typeName("FILE")
+                             .excludes(embedded)
+                             .excludes(nats);
+  app.option("--hand", arguments.hand, "Which hand of a server with two the mouse leads")
+      .typeName("1|2")
+      .range(1, 2)
+      .showDefault();
+  app.flag("--udp", arguments.udp,
+           "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
+  app.flag("--displacement", arguments.displacement, "Colour soft objects by how far they are displaced (the d key)");
+  app.flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)")
+      .excludes(recording);
+  const auto seconds =
+      app.option("--seconds", arguments.seconds, "End by itself after this long").typeName("S").moreThanZero();
+  app.option("--screenshot", arguments.screenshot,
+             "Write the picture there at the end (PNG); offscreen the last in contact")
+      .typeName("FILE");
+  app.option("--sheet", arguments.sheet, "Write six small pictures of the run there at the end, on one sheet (PNG)")
+      .typeName("FILE")
+      .needs(seconds);
+  app.option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)").typeName("FILE");
+  app.option("--size", arguments.size, "Of the picture, in pixels").typeName("WIDTHxHEIGHT").showDefault();
+  app.option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 40)")
+      .typeName("HZ")
+      .moreThanZero();
+  if (const auto code = app.parse(argc, argv)) return *code == 0 ? kDone : kBadUsage;
+  arguments.isServerGiven = connect.given();
   struct sigaction action = {};
   action.sa_handler = [](int) { stopRequested = true; };
   sigaction(SIGINT, &action, nullptr);

@@ -1,6 +1,5 @@
 #include "haptic_server/check_device.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "common/clock/monotonic.h"
+#include "common/command_line/command_line.h"
 #include "common/telemetry/fault_words.h"
 #include "haptic_server/attached_device.h"
 
@@ -205,31 +205,29 @@ class Check {
 }  // namespace
 
 int runCheckDevice(int argc, char** argv) {
-  CLI::App app{
+  CommandLine app{
       "Brings a force-feedback device up and says how often, how late and how finely it tells its position; with "
       "--force, which way its forces push and how soon they end."};
   ServerOptions options;
   double seconds = 5, force_N = 0;
-  app.add_option("device", options.device, "As for --device: falcon[:WHICH], wooden[:WHICH], plugin:FILE[:WHICH]")
-      ->required()
-      ->check(CLI::Validator(
-          [](const std::string& name) {
-            return isDeviceName(name) ? std::string() : "there is no device \"" + name + "\"";
+  app.option("device", options.device, "As for --device: falcon[:WHICH], wooden[:WHICH], plugin:FILE[:WHICH]")
+      .required()
+      .check(
+          [](const std::string& name) -> Result<void> {
+            if (!isDeviceName(name)) return refused("", "there is no device \"" + name + "\"");
+            return {};
           },
-          "DEVICE"));
-  app.add_option("--seconds", seconds, "For how long positions are read")
-      ->check(CLI::Range(0.1, 3600.))
-      ->capture_default_str();
-  app.add_option("--force", force_N,
-                 "Push with so many newtons, up to 2, along each axis; somebody has to hold the handle")
-      ->check(CLI::Range(0., kMaxPush_N));
-  app.add_option("--rate", options.rate_Hz, "Hz of reads and writes")->check(CLI::Range(100., 20'000.));
-  app.add_option("--calibration", options.calibration, "As for the server");
-  app.add_option("--firmware", options.firmware, "As for the server");
+          "DEVICE");
+  app.option("--seconds", seconds, "For how long positions are read").range(0.1, 3600.).showDefault();
+  app.option("--force", force_N, "Push with so many newtons, up to 2, along each axis; somebody has to hold the handle")
+      .range(0., kMaxPush_N);
+  app.option("--rate", options.rate_Hz, "Hz of reads and writes").range(100., 20'000.);
+  app.option("--calibration", options.calibration, "As for the server");
+  app.option("--firmware", options.firmware, "As for the server");
   app.footer(
       "Examples:\n  haptic_server check-device falcon --firmware falcon.bin\n"
       "  haptic_server check-device plugin:./libmy_device.so --force 0.5");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   auto attached = AttachedDevice::attach(options);
   if (!attached) {

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -6,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/command_line/command_line.h"
 #include "common/importer/importer.h"
 #include "common/mesh/mesh_asset.h"
 
@@ -93,21 +93,21 @@ void printRow(const std::string& file, const haptics::Result<EncodedMesh>& impor
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  haptics::CommandLine app{
       "Reads mesh files as haptic_server does and prints a row for each: what was kept and dropped, or why the file "
       "was "
       "refused."};
-  app.set_version_flag("--version", "mesh_report " HAPTICS_VERSION);
+  app.version("mesh_report " HAPTICS_VERSION);
   app.footer("Example: mesh_report --unit 0.001 part.stl bunny.off");
   std::vector<std::string> files;
   haptics::ImportOptions options;
   bool asJson = false;
-  app.add_option("file", files, ".obj, .ply, .stl, .off, .om or .iv")->required();
-  app.add_option("--unit", options.unit_m, "Metres per unit of the files (0.001 for millimetres)")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_flag("--json", asJson, "Print a list of flat records instead of a Markdown table");
-  CLI11_PARSE(app, argc, argv);
+  app.option("file", files, ".obj, .ply, .stl, .off, .om or .iv").required();
+  app.option("--unit", options.unit_m, "Metres per unit of the files (0.001 for millimetres)")
+      .moreThanZero()
+      .showDefault();
+  app.flag("--json", asJson, "Print a list of flat records instead of a Markdown table");
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   bool allThere = true;
   auto records = nlohmann::ordered_json::array();

@@ -1,6 +1,5 @@
 // haptic_relay: publishes a haptic_server's session through NATS, for an audience that only watches.
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -8,6 +7,10 @@
 #include <string>
 #include <utility>
 
+<<<<<<< HEAD
+=======
+#include "common/command_line/command_line.h"
+>>>>>>> cli
 #include "common/log/log.h"
 #include "common/text/printable.h"
 #include "graphics_client/relay/relay.h"
@@ -71,29 +74,24 @@ Result<haptics::RelayOptions> optionsFrom(const Arguments& arguments) {
 int main(int argc, char** argv) {
   haptics::logTo(stderr);
   Arguments arguments;
-  CLI::App app("Publishes a haptic_server's session through NATS, for viewers and pages that only watch.",
-               "haptic_relay");
-  app.set_version_flag("--version", "haptic_relay " HAPTICS_VERSION);
+  haptics::CommandLine app("Publishes a haptic_server's session through NATS, for viewers and pages that only watch.",
+                           "haptic_relay");
+  app.version("haptic_relay " HAPTICS_VERSION);
   app.footer(kExamples);
-  app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
-  app.add_option("--credentials", arguments.credentials, "Of a server that has some: its viewer.credentials")
-      ->type_name("FILE");
-  app.add_option("--nats", arguments.nats, "The NATS server, with JetStream; several of a cluster with commas")
-      ->type_name("URL")
-      ->required();
-  app.add_option("--session", arguments.session, "Name under which it is published: letters, digits, - and _")
-      ->type_name("NAME")
-      ->required();
-  app.add_option("--nats-credentials", arguments.natsCredentials, "Of a NATS server that wants some")
-      ->type_name("FILE");
-  app.add_option("--replicas", arguments.replicas, "Servers of a cluster that hold what is stored")
-      ->check(CLI::Range(1, 5))
-      ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadUsage;
-  }
+  app.option("--connect", arguments.connect, "The server").typeName("HOST:PORT").showDefault();
+  app.option("--credentials", arguments.credentials, "Of a server that has some: its viewer.credentials")
+      .typeName("FILE");
+  app.option("--nats", arguments.nats, "The NATS server, with JetStream; several of a cluster with commas")
+      .typeName("URL")
+      .required();
+  app.option("--session", arguments.session, "Name under which it is published: letters, digits, - and _")
+      .typeName("NAME")
+      .required();
+  app.option("--nats-credentials", arguments.natsCredentials, "Of a NATS server that wants some").typeName("FILE");
+  app.option("--replicas", arguments.replicas, "Servers of a cluster that hold what is stored")
+      .range(1, 5)
+      .showDefault();
+  if (const auto code = app.parse(argc, argv)) return *code == 0 ? kDone : kBadUsage;
   struct sigaction action = {};
   action.sa_handler = [](int) { stopRequested = true; };
   sigaction(SIGINT, &action, nullptr);

@@ -1,12 +1,12 @@
 #include "haptic_server/doctor/doctor.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "common/command_line/command_line.h"
 #include "haptic_server/doctor/findings.h"
 
 namespace haptics {
@@ -80,22 +80,14 @@ void print(const WakeUps& wakeUps) {
 }
 
 [[nodiscard]] std::optional<int> parse(int argc, char** argv, DoctorOptions& options) {
-  CLI::App app{"What this machine permits a real-time servo, how punctually it wakes one up, and what to change.",
-               "haptic_server doctor"};
-  app.add_option("--seconds", options.seconds, "Measure for this long")
-      ->check(CLI::Range(0.1, 86'400.0))
-      ->capture_default_str();
-  app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")
-      ->check(CLI::Range(100.0, 20'000.0))
-      ->capture_default_str();
-  app.add_option("--pin", options.cpu, "CPU to bind the measuring thread to")->check(CLI::NonNegativeNumber);
-  app.add_flag("--json", options.json, "For scripts");
+  CommandLine app{"What this machine permits a real-time servo, how punctually it wakes one up, and what to change.",
+                  "haptic_server doctor"};
+  app.option("--seconds", options.seconds, "Measure for this long").range(0.1, 86'400.0).showDefault();
+  app.option("--rate", options.rate_Hz, "Servo rate in Hz").range(100.0, 20'000.0).showDefault();
+  app.option("--pin", options.cpu, "CPU to bind the measuring thread to").zeroOrMore();
+  app.flag("--json", options.json, "For scripts");
   app.footer("Run it as the user who runs the server, and while the machine does what it will then do.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
+  if (const auto code = app.parse(argc, argv)) return *code == 0 ? 0 : 2;
   return std::nullopt;
 }
 

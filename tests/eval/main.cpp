@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -9,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/command_line/command_line.h"
 #include "haptic_server/device/presets.h"
 #include "tests/eval/accuracy.h"
 #include "tests/eval/advise/advise.h"
@@ -66,53 +66,54 @@ struct Arguments {
 };
 
 /// Every verb of this program.
-void addVerbs(CLI::App& app, Arguments& arguments);
+void addVerbs(Command& app, Arguments& arguments);
 
 /// Parses what makes a sweep; it runs nothing.
 std::unique_ptr<Sweep> makeSweep(const SweepArguments& sweep, const std::filesystem::path& out) {
   constexpr const char* kSweeps[] = {"failures", "walk", "stability", "worst"};
   const std::string verb = sweep.empty() ? "" : sweep.front();
   if (std::ranges::find(kSweeps, verb) == std::end(kSweeps)) throw std::invalid_argument(verb + " is no sweep");
-  CLI::App app;
+  CommandLine app;
   Arguments arguments;
   addVerbs(app, arguments);
-  SweepArguments reversed(sweep.rbegin(), sweep.rend());
-  reversed.insert(reversed.begin(), {out.string(), "--out"});
-  try {
-    app.parse(reversed);
-  } catch (const CLI::Error& error) {
-    throw std::invalid_argument(verb + ": " + error.what());
-  }
+  SweepArguments whole = sweep;
+  whole.insert(whole.end(), {"--out", out.string()});
+  if (const auto parsed = app.parse(whole); !parsed) throw std::invalid_argument(verb + ": " + parsed.error().text());
   if (!arguments.sweep) throw std::invalid_argument(verb + ": these options make no sweep");
   return std::move(arguments.sweep);
 }
 
-void addNats(CLI::App* verb, NatsServer& nats, const char* about) {
-  CLI::Option* url = verb->add_option("--nats", nats.url, about)->type_name("URL");
-  verb->add_option("--nats-credentials", nats.credentials,
-                   "For NATS: lines \"user: NAME\" and \"password: TEXT\", and perhaps the certificate to trust")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile)
-      ->needs(url);
+Option addNats(Command& verb, NatsServer& nats, const char* about) {
+  const Option url = verb.option("--nats", nats.url, about).typeName("URL");
+  verb.option("--nats-credentials", nats.credentials,
+              "For NATS: lines \"user: NAME\" and \"password: TEXT\", and perhaps the certificate to trust")
+      .typeName("FILE")
+      .existingFile()
+      .needs(url);
+  return url;
 }
 
 /// How a verb is run that is a sweep.
-void addSweep(CLI::App* verb, Arguments& arguments) {
-  const auto isShard = [](const std::string& text) {
-    return Shard::fromText(text) ? std::string() : text + ": give I/N, the I-th of N, such as 2/8";
+void addSweep(Command& verb, Arguments& arguments) {
+  const auto isShard = [](const std::string& text) -> Result<void> {
+    if (!Shard::fromText(text)) return refused("", text + ": give I/N, the I-th of N, such as 2/8");
+    return {};
   };
-  CLI::Option* shard =
-      verb->add_option_function<std::string>(
-              "--shard", [&arguments](const std::string& text) { arguments.shard = Shard::fromText(text); },
-              "Run only every N-th part from the I-th on, for haptic_eval merge")
-          ->type_name("I/N")
-          ->check(CLI::Validator(isShard, ""));
-  addNats(verb, arguments.nats, "Let the workers at this NATS server run it, such as nats://127.0.0.1:4222");
-  verb->get_option("--nats")->excludes(shard);
+  const Option shard = verb.option(
+                               "--shard",
+                               [&arguments](const std::string& text) -> Result<void> {
+                                 arguments.shard = Shard::fromText(text);
+                                 return {};
+                               },
+                               "Run only every N-th part from the I-th on, for haptic_eval merge")
+                           .typeName("I/N")
+                           .check(isShard);
+  addNats(verb, arguments.nats, "Let the workers at this NATS server run it, such as nats://127.0.0.1:4222")
+      .excludes(shard);
 }
 
-void addFailures(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addFailures(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
       app,
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
        "The scenes are S1 to S32; S13 to S15 are for methods that have surface properties, S16\n"
@@ -122,17 +123,17 @@ void addFailures(CLI::App& app, Arguments& arguments) {
   FailuresOptions& options = arguments.failures;
   addSeed(verb, options.seed);
   addSeeds(verb, options.seeds);
-  verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
-  verb->add_option("--scene", options.scene, "Only this one, such as S17")->type_name("NAME");
+  verb.option("--method", options.method, "Only this one, such as ours").typeName("NAME");
+  verb.option("--scene", options.scene, "Only this one, such as S17").typeName("NAME");
   addSweep(verb, arguments);
-  verb->callback([&arguments, &options] {
+  setRun(verb, [&arguments, &options] {
     arguments.sweep = makeFailuresSweep(options);
     arguments.sweepOut = &options.out;
   });
 }
 
-void addAccuracy(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb =
+void addAccuracy(Command& app, Arguments& arguments) {
+  Command verb =
       addVerb(app,
               {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288",
                "Beside the errors: peak to peak of the HIP that 1 N holds at rest on the mesh (limit_cycle_um), and\n"
@@ -144,12 +145,12 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
   AccuracyOptions& options = arguments.accuracy;
   addSeed(verb, options.seed);
   addFinest(verb, options.finest);
-  verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
-  verb->callback([&arguments, &options] { arguments.good = runAccuracy(options); });
+  verb.option("--method", options.method, "Only this one, such as ours").typeName("NAME");
+  setRun(verb, [&arguments, &options] { arguments.good = runAccuracy(options); });
 }
 
-void addCombinations(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addCombinations(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
       app,
       {"combinations", "Surface features, two at a time: is what is felt that of both?", "--seeds 20 --out results",
        "The features are texture, shading, friction, softness, plastic, lattice, motion and several (surfaces that "
@@ -163,24 +164,24 @@ void addCombinations(CLI::App& app, Arguments& arguments) {
   CombinationsOptions& options = arguments.combinations;
   addSeed(verb, options.seed);
   addSeeds(verb, options.seeds);
-  verb->add_option("--pair", options.pair, "Only this one, such as texture-softness")->type_name("NAME");
-  verb->add_option("--ablate", options.ablate, "Switch one thing off: " + namesOf(ablationNames()))
-      ->check(CLI::IsMember(ablationNames()))
-      ->type_name("NAME");
-  verb->callback([&arguments, &options] { arguments.good = runCombinations(options); });
+  verb.option("--pair", options.pair, "Only this one, such as texture-softness").typeName("NAME");
+  verb.option("--ablate", options.ablate, "Switch one thing off: " + namesOf(ablationNames()))
+      .oneOf(ablationNames())
+      .typeName("NAME");
+  setRun(verb, [&arguments, &options] { arguments.good = runCombinations(options); });
 }
 
-void addTextures(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addTextures(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
       app,
       {"textures", "Texture families, friction and force shading, measured, with a contact sheet", "--out results"},
       arguments.textures.out);
   addSeed(verb, arguments.textures.seed);
-  verb->callback([&arguments] { arguments.good = runTextures(arguments.textures); });
+  setRun(verb, [&arguments] { arguments.good = runTextures(arguments.textures); });
 }
 
-void addChart(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addChart(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
       app,
       {"chart", "Speed against accuracy of every method, as a picture and a table",
        "--kept tests/eval/worst/kept.json --out results",
@@ -190,13 +191,13 @@ void addChart(CLI::App& app, Arguments& arguments) {
   ChartOptions& options = arguments.chart;
   addSeed(verb, options.seed);
   addFinest(verb, options.finest);
-  CLI::Option* kept = addFile(verb, "--kept", options.kept,
+  const Option kept = addFile(verb, "--kept", options.kept,
                               "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst");
   addFile(verb, "--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
-      ->excludes(kept);
+      .excludes(kept);
   addFile(verb, "--tools", arguments.toolBench,
           "Draw in its place what a tool's points cost: tool_tick and field_tick of haptic_bench --benchmark_out");
-  verb->callback([&arguments, &options] {
+  setRun(verb, [&arguments, &options] {
     if (arguments.toolBench.empty()) {
       runChart(options);
     } else {
@@ -205,19 +206,20 @@ void addChart(CLI::App& app, Arguments& arguments) {
   });
 }
 
-void addTable1(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app,
-                           {"table1", "The paper's Table I: rates of the servo loop with the viewer connected",
-                            "--seconds 10 --out results", "Ctrl-C ends it early: what was measured is written."},
-                           arguments.table1.out);
+void addTable1(Command& app, Arguments& arguments) {
+  Command verb = addVerb(app,
+                         {"table1", "The paper's Table I: rates of the servo loop with the viewer connected",
+                          "--seconds 10 --out results", "Ctrl-C ends it early: what was measured is written."},
+                         arguments.table1.out);
   Table1Options& options = arguments.table1;
-  verb->add_option("--seconds", options.seconds, "For each object")->check(moreThanZero())->capture_default_str();
-  addCount(verb, "--runs", options.runs, "As many times that long");
-  verb->add_flag("--paper", arguments.asInPaper, "Three times three minutes for each object, as in the paper")
-      ->excludes("--seconds")
-      ->excludes("--runs");
+  const Option seconds =
+      verb.option("--seconds", options.seconds, "For each object").check(moreThanZero()).showDefault();
+  const Option runs = addCount(verb, "--runs", options.runs, "As many times that long");
+  verb.flag("--paper", arguments.asInPaper, "Three times three minutes for each object, as in the paper")
+      .excludes(seconds)
+      .excludes(runs);
   addFinest(verb, options.finest, "Leave out spheres of more triangles, besides the paper's objects");
-  verb->callback([&arguments, &options] {
+  setRun(verb, [&arguments, &options] {
     constexpr double kPaper_s = 180;
     constexpr int kPaperRuns = 3;
     if (arguments.asInPaper) {
@@ -228,34 +230,34 @@ void addTable1(CLI::App& app, Arguments& arguments) {
   });
 }
 
-void addWalk(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app,
-                           {"walk", "A random walk over generated and real shapes against a reference",
-                            "--models /var/tmp/models --out results"},
-                           arguments.out);
+void addWalk(Command& app, Arguments& arguments) {
+  Command verb = addVerb(app,
+                         {"walk", "A random walk over generated and real shapes against a reference",
+                          "--models /var/tmp/models --out results"},
+                         arguments.out);
   WalkOptions& options = arguments.walk;
   addSeed(verb, options.seed);
   addCount(verb, "--ticks", options.ticks, "Of all scenes together");
-  verb->add_option(
+  verb.option(
           "--models", options.models,
           "Folder that deploy/models/fetch_and_report filled; without it only the generated shapes are walked over, "
           "and models that are installed")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory);
-  verb->add_option("--scene", options.scene, "Only this one, as the table names it")->type_name("NAME");
-  verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->excludes(verb->add_flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
+      .typeName("DIR")
+      .existingFolder();
+  verb.option("--scene", options.scene, "Only this one, as the table names it").typeName("NAME");
+  verb.option("--method", options.method, "Ours or a baseline, as failures names them")
+      .typeName("NAME")
+      .showDefault()
+      .excludes(verb.flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
   addSweep(verb, arguments);
-  verb->callback([&arguments, &options] {
+  setRun(verb, [&arguments, &options] {
     arguments.sweep =
         arguments.walkTool ? makeToolWalkSweep(options, arguments.out) : makeWalkSweep(options, arguments.out);
   });
 }
 
-void addStability(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addStability(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
       app,
       {"stability", "How stiff a surface every device bears: methods side by side, theory, robustness, energy",
        "--out results",
@@ -263,12 +265,12 @@ void addStability(CLI::App& app, Arguments& arguments) {
        "with the formulas of the literature."},
       arguments.stability.out);
   StabilityOptions& options = arguments.stability;
-  CLI::Option* shortRun =
-      verb->add_flag("--short", options.shortRun, "Three devices and the least of everything; draws nothing");
-  verb->add_flag("--full", options.full, "Every hand, rate and delay")->excludes(shortRun);
+  const Option shortRun =
+      verb.flag("--short", options.shortRun, "Three devices and the least of everything; draws nothing");
+  verb.flag("--full", options.full, "Every hand, rate and delay").excludes(shortRun);
   addFile(verb, "--from", options.from, "Draw this stability.json of an earlier run again, and measure nothing");
   addSweep(verb, arguments);
-  verb->callback([&arguments, &options] {
+  setRun(verb, [&arguments, &options] {
     if (options.from.empty()) {
       arguments.sweep = makeStabilitySweep(options);
       arguments.sweepOut = &options.out;
@@ -278,12 +280,12 @@ void addStability(CLI::App& app, Arguments& arguments) {
   });
 }
 
-void addAdvise(CLI::App& app, Arguments& arguments) {
+void addAdvise(Command& app, Arguments& arguments) {
   constexpr const char* kInventorModels = "/usr/share/inventor/data";  // Debian's: the demo scene's head
   AdviseOptions& options = arguments.advise;
   options.devicePreset = kDefaultDevicePreset;
   if (std::filesystem::is_directory(kInventorModels)) options.assets.emplace_back(kInventorModels);
-  CLI::App* verb = addVerb(
+  Command verb = addVerb(
       app,
       {"advise",
        "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping, a tool's spacing",
@@ -295,44 +297,43 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
        "inside a body.\n"
        "  haptic_eval advise deploy/scenes/demo.scene --out results --apply results/advised"},
       arguments.advise.out);
-  verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
-  verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
-      ->capture_default_str();
-  verb->add_option("--device-preset", options.devicePreset, "Device that is to rest on the objects")
-      ->capture_default_str();
-  verb->add_option("--tolerance", options.tolerance,
-                   "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
-      ->check(moreThanZero())
-      ->capture_default_str();
-  verb->add_option("--apply", options.apply,
-                   "Write the advised scene, with its meshes beside it, into this folder; nothing there is replaced")
-      ->type_name("DIR");
-  verb->callback([&arguments, &options] { arguments.good = runAdvise(options); });
+  verb.option("SCENE", options.scene, "Scene file, as haptic_server takes it").required();
+  verb.option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
+      .typeName("DIR")
+      .existingFolder()
+      .showDefault();
+  verb.option("--device-preset", options.devicePreset, "Device that is to rest on the objects").showDefault();
+  verb.option("--tolerance", options.tolerance,
+              "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
+      .check(moreThanZero())
+      .showDefault();
+  verb.option("--apply", options.apply,
+              "Write the advised scene, with its meshes beside it, into this folder; nothing there is replaced")
+      .typeName("DIR");
+  setRun(verb, [&arguments, &options] { arguments.good = runAdvise(options); });
 }
 
-void addReplay(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app,
-                           {"replay", "A recording of haptic_server again: is every force the same, bit for bit?",
-                            "ticks.haptics --telemetry felt",
-                            "haptic_server --record FILE makes recordings, and so do faults and hapticctl dump."},
-                           arguments.out);
+void addReplay(Command& app, Arguments& arguments) {
+  Command verb = addVerb(app,
+                         {"replay", "A recording of haptic_server again: is every force the same, bit for bit?",
+                          "ticks.haptics --telemetry felt",
+                          "haptic_server --record FILE makes recordings, and so do faults and hapticctl dump."},
+                         arguments.out);
   ReplayOptions& options = arguments.replay;
-  verb->add_option("FILE", options.recording, "Recording")->required();
-  verb->add_option("--telemetry", options.telemetry,
-                   "Write what was felt in each tick here (length-delimited haptics.v1.Telemetry)")
-      ->type_name("FILE");
-  verb->callback([&arguments, &options] { arguments.good = runReplay(options, arguments.out); });
+  verb.option("FILE", options.recording, "Recording").required();
+  verb.option("--telemetry", options.telemetry,
+              "Write what was felt in each tick here (length-delimited haptics.v1.Telemetry)")
+      .typeName("FILE");
+  setRun(verb, [&arguments, &options] { arguments.good = runReplay(options, arguments.out); });
 }
 
-void addFuzzScenes(CLI::App* verb, Arguments& arguments) {
+void addFuzzScenes(Command& verb, Arguments& arguments) {
   addSeed(verb, arguments.fuzz.seed);
   addCount(verb, "--scenes", arguments.fuzz.scenes, "How many, each drawn from its own seed, from --seed on");
 }
 
-void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addFuzzContact(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(
       fuzz,
       {"contact", "The contact core among random bodies: is the IHIP ever inside one, or through a sheet?",
        "--scenes 40000 --out results",
@@ -340,23 +341,23 @@ void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
        "10,000 of each of the four, 80 million ticks. Ctrl-C ends it early: what was found is written."},
       arguments.out, "fuzz contact");
   addFuzzScenes(verb, arguments);
-  verb->add_option_function<std::string>(
+  verb.option(
           "--moving",
-          [&arguments](const std::string& which) {
+          [&arguments](const std::string& which) -> Result<void> {
             if (which != "both") arguments.fuzz.moving = which == "yes";
+            return {};
           },
           "Bodies that move through each other, bodies at rest, or both by turns")
-      ->check(CLI::IsMember({"yes", "no", "both"}))
-      ->type_name("WHICH");
-  verb->add_option("--speed", arguments.fuzz.speed_m_per_s,
-                   "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
-      ->type_name("V")
-      ->check(moreThanZero());
-  verb->callback([&arguments] { arguments.good = runFuzzContact(arguments.fuzz, arguments.out); });
+      .oneOf({"yes", "no", "both"})
+      .typeName("WHICH");
+  verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
+      .typeName("V")
+      .check(moreThanZero());
+  setRun(verb, [&arguments] { arguments.good = runFuzzContact(arguments.fuzz, arguments.out); });
 }
 
-void addFuzzEdits(CLI::App& fuzz, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addFuzzEdits(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(
       fuzz,
       {"edits", "Edits under a hand at rest: does the force step, is the IHIP inside of something, is the edit felt?",
        "--scenes 5000 --out results",
@@ -365,31 +366,31 @@ void addFuzzEdits(CLI::App& fuzz, Arguments& arguments) {
        "step moves come at random. Ctrl-C ends it early: what was found is written."},
       arguments.out, "fuzz edits");
   addFuzzScenes(verb, arguments);
-  verb->callback([&arguments] { arguments.good = runFuzzEdits(arguments.fuzz, arguments.out); });
+  setRun(verb, [&arguments] { arguments.good = runFuzzEdits(arguments.fuzz, arguments.out); });
 }
 
-void addFuzzReplay(CLI::App& fuzz, Arguments& arguments) {
-  CLI::App* verb = addVerb(fuzz,
-                           {"replay", "A finding again: does it still fail?", "results/fuzz-inside-1095",
-                            "fuzz contact and fuzz edits write such folders for what they find."},
-                           arguments.out, "fuzz replay");
-  verb->add_option("FOLDER", arguments.fuzzRecording, "A finding's folder")->required()->check(CLI::ExistingDirectory);
-  verb->callback([&arguments] { arguments.good = runFuzzReplay(arguments.fuzzRecording, arguments.out); });
+void addFuzzReplay(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(fuzz,
+                         {"replay", "A finding again: does it still fail?", "results/fuzz-inside-1095",
+                          "fuzz contact and fuzz edits write such folders for what they find."},
+                         arguments.out, "fuzz replay");
+  verb.option("FOLDER", arguments.fuzzRecording, "A finding's folder").required().existingFolder();
+  setRun(verb, [&arguments] { arguments.good = runFuzzReplay(arguments.fuzzRecording, arguments.out); });
 }
 
-void addFuzz(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = app.add_subcommand("fuzz", "Random scenes and motions against an independent judge");
-  verb->require_subcommand(1);
-  verb->footer(
+void addFuzz(Command& app, Arguments& arguments) {
+  Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
+  verb.needVerb();
+  verb.footer(
       "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
       "  haptic_eval fuzz edits --scenes 5000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(*verb, arguments);
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(verb, arguments);
 }
 
-void addWorst(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(
+void addWorst(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
       app,
       {"worst", "Hunts for the slowest tick: scenes and motions changed towards more work",
        "--seconds 300 --out results",
@@ -403,21 +404,17 @@ void addWorst(CLI::App& app, Arguments& arguments) {
       arguments.worst.out);
   WorstOptions& options = arguments.worst;
   addSeed(verb, options.seed);
-  verb->add_option("--seconds", options.seconds, "Of the hunt; counting and drawing come after it")
-      ->check(moreThanZero())
-      ->capture_default_str();
-  CLI::Option* rate = verb->add_option("--rate", options.rate_Hz, "Of the servo, Hz")
-                          ->check(CLI::Range(100.0, 16000.0))
-                          ->capture_default_str();
-  verb->add_option("--family", options.family, "Only scenes of this one, such as soup")->type_name("NAME");
-  CLI::Option* without =
-      verb->add_flag("--without-allowance", options.withoutAllowance, "Ticks that take as long as they take");
-  verb->add_flag("--import", arguments.worstImport, "Imports of meshes in place of ticks")
-      ->excludes(rate)
-      ->excludes(without);
+  verb.option("--seconds", options.seconds, "Of the hunt; counting and drawing come after it")
+      .check(moreThanZero())
+      .showDefault();
+  const Option rate = verb.option("--rate", options.rate_Hz, "Of the servo, Hz").range(100.0, 16000.0).showDefault();
+  verb.option("--family", options.family, "Only scenes of this one, such as soup").typeName("NAME");
+  const Option without =
+      verb.flag("--without-allowance", options.withoutAllowance, "Ticks that take as long as they take");
+  verb.flag("--import", arguments.worstImport, "Imports of meshes in place of ticks").excludes(rate).excludes(without);
   addFile(verb, "--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json");
   addSweep(verb, arguments);
-  verb->callback([&arguments, &options] {
+  setRun(verb, [&arguments, &options] {
     if (arguments.worstImport && (arguments.shard || !arguments.nats.url.empty()))
       throw std::invalid_argument("--import: hunts for imports are not divided; leave out --shard and --nats");
     if (arguments.worstImport) {
@@ -429,34 +426,33 @@ void addWorst(CLI::App& app, Arguments& arguments) {
   });
 }
 
-void addMerge(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app,
-                           {"merge", "What the shards of a verb came to together, as if it had been run at once",
-                            "shards/failures.shard-*.json --out results",
-                            "  haptic_eval failures --seeds 1000 --shard 1/4 --out shards\n"
-                            "Any number of shards may run at once, on any machines, by one build of this program."},
-                           arguments.out);
-  verb->add_option("FILES", arguments.shards, "What --shard I/N wrote, of each shard")->required();
-  verb->callback([&arguments] {
+void addMerge(Command& app, Arguments& arguments) {
+  Command verb = addVerb(app,
+                         {"merge", "What the shards of a verb came to together, as if it had been run at once",
+                          "shards/failures.shard-*.json --out results",
+                          "  haptic_eval failures --seeds 1000 --shard 1/4 --out shards\n"
+                          "Any number of shards may run at once, on any machines, by one build of this program."},
+                         arguments.out);
+  verb.option("FILES", arguments.shards, "What --shard I/N wrote, of each shard").required();
+  setRun(verb, [&arguments] {
     const auto make = [&arguments](const SweepArguments& sweep) { return makeSweep(sweep, arguments.out); };
     arguments.good = mergeShards(arguments.shards, make);
   });
 }
 
-void addWorker(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = app.add_subcommand("worker", "Runs parts of verbs that are given --nats, until Ctrl-C");
-  verb->footer(
+void addWorker(Command& app, Arguments& arguments) {
+  Command verb = app.verb("worker", "Runs parts of verbs that are given --nats, until Ctrl-C");
+  verb.footer(
       "Example:\n  haptic_eval worker --nats nats://127.0.0.1:4222\n"
       "One for each core, on any machine, of the build that the verb itself is run with. It may be ended at any time:\n"
       "another one runs its part again.");
-  addNats(verb, arguments.nats, "Where the parts are, such as nats://127.0.0.1:4222");
-  verb->get_option("--nats")->required();
-  verb->callback([&arguments] {
+  addNats(verb, arguments.nats, "Where the parts are, such as nats://127.0.0.1:4222").required();
+  setRun(verb, [&arguments] {
     workOnSweeps(arguments.nats, [](const SweepArguments& sweep) { return makeSweep(sweep, "."); });
   });
 }
 
-void addVerbs(CLI::App& app, Arguments& arguments) {
+void addVerbs(Command& app, Arguments& arguments) {
   for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
                          addAdvise, addStability, addReplay, addFuzz, addWorst, addMerge, addWorker})
     add(app, arguments);
@@ -469,25 +465,25 @@ bool runDivided(Arguments& arguments, const SweepArguments& sweep) {
   return true;
 }
 
-void mustBeVerb(const CLI::App& app, const std::string& name) {
+void mustBeVerb(const Command& app, const std::string& name) {
   std::string known;
-  for (const CLI::App* verb : app.get_subcommands({})) {
-    if (verb->get_name() == name) return;
-    known += (known.empty() ? "" : ", ") + verb->get_name();
+  for (const std::string& verb : app.verbs()) {
+    if (verb == name) return;
+    known += (known.empty() ? "" : ", ") + verb;
   }
   throw std::invalid_argument("there is no verb " + name + "; there are " + known);
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"Evaluates the haptic step and baselines in virtual time, and the server's loop against the paper's.",
-               "haptic_eval"};
-  app.set_version_flag("--version", "haptic_eval " HAPTICS_VERSION);
-  app.require_subcommand(1);
+  CommandLine app{"Evaluates the haptic step and baselines in virtual time, and the server's loop against the paper's.",
+                  "haptic_eval"};
+  app.version("haptic_eval " HAPTICS_VERSION);
+  app.needVerb();
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
   addVerbs(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   if (arguments.sweep) arguments.good = runDivided(arguments, sweepArguments(argc, argv));
   return arguments.good ? 0 : kExitFailed;
 }

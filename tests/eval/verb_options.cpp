@@ -1,27 +1,27 @@
 #include "tests/eval/verb_options.h"
 
 #include <cmath>
+#include <cstdlib>
 
 #include "tests/eval/report.h"
 
 namespace haptics::eval {
 
-CLI::Validator wholeNumber(double least) {
-  const auto check = [least](const std::string& text) {
+TextTaker wholeNumber(double least) {
+  return [least](const std::string& text) -> Result<void> {
     const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    if (digits && std::stod(text) >= least) return std::string();
-    return text + ": give a whole number, at least " + std::to_string(std::lround(least));
+    if (digits && std::stod(text) >= least) return {};
+    return refused("", text + ": give a whole number, at least " + std::to_string(std::lround(least)));
   };
-  return CLI::Validator(check, "");
 }
 
-CLI::Validator moreThanZero() {
-  const auto check = [](const std::string& text) {
-    double value = 0;
-    if (CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value)) return std::string();
-    return text + ": give a number more than 0";
+TextTaker moreThanZero() {
+  return [](const std::string& text) -> Result<void> {
+    char* end = nullptr;
+    const auto value = static_cast<double>(std::strtold(text.c_str(), &end));
+    if (end == text.c_str() + text.size() && value > 0 && std::isfinite(value)) return {};
+    return refused("", text + ": give a number more than 0");
   };
-  return CLI::Validator(check, "");
 }
 
 std::string namesOf(const std::vector<std::string>& names) {
@@ -30,35 +30,39 @@ std::string namesOf(const std::vector<std::string>& names) {
   return list;
 }
 
-CLI::App* addVerb(CLI::App& app, const Verb& of, std::filesystem::path& out, const std::string& calledAs) {
+Command addVerb(Command& app, const Verb& of, std::filesystem::path& out, const std::string& calledAs) {
   const std::string name = calledAs.empty() ? of.name : calledAs;
-  CLI::App* verb = app.add_subcommand(of.name, of.about);
-  verb->parse_complete_callback([&out] { makeFolder(out); });
-  verb->add_option("--out", out,
-                   "Folder for " + name.substr(0, name.find(' ')) + ".json and what else it writes; made when missing")
-      ->type_name("DIR")
-      ->capture_default_str();
-  verb->footer("Example:\n  haptic_eval " + name + ' ' + of.example + '\n' + of.notes);
+  Command verb = app.verb(of.name, of.about);
+  verb.whenRead([&out] { makeFolder(out); });
+  verb.option("--out", out,
+              "Folder for " + name.substr(0, name.find(' ')) + ".json and what else it writes; made when missing")
+      .typeName("DIR")
+      .showDefault();
+  verb.footer("Example:\n  haptic_eval " + name + ' ' + of.example + '\n' + of.notes);
   return verb;
 }
 
-void addSeed(CLI::App* verb, std::uint64_t& seed) {
-  verb->add_option("--seed", seed, "Decides places, orientations, directions and speeds")
-      ->type_name("S")
-      ->check(wholeNumber(0))
-      ->capture_default_str();
+void setRun(Command& verb, const std::function<void()>& run) {
+  verb.then([run]() -> Result<void> {
+    run();
+    return {};
+  });
 }
 
-void addFinest(CLI::App* verb, int& finest, const char* about) {
+void addSeed(Command& verb, std::uint64_t& seed) {
+  verb.option("--seed", seed, "Decides places, orientations, directions and speeds")
+      .typeName("S")
+      .check(wholeNumber(0))
+      .showDefault();
+}
+
+void addFinest(Command& verb, int& finest, const char* about) {
   constexpr int kCoarsestMesh = 12;  // triangles
-  verb->add_option("--finest", finest, about)
-      ->type_name("TRIANGLES")
-      ->check(wholeNumber(kCoarsestMesh))
-      ->capture_default_str();
+  verb.option("--finest", finest, about).typeName("TRIANGLES").check(wholeNumber(kCoarsestMesh)).showDefault();
 }
 
-CLI::Option* addFile(CLI::App* verb, const char* name, std::filesystem::path& file, const char* about) {
-  return verb->add_option(name, file, about)->type_name("FILE")->check(CLI::ExistingFile);
+Option addFile(Command& verb, const char* name, std::filesystem::path& file, const char* about) {
+  return verb.option(name, file, about).typeName("FILE").existingFile();
 }
 
 }  // namespace haptics::eval

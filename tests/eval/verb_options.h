@@ -1,15 +1,17 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "common/command_line/command_line.h"
+
 namespace haptics::eval {
 
-[[nodiscard]] CLI::Validator wholeNumber(double least);
-[[nodiscard]] CLI::Validator moreThanZero();
+[[nodiscard]] TextTaker wholeNumber(double least);
+[[nodiscard]] TextTaker moreThanZero();
 
 /// With commas between them.
 [[nodiscard]] std::string namesOf(const std::vector<std::string>& names);
@@ -22,18 +24,21 @@ struct Verb {
 };
 
 /// With --out. @param calledAs  With the verb that it is below, where it is below one.
-CLI::App* addVerb(CLI::App& app, const Verb& of, std::filesystem::path& out, const std::string& calledAs = "");
+Command addVerb(Command& app, const Verb& of, std::filesystem::path& out, const std::string& calledAs = "");
 
-void addSeed(CLI::App* verb, std::uint64_t& seed);
-void addFinest(CLI::App* verb, int& finest,
+/// Runs where the verb is given and nothing was wrong.
+void setRun(Command& verb, const std::function<void()>& run);
+
+void addSeed(Command& verb, std::uint64_t& seed);
+void addFinest(Command& verb, int& finest,
                const char* about = "Leave out meshes of more triangles; there are some up to 10 million");
-CLI::Option* addFile(CLI::App* verb, const char* name, std::filesystem::path& file, const char* about);
+Option addFile(Command& verb, const char* name, std::filesystem::path& file, const char* about);
 
 template <class Number>
-void addCount(CLI::App* verb, const char* name, Number& count, const char* about) {
-  verb->add_option(name, count, about)->type_name("N")->check(wholeNumber(1))->capture_default_str();
+Option addCount(Command& verb, const char* name, Number& count, const char* about) {
+  return verb.option(name, count, about).typeName("N").check(wholeNumber(1)).showDefault();
 }
 
-inline void addSeeds(CLI::App* verb, int& seeds) { addCount(verb, "--seeds", seeds, "How many seeds, from --seed on"); }
+inline void addSeeds(Command& verb, int& seeds) { addCount(verb, "--seeds", seeds, "How many seeds, from --seed on"); }
 
 }  // namespace haptics::eval

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -7,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/command_line/command_line.h"
 #include "tests/sim/world.h"
 
 // haptics_sim: the production session, sequencer and mirror code in virtual time, one world for each seed.
@@ -125,13 +125,13 @@ int tryMutants(SeedRange range) {
 int main(int argc, char** argv) {
   using namespace haptics::sim;
   Options options;
-  CLI::App app("Runs client and server code against each other in virtual time, one world for each seed");
-  app.add_option("--seeds,--seed", options.seeds, "FROM..TO, or one")->capture_default_str();
-  app.add_option("--mutant", options.mutant, "Break the protocol in this way");
-  app.add_flag("--all-mutants", options.allMutants, "Each in turn; fails unless every one is caught");
-  app.add_flag("--verbose", options.verbose, "Print everything that happens");
-  app.add_option("--json", options.json, "Write the summary here too");
-  CLI11_PARSE(app, argc, argv);
+  haptics::CommandLine app("Runs client and server code against each other in virtual time, one world for each seed");
+  app.option("--seeds,--seed", options.seeds, "FROM..TO, or one").showDefault();
+  app.option("--mutant", options.mutant, "Break the protocol in this way");
+  app.flag("--all-mutants", options.allMutants, "Each in turn; fails unless every one is caught");
+  app.flag("--verbose", options.verbose, "Print everything that happens");
+  app.option("--json", options.json, "Write the summary here too");
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   const auto range = parseSeeds(options.seeds);
   if (options.allMutants) return tryMutants(range);

@@ -1,9 +1,9 @@
 // haptic_stress: real processes on a bad network, editing, being killed, stopped and starved; and what is left of them.
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 
+#include "common/command_line/command_line.h"
 #include "common/wire/endpoint.h"
 #include "tests/stress/audience_run.h"
 #include "tests/stress/client.h"
@@ -37,27 +37,23 @@ As root the processes are in two network namespaces, joined by TUN devices and a
 DIR/pinch.json, ticks DIR/ticks.json. audience is all on loopback, and writes DIR/audience.json.
 Exit status: 0 everything holds, 1 something does not (the JSON says what), 2 wrong usage.)";
 
-void addPlan(CLI::App& app, RunPlan& plan) {
-  app.add_option("--clients", plan.clients, "That edit")->check(CLI::Range(1, 32))->capture_default_str();
-  app.add_option("--rtt-ms", plan.rtt_ms, "Round trip")->check(CLI::Range(0.0, 2000.0))->capture_default_str();
-  app.add_option("--jitter-ms", plan.jitter_ms, "Standard deviation, each way")
-      ->check(CLI::Range(0.0, 500.0))
-      ->capture_default_str();
-  app.add_option("--loss-pct", plan.loss_pct, "Packets lost, each way")
-      ->check(CLI::Range(0.0, 50.0))
-      ->capture_default_str();
-  app.add_option("--cut-every", plan.cutEvery_s, "Seconds")->check(CLI::Range(0.1, 1e4))->capture_default_str();
-  app.add_option("--cut-ms", plan.cut_ms, "Nothing passes for so long")
-      ->check(CLI::Range(0.0, 1e5))
-      ->capture_default_str();
-  app.add_option("--seconds", plan.seconds, "Of quiet and attack in turns")
-      ->check(CLI::Range(4.0, 1e6))
-      ->capture_default_str();
-  app.add_option("--edits", plan.edits_Hz, "A second, of each client")
-      ->check(CLI::Range(0.1, 150.0))
-      ->capture_default_str();
-  app.add_option("--seed", plan.seed)->capture_default_str();
-  app.add_option("--began", plan.began_ns)->group("");  // for the clients that this program starts
+/// Those without which some verbs have defaults of their own.
+struct PlanOptions {
+  Option cut, edits;
+};
+
+PlanOptions addPlan(Command& app, RunPlan& plan) {
+  app.option("--clients", plan.clients, "That edit").range(1, 32).showDefault();
+  app.option("--rtt-ms", plan.rtt_ms, "Round trip").range(0.0, 2000.0).showDefault();
+  app.option("--jitter-ms", plan.jitter_ms, "Standard deviation, each way").range(0.0, 500.0).showDefault();
+  app.option("--loss-pct", plan.loss_pct, "Packets lost, each way").range(0.0, 50.0).showDefault();
+  app.option("--cut-every", plan.cutEvery_s, "Seconds").range(0.1, 1e4).showDefault();
+  const Option cut = app.option("--cut-ms", plan.cut_ms, "Nothing passes for so long").range(0.0, 1e5).showDefault();
+  app.option("--seconds", plan.seconds, "Of quiet and attack in turns").range(4.0, 1e6).showDefault();
+  const Option edits = app.option("--edits", plan.edits_Hz, "A second, of each client").range(0.1, 150.0).showDefault();
+  app.option("--seed", plan.seed).showDefault();
+  app.option("--began", plan.began_ns).hidden();  // for the clients that this program starts
+  return {cut, edits};
 }
 
 Endpoint endpointOrThrow(const std::string& text) {
@@ -119,107 +115,101 @@ int main(int argc, char** argv) {
   WatchersOptions watchers;
   std::string address, journal, summary;
   bool noViewer = false, viewOnly = false;
-  CLI::App app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
-               "haptic_stress");
+  CommandLine app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
+                  "haptic_stress");
   app.footer(kExamples);
-  app.fallthrough();
-  addPlan(app, plan);
-  app.add_option("--out", options.out, "Where results and journals go")->type_name("DIR")->default_str("out");
-  app.add_flag("--relay", options.relay, "No network namespaces, even as root");
-  app.add_flag("--no-viewer", noViewer, "Without the real graphics_client");
-  auto* asClient = app.add_subcommand("client")->group("");
-  auto* asDribbler = app.add_subcommand("dribble")->group("");
-  auto* asViewer = app.add_subcommand("look")->group("");
-  auto* asLeader = app.add_subcommand("lead")->group("");
-  for (auto* verb : {asClient, asDribbler, asViewer, asLeader}) verb->add_option("--connect", address);
-  asClient->add_option("--number", client.number);
-  asClient->add_option("--life", client.life);
-  asClient->add_option("--journal", journal);
-  asClient->add_flag("--udp", client.datagrams);
-  asClient->add_flag("--view", viewOnly);
-  asViewer->add_option("--number", viewer.number);
-  asViewer->add_option("--summary", summary);
-  asViewer->add_flag("--udp", viewer.datagrams);
-  asLeader->add_option("--hand", leader.hand);
-  asLeader->add_option("--from", leader.began_ns);
-  auto* asWatchers = app.add_subcommand("watch")->group("");
-  asWatchers->add_option("--nats", watchers.nats);
-  asWatchers->add_option("--session", watchers.session);
-  asWatchers->add_option("--count", watchers.count);
-  asWatchers->add_option("--viewers", watchers.viewers);
-  asWatchers->add_option("--summary", summary);
-  auto* asAudience = app.add_subcommand(
+  app.takeOptionsAfterVerbs();
+  const PlanOptions planOptions = addPlan(app, plan);
+  app.option("--out", options.out, "Where results and journals go").typeName("DIR").showDefault("out");
+  app.flag("--relay", options.relay, "No network namespaces, even as root");
+  app.flag("--no-viewer", noViewer, "Without the real graphics_client");
+  Command asClient = app.verb("client").hidden();
+  Command asDribbler = app.verb("dribble").hidden();
+  Command asViewer = app.verb("look").hidden();
+  Command asLeader = app.verb("lead").hidden();
+  for (Command verb : {asClient, asDribbler, asViewer, asLeader}) verb.option("--connect", address);
+  asClient.option("--number", client.number);
+  asClient.option("--life", client.life);
+  asClient.option("--journal", journal);
+  asClient.flag("--udp", client.datagrams);
+  asClient.flag("--view", viewOnly);
+  asViewer.option("--number", viewer.number);
+  asViewer.option("--summary", summary);
+  asViewer.flag("--udp", viewer.datagrams);
+  asLeader.option("--hand", leader.hand);
+  asLeader.option("--from", leader.began_ns);
+  Command asWatchers = app.verb("watch").hidden();
+  asWatchers.option("--nats", watchers.nats);
+  asWatchers.option("--session", watchers.session);
+  asWatchers.option("--count", watchers.count);
+  asWatchers.option("--viewers", watchers.viewers);
+  asWatchers.option("--summary", summary);
+  Command asAudience = app.verb(
       "audience", "A session is published to many: does the servo notice, are samples young, do all hold the same?");
-  asAudience->add_option("--watchers", audience.watchers, "That hold the session")
-      ->check(CLI::Range(1, 4000))
-      ->capture_default_str();
-  asAudience->add_option("--viewers", audience.viewers, "Of the watchers, those that hold all assets as well")
-      ->check(CLI::Range(0, 100))
-      ->capture_default_str();
-  asAudience->add_option("--nodes", audience.nodes, "NATS servers; of three the one that leads the stream is killed")
-      ->check(CLI::Range(1, 5))
-      ->capture_default_str();
-  asAudience->add_option("--kills", audience.kills, "Of the relay")->check(CLI::Range(0, 1000))->capture_default_str();
-  asAudience->add_option("--scene", audience.scene, "That is published")->required()->check(CLI::ExistingFile);
-  auto* asPinch = app.add_subcommand(
+  asAudience.option("--watchers", audience.watchers, "That hold the session").range(1, 4000).showDefault();
+  asAudience.option("--viewers", audience.viewers, "Of the watchers, those that hold all assets as well")
+      .range(0, 100)
+      .showDefault();
+  asAudience.option("--nodes", audience.nodes, "NATS servers; of three the one that leads the stream is killed")
+      .range(1, 5)
+      .showDefault();
+  asAudience.option("--kills", audience.kills, "Of the relay").range(0, 1000).showDefault();
+  asAudience.option("--scene", audience.scene, "That is published").required().existingFile();
+  Command asPinch = app.verb(
       "pinch", "Two clients lead a hand each, which pinch a brick and lift it: is it held, and seen where it is held?");
-  asPinch->add_option("--viewers", pinch.viewers, "That look on")->check(CLI::Range(1, 32))->capture_default_str();
-  auto* asTicks = app.add_subcommand("ticks", "A client has every tick: is each there, or named as missing?");
-  auto* asTouch = app.add_subcommand(
+  asPinch.option("--viewers", pinch.viewers, "That look on").range(1, 32).showDefault();
+  Command asTicks = app.verb("ticks", "A client has every tick: is each there, or named as missing?");
+  Command asTouch = app.verb(
       "touch",
       "Bodies are pushed and soft objects dented: do viewers see contacts where they are, and the same shapes?");
-  asTouch->add_option("--viewers", touch.viewers, "That look on")->check(CLI::Range(1, 32))->capture_default_str();
+  asTouch.option("--viewers", touch.viewers, "That look on").range(1, 32).showDefault();
+  if (const auto code = app.parse(argc, argv)) return *code == 0 ? 0 : 2;
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    if (asDribbler->parsed()) runDribbler(endpointOrThrow(address));
-    if (asClient->parsed()) {
+    if (asDribbler.given()) runDribbler(endpointOrThrow(address));
+    if (asClient.given()) {
       client.server = endpointOrThrow(address);
       client.journal = journal;
       client.edits = !viewOnly;
       runClient(plan, client);
       return 0;
     }
-    if (asViewer->parsed()) {
+    if (asViewer.given()) {
       viewer.server = endpointOrThrow(address);
       viewer.summary = summary;
       runTouchViewer(viewer);
       return 0;
     }
-    if (asWatchers->parsed()) {
+    if (asWatchers.given()) {
       watchers.summary = summary;
       runWatchers(watchers);
       return 0;
     }
-    if (asLeader->parsed()) {
+    if (asLeader.given()) {
       leader.server = endpointOrThrow(address);
       runHandLeader(leader);
       return 0;
     }
     if (options.out.empty()) options.out = "out";
     options.out = std::filesystem::absolute(options.out);
-    if (asAudience->parsed()) {
+    if (asAudience.given()) {
       audience.out = options.out;
-      if (app.count("--edits") == 0) plan.edits_Hz = 2;
+      if (!planOptions.edits.given()) plan.edits_Hz = 2;
       return shown(plan, audience);
     }
-    if (asPinch->parsed()) {
+    if (asPinch.given()) {
       pinch.out = options.out;
       pinch.relay = options.relay;
-      if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
+      if (!planOptions.cut.given()) plan.cut_ms = 0;
       return pinched(plan, pinch);
     }
-    if (asTicks->parsed()) {
-      if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
+    if (asTicks.given()) {
+      if (!planOptions.cut.given()) plan.cut_ms = 0;
       return everyTick(plan, {options.out, options.relay});
     }
-    if (asTouch->parsed()) {
+    if (asTouch.given()) {
       touch.out = options.out;
       touch.relay = options.relay;
-      if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
+      if (!planOptions.cut.given()) plan.cut_ms = 0;
       return touched(plan, touch);
     }
     options.viewer = !noViewer;
