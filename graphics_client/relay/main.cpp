@@ -7,10 +7,7 @@
 #include <string>
 #include <utility>
 
-<<<<<<< HEAD
-=======
 #include "common/command_line/command_line.h"
->>>>>>> cli
 #include "common/log/log.h"
 #include "common/text/printable.h"
 #include "graphics_client/relay/relay.h"
