@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "haptic_server/recording/state_image.h"
-#include "haptic_server/recording/step_sources.h"
 
 namespace haptics {
 namespace {
@@ -121,10 +120,6 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
 }
 
 }  // namespace
-
-std::string_view ownStepSources() noexcept {
-  return {reinterpret_cast<const char*>(kStepSources.data()), kStepSources.size()};
-}
 
 v1::RecordingHead toMessage(const RecordingFacts& facts) {
   v1::RecordingHead head;

@@ -1,4 +1,4 @@
-# Writes OUT, a header with the SHA-256 of all files of SOURCES (paths relative to TOP, as a list), in order of their names:
+# Writes OUT, with the SHA-256 of all files of SOURCES (paths relative to TOP, as a list), in order of their names:
 # two builds with the same hash make the same forces of the same recording.
 list(SORT SOURCES)
 set(all "")
@@ -8,14 +8,16 @@ foreach(source IN LISTS SOURCES)
 endforeach()
 string(SHA256 whole "${all}")
 string(REGEX REPLACE "(..)" "0x\\1, " bytes ${whole})
-set(text "#pragma once
-
-#include <array>
+set(text "#include <string_view>
 
 namespace haptics {
 
-/// SHA-256 over the source files of the step and all below it.
-inline constexpr std::array<unsigned char, 32> kStepSources{${bytes}};
+std::string_view ownStepSources() noexcept;
+
+std::string_view ownStepSources() noexcept {
+  static constexpr unsigned char kHash[]{${bytes}};
+  return {reinterpret_cast<const char*>(kHash), sizeof kHash};
+}
 
 }  // namespace haptics
 ")
