@@ -6,7 +6,7 @@ say() { printf '\n== %s\n' "$*"; }
 
 # fail MESSAGE [STATUS]
 fail() {
-  printf '%s: %s\n' "deploy/$(basename "$0")" "$1" >&2
+  printf '%s: %s\n' "$(realpath -s --relative-to="$top" "$0")" "$1" >&2
   exit "${2:-1}"
 }
 
