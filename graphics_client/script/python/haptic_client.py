@@ -241,7 +241,7 @@ class Client:
                 hand.connection_lost()
             if not isinstance(error, (OSError, ConnectionLost, DecodeError)):
                 self._scene = Scene()
-            self._refused = self._refused or isinstance(error, LimitExceeded)
+            self._refused = self._refused or isinstance(error, (LimitExceeded, TurnedAway))
             if not self._refused or isinstance(error, (LimitExceeded, TurnedAway)):
                 self._trouble = printable(in_words(error))
             self._edits.connection_lost()
@@ -285,7 +285,6 @@ class Client:
         if self._phase == "hello" and body not in ("welcome", "refusal"):
             raise ConnectionLost("the server spoke before its welcome")
         if body == "welcome" and envelope.protocol_version != PROTOCOL_VERSION:
-            self._refused = True
             raise TurnedAway(f"the server speaks version {envelope.protocol_version}, this client version {PROTOCOL_VERSION}")
         handler = getattr(self, f"_take_{body}", None)
         if not handler:
@@ -305,7 +304,6 @@ class Client:
         why = f"refused by the server: {Rejected(refusal.field, refusal.reason)}"
         if self._phase != "hello":
             raise ConnectionLost(why)
-        self._refused = True
         raise TurnedAway(why)
 
     def _take_welcome(self, welcome):
