@@ -277,8 +277,17 @@ class PythonClient(harness.EndToEnd):
     def test_it_speaks_tls_with_a_token(self):
         self.server.kill()
         self.server = self.start_server(credentials=harness.make_credentials(self.folder / "keys"))
-        with self.assertRaises(Refused) as refusal, Client(self.server.address):
-            pass
+
+        class HeldUp(Client):
+            def _lost(self, error):
+                time.sleep(0.3)
+                super()._lost(error)
+
+        client = HeldUp(self.server.address)
+        self.addCleanup(client.close)
+        time.sleep(0.2)  # it has been refused, and is held up before it says why
+        with self.assertRaises(Refused) as refusal:
+            client.wait_live()
         self.assertIn("--credentials", str(refusal.exception))
         self.client(credentials=self.folder / "keys" / "editor.credentials").apply(BALL)
         with self.assertRaises(Rejected) as rejected:
