@@ -35,7 +35,7 @@ class Option {
   Option showDefault(const std::string& text);
   Option hidden();
 
-  /// Both ends are good.
+  /// Ends included.
   Option range(double least, double most);
   Option range(int least, int most);
   Option range(std::size_t least, std::size_t most);

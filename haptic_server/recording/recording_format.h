@@ -37,7 +37,7 @@ struct RecordingFacts {
   [[nodiscard]] std::size_t hands() const noexcept { return secondHand ? 2 : 1; }
 };
 
-/// The version of this program's step, in a source that the build writes (step_sources.cmake).
+/// SHA-256 of this program's step, 32 bytes that stay: in a source that the build writes (step_sources.cmake).
 [[nodiscard]] std::string_view ownStepSources() noexcept;
 
 [[nodiscard]] v1::RecordingHead toMessage(const RecordingFacts& facts);
