@@ -173,6 +173,9 @@ int run(const Arguments& arguments) {
                                    .hand = options->hand,
                                    .connect = embedded ? embedded->connect() : *nats,
                                    .sharedAssets = embedded ? embedded->sharedAssets() : haptics::SharedAssets{}});
+  haptics::onDisplayLost([&embedded] {
+    if (embedded) static_cast<void>(embedded->stop());
+  });
   HeldScene held;
   std::shared_ptr<const haptics::MirrorView> last = link->latest();
   const auto newest = [&] {
@@ -183,6 +186,7 @@ int run(const Arguments& arguments) {
   const Result<haptics::RunSummary> summary =
       arguments.offscreen ? haptics::runOffscreen(*options, newest, stopRequested)
                           : haptics::runApplication(*options, link, newest, stopRequested, arguments.recording);
+  haptics::onDisplayLost({});
   link.reset();
   const Result<void> stopped = embedded ? embedded->stop() : Result<void>{};
   const int code = stopped ? report(arguments, summary, last->linkText) : fail(stopped.error(), kFailed);

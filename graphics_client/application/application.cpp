@@ -11,6 +11,7 @@ namespace {
 /// Qt's words go where the program's go. That a session without a login has no folder of its own is no trouble here.
 void log(QtMsgType type, const QMessageLogContext& /*context*/, const QString& words) {
   if (words.startsWith("QStandardPaths: XDG_RUNTIME_DIR")) return;
+  if (words.startsWith("The X11 connection broke")) displayLost();  // Qt would call exit() next
   logAt(type == QtDebugMsg || type == QtInfoMsg ? LogLevel::kDebug : LogLevel::kWarning, words.toStdString());
 }
 

@@ -33,6 +33,12 @@ using ViewSource = std::function<std::shared_ptr<const MirrorView>()>;
 /// a SceneView is made: VTK ends the process where there is none, offscreen too.
 [[nodiscard]] Result<void> checkDisplay();
 
+/// From here on the process ends with code 1 when the X server goes away, after `orderly`. Xlib and Qt would call exit(),
+/// which destroys what threads that still run use.
+/// @param orderly  Called on the thread that draws; draws nothing itself. Empty: nothing.
+void onDisplayLost(std::function<void()> orderly);
+[[noreturn]] void displayLost();  ///< Does so, for a library that does not ask Xlib's handler.
+
 /// Draws what `source` gives, without a window, until the time is over or `stop` is set (by a signal handler). The
 /// screenshot is the newest frame of a contact that shows well. Errors: a picture could not be written.
 [[nodiscard]] Result<RunSummary> runOffscreen(const ViewerOptions& options, const ViewSource& source,

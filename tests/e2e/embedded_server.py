@@ -51,6 +51,25 @@ class EmbeddedServer(harness.EndToEnd):
         self.assertEqual(process.wait(), 1)
         self.assertIn("nowhere.scene", process.text())
 
+    def test_a_display_that_goes_away_ends_both_in_order(self):
+        scene, server = self.folder / "inside.scene", self.folder / "server.json"
+        scene.write_text(harness.SCENE)
+        for window in ([], ["--offscreen"]):
+            with self.subTest(window=window):
+                server.unlink(missing_ok=True)
+                display = self.start_display()
+                process = harness.Process(
+                    [harness.BIN / "graphics_client", "--embedded-server", "--scene", scene, "--server-summary", server,
+                     *window], env={"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE}, cwd=self.folder)
+                self.addCleanup(process.kill)
+                harness.wait_until(lambda: process.find(r"^scene revision 1 "), harness.START_TIMEOUT_S, process.text)
+                time.sleep(1)  # it draws
+                display.process.kill()
+                self.assertEqual(process.wait(), 1, process.text())
+                self.assertIn("DISPLAY: the X server has gone away", process.text())
+                self.assertGreater(json.loads(server.read_text())["ticks"], 100)
+                self.assertEqual([], list(self.folder.glob("*crash*")))
+
     def test_it_has_no_address_to_connect_to(self):
         process = harness.Process([harness.BIN / "graphics_client", "--embedded-server", "--connect", "127.0.0.1:1"])
         self.addCleanup(process.kill)

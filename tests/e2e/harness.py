@@ -5,6 +5,7 @@ for what it sees, not for how long it took, except where the requirement is a ti
 """
 import json
 import os
+import random
 import re
 import shutil
 import signal
@@ -205,16 +206,28 @@ def token_of(file):
 class Display:
     """An X server of its own; viewers get it by DISPLAY. Its screen lies in a file, as xwd writes it."""
 
+    ATTEMPTS = 20
+
     def __init__(self, folder):
         self.folder = Path(tempfile.mkdtemp(prefix="screen-", dir=folder))
+        for _ in range(self.ATTEMPTS):
+            if self.start():
+                return
+        raise AssertionError("Xvfb does not start")
+
+    def start(self):
+        """Xvfb locks a number that it is told. One that it chooses may be another's, in another network."""
+        self.name = f":{random.randrange(1000, 50000)}"
         reader, writer = os.pipe()
-        self.process = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x1024x24", "-nolisten",
-                                         "tcp", "-fbdir", self.folder], pass_fds=(writer,), stderr=subprocess.DEVNULL)
+        self.process = subprocess.Popen(["Xvfb", self.name, "-displayfd", str(writer), "-screen", "0", "1280x1024x24",
+                                         "-noreset", "-nolisten", "tcp", "-fbdir", self.folder], pass_fds=(writer,),
+                                        stderr=subprocess.DEVNULL)
         os.close(writer)
         with os.fdopen(reader) as stream:
-            self.name = ":" + stream.readline().strip()
-        if self.name == ":":
-            raise AssertionError("Xvfb does not start")
+            if stream.readline():
+                return True
+        self.process.wait()
+        return False
 
     def screen_file(self):
         return self.folder / "Xvfb_screen0"

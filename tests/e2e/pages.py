@@ -104,6 +104,8 @@ class Shell:
 
     def run(self, command, timeout_s):
         """(exit status, output) of a command, whose standard input is empty."""
+        if self.process.poll() is not None:
+            raise AssertionError(f"the shell has ended before {command}")
         end = f"--- end of command {time.monotonic_ns()} ---"
         self.process.stdin.write(f"{{ {command}\n}} </dev/null\nprintf '\\n%s %d\\n' '{end}' $?\n")
         self.process.stdin.flush()
@@ -112,7 +114,9 @@ class Shell:
             try:
                 line = self.lines.get(timeout=max(0.0, deadline - time.monotonic()))
             except queue.Empty:
-                raise AssertionError(f"{command}\ndoes not end within {timeout_s} s:\n{''.join(output)}") from None
+                threads = self.threads()
+                self.close()  # what follows would wait for it too
+                raise AssertionError(f"{command}\ndoes not end within {timeout_s} s:\n{''.join(output)}\n{threads}") from None
             if line is None:
                 raise AssertionError(f"{command}\nended the shell:\n{''.join(output)}")
             if line.startswith(end):
@@ -129,10 +133,16 @@ class Shell:
             except OSError:  # not permitted, or it has ended
                 pass
 
+    def threads(self):
+        """Every thread of what runs in it: its state, processor time and what it waits for."""
+        ps = subprocess.run(["ps", "-eLo", "pgid,pid,tid,stat,cls,time,wchan:24,comm"], capture_output=True, text=True)
+        return "".join(line for line in ps.stdout.splitlines(keepends=True) if line.split()[0] in ("PGID", str(self.process.pid)))
+
     def close(self):
         try:
             os.killpg(self.process.pid, signal.SIGKILL)
         except ProcessLookupError:
             pass
         self.process.wait()
-        self.process.stdin.close()
+        if not self.process.stdin.closed:
+            self.process.stdin.close()
