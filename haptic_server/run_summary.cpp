@@ -1,8 +1,8 @@
 #include "haptic_server/run_summary.h"
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "common/json/message_json.h"
 #include "common/telemetry/body_json.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 
@@ -16,25 +16,9 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
   summary.set_max(static_cast<double>(histogram.max_ns()));
 }
 
-/// Of numbers and flags, under their names.
-[[nodiscard]] nlohmann::ordered_json toJson(const google::protobuf::Message& message) {
-  using Field = google::protobuf::FieldDescriptor;
-  const auto& type = *message.GetDescriptor();
-  const auto& values = *message.GetReflection();
-  nlohmann::ordered_json json;
-  for (int i = 0; i < type.field_count(); ++i) {
-    const Field* field = type.field(i);
-    auto& value = json[field->name()];
-    if (field->cpp_type() == Field::CPPTYPE_BOOL) value = values.GetBool(message, field);
-    if (field->cpp_type() == Field::CPPTYPE_UINT64) value = values.GetUInt64(message, field);
-    if (field->cpp_type() == Field::CPPTYPE_DOUBLE) value = values.GetDouble(message, field);
-  }
-  return json;
-}
-
-[[nodiscard]] nlohmann::ordered_json toJson(const MotionState& motion) {
-  nlohmann::ordered_json bodies = nlohmann::ordered_json::array();
-  for (const BodyState& body : motion.bodies()) bodies.push_back(bodyJson<nlohmann::ordered_json>(body));
+[[nodiscard]] Json bodiesOf(const MotionState& motion) {
+  Json bodies = Json::array();
+  for (const BodyState& body : motion.bodies()) bodies.push(bodyJson(body));
   return bodies;
 }
 
@@ -77,7 +61,7 @@ void fillServoStatus(const ServoStatistics& servo, const HandStatistics& hand, c
 
 Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
                           const MotionState& motion, const ContentHash& deformed) {
-  nlohmann::ordered_json summary = {
+  Json summary = {
       {"ticks", status.ticks()},
       {"missed_ticks", status.missed_ticks()},
       {"rate_hz", status.servo_rate_hz()},
@@ -97,27 +81,28 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"adopted_revision", status.adopted_revision()},
       {"scene_hash", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex()},
       {"device", status.device()},
-      {"bodies", toJson(motion)},
+      {"bodies", bodiesOf(motion)},
       {"dents", motion.dentCount},
       {"deformed_hash", deformed.hex()},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
   if (status.has_second_hand()) {
     const v1::HandStatus& second = status.second_hand();
-    summary["second_hand"] = {{"device", second.device()},
-                              {"contact_ticks", second.contact_ticks()},
-                              {"depenetrated", second.depenetrated()},
-                              {"allowance_spent", second.allowance_spent()},
-                              {"max_force_N", second.max_force_n()},
-                              {"faults", second.faults()},
-                              {"dropped_samples", second.dropped_samples()}};
-    if (second.has_device_exchange()) summary["second_hand"]["device_exchange"] = toJson(second.device_exchange());
+    Json hand = {{"device", second.device()},
+                 {"contact_ticks", second.contact_ticks()},
+                 {"depenetrated", second.depenetrated()},
+                 {"allowance_spent", second.allowance_spent()},
+                 {"max_force_N", second.max_force_n()},
+                 {"faults", second.faults()},
+                 {"dropped_samples", second.dropped_samples()}};
+    if (second.has_device_exchange()) hand.set("device_exchange", toJson(second.device_exchange()));
+    summary.set("second_hand", hand);
   }
-  if (status.has_device_exchange()) summary["device_exchange"] = toJson(status.device_exchange());
-  if (status.has_watchdog()) summary["watchdog"] = toJson(status.watchdog());
-  if (status.has_played_recording()) summary["played_recording"] = toJson(status.played_recording());
+  if (status.has_device_exchange()) summary.set("device_exchange", toJson(status.device_exchange()));
+  if (status.has_watchdog()) summary.set("watchdog", toJson(status.watchdog()));
+  if (status.has_played_recording()) summary.set("played_recording", toJson(status.played_recording()));
   std::ofstream out(file);
-  out << summary.dump(2) << '\n';
+  out << summary.indented() << '\n';
   out.close();
   if (!out) return refused(file, "the summary could not be written; the folder should exist and be writable");
   return {};

@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/json/message_json.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/mirror/edit_reply.h"
 #include "graphics_client/script/interrupt.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/progress_bar.h"
 #include "graphics_client/script/upload.h"
 #include "graphics_client/script/verbs.h"
@@ -35,8 +35,8 @@ std::string hashText(const std::string& hash) {
 void print(const v1::Accepted& accepted, const v1::EditLive& live, bool json) {
   if (json) {
     auto object = toJson(accepted);
-    object["live_since_tick"] = live.tick();
-    std::cout << jsonText(object) << std::endl;
+    object.set("live_since_tick", live.tick());
+    std::cout << object.line() << std::endl;
     return;
   }
   std::cout << "revision " << accepted.revision() << ", live since tick " << live.tick() << "\nroot "

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
+#include "common/json/json.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
@@ -12,7 +12,7 @@ int credentials(const CommonOptions& common, const std::filesystem::path& folder
   if (const auto made = makeCredentials(folder); !made) return fail(kRefused, made.error());
   const std::string viewer = (folder / kViewerFile).string(), editor = (folder / kEditorFile).string();
   if (common.json) {
-    std::cout << nlohmann::ordered_json{{"server", folder.string()}, {"view", viewer}, {"edit", editor}}.dump() << '\n';
+    std::cout << Json{{"server", folder.string()}, {"view", viewer}, {"edit", editor}}.line() << '\n';
     return kDone;
   }
   std::printf("%s: for haptic_server --credentials; keep it on the server's machine\n", folder.c_str());

@@ -2,8 +2,8 @@
 #include <iostream>
 #include <memory>
 
+#include "common/json/message_json.h"
 #include "common/text/printable.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
@@ -17,7 +17,7 @@ int dump(const CommonOptions& common) {
   if (!answer) return fail(kNoConnection, answer.error());
   if (answer->file().empty()) return fail(kRefused, {"", answer->reason()});
   if (common.json) {
-    std::cout << jsonText(toJson(*answer)) << '\n';
+    std::cout << toJson(*answer).line() << '\n';
   } else {
     std::cout << printable(answer->file()) << " on the server's machine; haptic_eval replay FILE runs it again\n";
   }

@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/json/message_json.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/interrupt.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/progress_bar.h"
 #include "graphics_client/script/tick_queue.h"
 #include "graphics_client/script/verbs.h"
@@ -114,12 +114,12 @@ class LiveTicks {
 
 void print(const CommonOptions& common, const std::filesystem::path& out, const SessionEnd& end) {
   if (common.json) {
-    const nlohmann::ordered_json said{{"file", out.string()},
+    const Json said{{"file", out.string()},
                                       {"ticks", end.ticks},
                                       {"missed_by_servo", end.missed},
                                       {"lost", end.lost},
                                       {"note", end.note}};
-    std::puts(jsonText(said).c_str());
+    std::puts(said.line().c_str());
     return;
   }
   std::printf("%s: %llu ticks; %llu missed by the servo, %llu lost\n", printable(out.string()).c_str(),

@@ -1,20 +1,20 @@
 #include <iostream>
 
+#include "common/json/message_json.h"
 #include "common/wire/convert.h"
 #include "graphics_client/editing/scene_text.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
 namespace {
 
-nlohmann::ordered_json jsonOf(const SceneVersion& scene, const std::string& name) {
-  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+Json jsonOf(const SceneVersion& scene, const std::string& name) {
+  Json objects = Json::array();
   for (const auto& object : scene.objects()) {
     if (!name.empty() && object->name != name) continue;
     v1::ObjectState state;
     toWire(*object, state);
-    objects.push_back(toJson(state));
+    objects.push(toJson(state));
   }
   return {{"revision", scene.revision()}, {"root", scene.root().hex()}, {"object", objects}};
 }
@@ -36,7 +36,7 @@ int get(const CommonOptions& common, const std::string& name) {
     return fail(kRefused, {name, "no such object; the scene has: " + namesIn(scene)});
   }
   if (common.json) {
-    std::cout << jsonText(jsonOf(scene, name)) << '\n';
+    std::cout << jsonOf(scene, name).line() << '\n';
   } else {
     std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n' << sceneText(scene, name);
   }

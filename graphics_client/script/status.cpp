@@ -3,10 +3,10 @@
 #include <iostream>
 #include <memory>
 
+#include "common/json/message_json.h"
 #include "common/telemetry/fault_words.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
@@ -116,7 +116,7 @@ int status(const CommonOptions& common) {
   const auto answer = connection.await(promise->get_future());
   if (!answer) return fail(kNoConnection, answer.error());
   if (common.json) {
-    std::cout << jsonText(toJson(*answer)) << '\n';
+    std::cout << toJson(*answer).line() << '\n';
   } else {
     printForPeople(*answer, *(*view)->scene);
   }

@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include "graphics_client/script/message_json.h"
+#include "common/json/message_json.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
@@ -91,7 +91,7 @@ int verify(const CommonOptions& common) {
   const bool equalRoots = *own == view->serverRoot && view->serverRevision == view->scene->revision();
   const bool equal = equalRoots && (!shapes || shapes->equal());
   if (common.json) {
-    nlohmann::ordered_json result{{"equal", equal},
+    Json result{{"equal", equal},
                                   {"revision", view->scene->revision()},
                                   {"own_root", own->hex()},
                                   {"server_revision", view->serverRevision},
@@ -99,10 +99,10 @@ int verify(const CommonOptions& common) {
                                   {"meshes", view->meshes.size()},
                                   {"assets", held(*view)}};
     if (shapes) {
-      result["own_deformed_hash"] = textOf(shapes->own);
-      result["server_deformed_hash"] = textOf(shapes->server);
+      result.set("own_deformed_hash", textOf(shapes->own));
+      result.set("server_deformed_hash", textOf(shapes->server));
     }
-    std::cout << jsonText(result) << '\n';
+    std::cout << result.line() << '\n';
   } else {
     std::cout << (equal ? "equal" : "NOT EQUAL") << ": " << view->scene->objects().size() << " objects, " << held(*view)
               << " assets\n  own    revision " << view->scene->revision() << "  " << own->hex()

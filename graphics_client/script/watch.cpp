@@ -4,11 +4,11 @@
 #include <iostream>
 #include <string>
 
+#include "common/json/message_json.h"
 #include "common/telemetry/fault_words.h"
 #include "common/telemetry/tick_gaps.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/tick_queue.h"
 #include "graphics_client/script/verbs.h"
 
@@ -84,7 +84,7 @@ void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
   for (const ObjectDent& dent : view.dents) toWire(dent, *message.add_dent());
   if (view.tool) toWire(*view.tool, *message.mutable_tool());
-  std::cout << jsonText(toJson(message)) << std::endl;
+  std::cout << toJson(message).line() << std::endl;
 }
 
 using Clock = std::chrono::steady_clock;
@@ -110,7 +110,7 @@ int watchEveryTick(const CommonOptions& common, const WatchOptions& options) {
       if (const auto gap = gaps.next(tick.tick(), tick.missed_ticks()))
         std::fprintf(stderr, "hapticctl: gap %s\n", gap->inWords().c_str());
       ++ticks;
-      common.json ? void(std::cout << jsonText(toJson(tick)) << '\n') : printForPeople(*view, fromWire(tick));
+      common.json ? void(std::cout << toJson(tick).line() << '\n') : printForPeople(*view, fromWire(tick));
     }
     std::cout.flush();
   }

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <system_error>
 #include <utility>
 
+#include "common/json/json.h"
 #include "common/telemetry/body_json.h"
 #include "common/telemetry/hand_command.h"
 
@@ -48,7 +49,12 @@ void RunSummary::Newest::add(double value) {
 
 namespace {
 
-nlohmann::json spread(const std::deque<double>& newest) {
+std::optional<ContentHash> rootOf(const MirrorView& view) {
+  const Result<ContentHash> root = recomputedRoot(view);
+  return root ? std::optional(*root) : std::nullopt;
+}
+
+Json spread(const std::deque<double>& newest) {
   const std::vector<double> values(newest.begin(), newest.end());
   return {{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
 }
@@ -57,13 +63,18 @@ nlohmann::json spread(const std::deque<double>& newest) {
 
 std::string RunSummary::json() const {
   const double span_s = lastFrame_s_ - firstFrame_s_;
-  nlohmann::json summary = {
+  const std::optional<ContentHash> own = newestLive_ ? rootOf(*newestLive_) : std::nullopt;
+  Json bodies = Json::array();
+  if (newestLive_) {
+    for (const auto& [id, body] : newestLive_->bodies) bodies.push(bodyJson(body));
+  }
+  Json summary = {
       {"viewer_frames", frames_},
       {"fps", span_s > 0 ? static_cast<double>(frames_ - 1) / span_s : 0.0},
-      {"client_scene_hash", ""},
-      {"client_bodies", nlohmann::json::array()},
-      {"scene_revision", 0},
-      {"hashes_equal", false},
+      {"client_scene_hash", own ? own->hex() : ""},
+      {"client_bodies", bodies},
+      {"scene_revision", newestLive_ ? newestLive_->scene->revision() : 0},
+      {"hashes_equal", own && newestLive_->hashesEqual && *own == newestLive_->scene->root()},
       {"telemetry_age_ms", spread(ages_ms_.values)},
       {"contact_error_mm", spread(contactErrors_mm_.values)},
       {"telemetry_by_datagram", newestLive_ && newestLive_->telemetryByDatagram},
@@ -72,16 +83,10 @@ std::string RunSummary::json() const {
       {"state_resets", newest_ ? newest_->stateResets : 0},
   };
   if (newestLive_) {
-    const Result<ContentHash> own = recomputedRoot(*newestLive_);
-    summary["scene_revision"] = newestLive_->scene->revision();
-    if (own) summary["client_scene_hash"] = own->hex();
-    if (const auto deformed = deformedHash(*newestLive_)) summary["client_deformed_hash"] = deformed->hex();
-    summary["client_dents"] = newestLive_->dents.size();
-    for (const auto& [id, body] : newestLive_->bodies)
-      summary["client_bodies"].push_back(bodyJson<nlohmann::json>(body));
-    summary["hashes_equal"] = newestLive_->hashesEqual && own && *own == newestLive_->scene->root();
+    if (const auto deformed = deformedHash(*newestLive_)) summary.set("client_deformed_hash", deformed->hex());
+    summary.set("client_dents", newestLive_->dents.size());
   }
-  return summary.dump(2) + "\n";
+  return summary.indented() + "\n";
 }
 
 Result<void> writeFile(const std::filesystem::path& file, const std::string& text) {

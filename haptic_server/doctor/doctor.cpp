@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "common/command_line/command_line.h"
+#include "common/json/json.h"
 #include "haptic_server/doctor/findings.h"
 
 namespace haptics {
@@ -55,17 +55,16 @@ void print(const WakeUps& wakeUps) {
       wakeUps.realtime.memoryLocked ? "" : " no");
 }
 
-[[nodiscard]] nlohmann::ordered_json toJson(const std::vector<Finding>& findings, const WakeUps& wakeUps,
-                                            const DoctorOptions& options) {
-  nlohmann::ordered_json list = nlohmann::json::array();
+[[nodiscard]] Json toJson(const std::vector<Finding>& findings, const WakeUps& wakeUps, const DoctorOptions& options) {
+  Json list = Json::array();
   for (const Finding& finding : findings) {
-    list.push_back({{"what", finding.what},
-                    {"found", finding.found},
-                    {"verdict", mark(finding.verdict)},
-                    {"advice", finding.advice}});
+    list.push({{"what", finding.what},
+               {"found", finding.found},
+               {"verdict", mark(finding.verdict)},
+               {"advice", finding.advice}});
   }
-  nlohmann::ordered_json bins = nlohmann::json::array();
-  for (const WakeUps::Bin& bin : wakeUps.bins) bins.push_back({{"below_ns", bin.below_ns}, {"count", bin.count}});
+  Json bins = Json::array();
+  for (const WakeUps::Bin& bin : wakeUps.bins) bins.push({{"below_ns", bin.below_ns}, {"count", bin.count}});
   return {{"findings", list},
           {"wake_latency_ns",
            {{"p50", wakeUps.p50_ns}, {"p99", wakeUps.p99_ns}, {"p999", wakeUps.p999_ns}, {"max", wakeUps.max_ns}}},
@@ -105,7 +104,7 @@ int runDoctor(int argc, char** argv) {
   const WakeUps wakeUps = measureWakeUps(options.seconds, options.rate_Hz, options.cpu);
   findings.push_back(judge(wakeUps, options.rate_Hz));
   if (options.json) {
-    std::cout << toJson(findings, wakeUps, options).dump(2) << '\n';
+    std::cout << toJson(findings, wakeUps, options).indented() << '\n';
   } else {
     print(findings.back());
     print(wakeUps);

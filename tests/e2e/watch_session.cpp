@@ -40,7 +40,7 @@ nlohmann::json summaryOf(const MirrorView& view) {
                             {"may_edit", view.mayEdit},
                             {"link", view.linkText}};
   for (const auto& [id, body] : view.bodies)
-    summary["client_bodies"].push_back(haptics::bodyJson<nlohmann::json>(body));
+    summary["client_bodies"].push_back(nlohmann::json::parse(haptics::bodyJson(body).line()));
   return summary;
 }
 

@@ -1,7 +1,8 @@
-#include "graphics_client/script/message_json.h"
+#include "common/json/message_json.h"
 
 #include <google/protobuf/descriptor.h>
 
+#include <cstdlib>
 #include <string>
 #include <string_view>
 
@@ -10,7 +11,6 @@ namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-using Json = nlohmann::ordered_json;
 
 std::string hexDigits(std::string_view bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
@@ -51,7 +51,7 @@ Json singleToJson(const Message& message, const FieldDescriptor& field) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
       return toJson(reflection.GetMessage(message, &field));
   }
-  return nullptr;
+  std::abort();  // there is no other
 }
 
 // The protocol repeats messages, text and whole numbers.
@@ -61,13 +61,13 @@ Json repeatedToJson(const Message& message, const FieldDescriptor& field) {
   for (int i = 0; i < reflection.FieldSize(message, &field); ++i) {
     switch (field.cpp_type()) {
       case FieldDescriptor::CPPTYPE_MESSAGE:
-        list.push_back(toJson(reflection.GetRepeatedMessage(message, &field, i)));
+        list.push(toJson(reflection.GetRepeatedMessage(message, &field, i)));
         break;
       case FieldDescriptor::CPPTYPE_STRING:
-        list.push_back(textOrHex(field, reflection.GetRepeatedString(message, &field, i)));
+        list.push(textOrHex(field, reflection.GetRepeatedString(message, &field, i)));
         break;
       case FieldDescriptor::CPPTYPE_UINT64:
-        list.push_back(reflection.GetRepeatedUInt64(message, &field, i));
+        list.push(reflection.GetRepeatedUInt64(message, &field, i));
         break;
       default:
         break;
@@ -78,23 +78,18 @@ Json repeatedToJson(const Message& message, const FieldDescriptor& field) {
 
 }  // namespace
 
-nlohmann::ordered_json toJson(const google::protobuf::Message& message) {
+Json toJson(const google::protobuf::Message& message) {
   Json object = Json::object();
   const auto& descriptor = *message.GetDescriptor();
   for (int i = 0; i < descriptor.field_count(); ++i) {
     const FieldDescriptor& field = *descriptor.field(i);
     if (field.is_repeated()) {
-      object[field.name()] = repeatedToJson(message, field);
+      object.set(field.name(), repeatedToJson(message, field));
     } else if (!field.has_presence() || message.GetReflection()->HasField(message, &field)) {
-      object[field.name()] = singleToJson(message, field);
+      object.set(field.name(), singleToJson(message, field));
     }
   }
   return object;
-}
-
-std::string jsonText(const nlohmann::ordered_json& json) {
-  constexpr int kOneLine = -1;
-  return json.dump(kOneLine, ' ', true);
 }
 
 }  // namespace haptics
