@@ -115,10 +115,10 @@ class LiveTicks {
 void print(const CommonOptions& common, const std::filesystem::path& out, const SessionEnd& end) {
   if (common.json) {
     const Json said{{"file", out.string()},
-                                      {"ticks", end.ticks},
-                                      {"missed_by_servo", end.missed},
-                                      {"lost", end.lost},
-                                      {"note", end.note}};
+                    {"ticks", end.ticks},
+                    {"missed_by_servo", end.missed},
+                    {"lost", end.lost},
+                    {"note", end.note}};
     std::puts(said.line().c_str());
     return;
   }

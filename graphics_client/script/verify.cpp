@@ -92,12 +92,12 @@ int verify(const CommonOptions& common) {
   const bool equal = equalRoots && (!shapes || shapes->equal());
   if (common.json) {
     Json result{{"equal", equal},
-                                  {"revision", view->scene->revision()},
-                                  {"own_root", own->hex()},
-                                  {"server_revision", view->serverRevision},
-                                  {"server_root", view->serverRoot.hex()},
-                                  {"meshes", view->meshes.size()},
-                                  {"assets", held(*view)}};
+                {"revision", view->scene->revision()},
+                {"own_root", own->hex()},
+                {"server_revision", view->serverRevision},
+                {"server_root", view->serverRoot.hex()},
+                {"meshes", view->meshes.size()},
+                {"assets", held(*view)}};
     if (shapes) {
       result.set("own_deformed_hash", textOf(shapes->own));
       result.set("server_deformed_hash", textOf(shapes->server));

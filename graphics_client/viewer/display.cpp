@@ -22,7 +22,8 @@ Result<void> checkDisplay() {
   if (!name || !*name) return refused("DISPLAY", "is not set, so there is no X display to draw on" + advice);
   // Held until the process ends: Xvfb resets itself when its last client leaves, and would turn VTK away that moment.
   static const Display* const display = XOpenDisplay(nullptr);
-  if (display == nullptr) return refused("DISPLAY", "names \"" + std::string(name) + "\", which does not answer" + advice);
+  if (display == nullptr)
+    return refused("DISPLAY", "names \"" + std::string(name) + "\", which does not answer" + advice);
   return {};
 }
 

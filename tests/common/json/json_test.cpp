@@ -1,5 +1,3 @@
-#include "common/json/message_json.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,19 +5,21 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/json/message_json.h"
 #include "haptics/v1/envelope.pb.h"
 #include "haptics/v1/telemetry.pb.h"
 
 namespace haptics::json_test {
 namespace {
 
-nlohmann::json parsed(const google::protobuf::Message& message) { return nlohmann::json::parse(toJson(message).line()); }
+nlohmann::json parsed(const google::protobuf::Message& message) {
+  return nlohmann::json::parse(toJson(message).line());
+}
 
 TEST(Json, WritesMembersAndElementsInTheirOrder) {
   Json summary = {{"ticks", 3}, {"fifo", true}, {"latency", {{"p50", 1.5}, {"p99", -2}}}, {"none", Json::array()}};
   summary.set("axis", Json::array({0.25, 1, "z"}));
-  EXPECT_EQ(summary.line(),
-            R"({"ticks":3,"fifo":true,"latency":{"p50":1.5,"p99":-2},"none":[],"axis":[0.25,1,"z"]})");
+  EXPECT_EQ(summary.line(), R"({"ticks":3,"fifo":true,"latency":{"p50":1.5,"p99":-2},"none":[],"axis":[0.25,1,"z"]})");
   EXPECT_EQ(Json({{"a", Json::object()}}).indented(), "{\n  \"a\": {}\n}");
 }
 
