@@ -193,9 +193,9 @@ class EditWithMouse(harness.EndToEnd):
 
         def begin():
             self.window.focus()
-            self.server.send(signal.SIGSTOP)  # it takes its time
             self.import_file(self.folder / "large.off")
             self.wait_until(self.importers, "nothing reads the file")
+            self.server.send(signal.SIGSTOP)  # it takes its time
             self.wait_until(lambda: not self.importers(), "it is not read")
             time.sleep(0.5)
         self.check_cancels_at_once("large.off", begin)
