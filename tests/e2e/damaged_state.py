@@ -109,7 +109,8 @@ class DamagedState(harness.EndToEnd):
         harness.wait_until(lambda: not server.status()["lost"], PATIENCE_S, server.text)
         server.kill()
         server = self.start()
-        self.assertNotIn("warning", server.text())
+        self.assertEqual(server.status()["lost"], [])
+        self.assertNotIn("ball", server.text())
 
     def test_what_is_damaged_while_it_runs_is_written_anew(self):
         self.make()
