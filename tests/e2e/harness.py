@@ -203,6 +203,24 @@ def token_of(file):
     return bytes.fromhex(re.search(r"^token: ([0-9a-f]{64})$", Path(file).read_text(), re.MULTILINE)[1])
 
 
+class Cyclictest:
+    """How late others of real-time priority wake up in the same moment: one on each processor."""
+
+    LATE_US = 1000
+
+    def __enter__(self):
+        self.process = subprocess.Popen(["cyclictest", "-q", "-p", "2", "-i", "500", "-h", str(self.LATE_US), "-t", "-a"],
+                                        text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        said = self.process.communicate()[0]
+        # Both 0 where it may not run.
+        self.latest_us = max(map(int, re.search(r"Max Latencies:([ \d]*)", said + "Max Latencies: 0")[1].split()))
+        self.late = sum(map(int, re.search(r"Overflows:([ \d]*)", said + "Overflows: 0")[1].split()))
+
+
 class Display:
     """An X server of its own; viewers get it by DISPLAY. Its screen lies in a file, as xwd writes it."""
 

@@ -6,8 +6,6 @@ usage: page_commands.py [-v]
 """
 import contextlib
 import re
-import signal
-import subprocess
 import unittest
 
 import harness
@@ -15,21 +13,6 @@ import pages
 
 USUAL = "127.0.0.1:7654"
 COMMAND_TIMEOUT_S = 300
-STALL_US = 1000  # a device that sends every 1 ms may then fall silent for 3 ms
-
-
-class LongestStall:
-    """How late cyclictest, of real-time priority on each processor, wakes up in the same moment."""
-
-    def __enter__(self):
-        self.us = 0
-        self.process = subprocess.Popen(["cyclictest", "-q", "-p", "2", "-i", "500", "-t", "-a"], text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        return self
-
-    def __exit__(self, *_):
-        self.process.send_signal(signal.SIGINT)
-        self.us = max(map(int, re.findall(r"Max: *(\d+)", self.process.communicate()[0])), default=0)
 
 
 class Page(harness.EndToEnd):
@@ -47,12 +30,12 @@ class Page(harness.EndToEnd):
         self.addCleanup(shell.close)
         for command, shown in commands:
             with self.subTest(command):
-                with LongestStall() if device else contextlib.nullcontext() as stall:
+                with harness.Cyclictest() if device else contextlib.nullcontext() as stall:
                     status, output = shell.run(command, COMMAND_TIMEOUT_S)
                 if device:
                     shell.hurry(device)
-                    if re.findall("^BAD +(no fault)?", output, re.M) == ["no fault"] and stall.us >= STALL_US:
-                        print(f"\n{command}: not judged, everybody was held up by {stall.us} us", end="", flush=True)
+                    if re.findall("^BAD +(no fault)?", output, re.M) == ["no fault"] and stall.late:
+                        print(f"\n{command}: not judged, everybody was held up by {stall.latest_us} us", end="", flush=True)
                         continue
                 self.assertEqual(status, 0, output)
                 if shown:
