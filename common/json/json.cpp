@@ -21,7 +21,8 @@ Json::Json(std::initializer_list<std::pair<std::string_view, Json>> members) : t
 }
 
 Json Json::array(std::initializer_list<Json> elements) {
-  Json array(Text{}, "[]");
+  Json array{};
+  array.text_ = "[]";
   for (const Json& element : elements) array.push(element);
   return array;
 }

@@ -8,8 +8,8 @@
 
 namespace haptics {
 
-/// A JSON value to be written (RFC 8259), kept as its text. nlohmann's library has what decides how values are written; its
-/// header, most of a compilation, stays in the source file.
+/// A JSON value to be written (RFC 8259), kept as its text. nlohmann's library writes numbers and strings; its header, some 2 s
+/// of a compilation, stays in the source file.
 class Json {
  public:
   Json(bool value);
@@ -17,13 +17,10 @@ class Json {
   Json(std::string_view text);
   Json(const std::string& text) : Json(std::string_view(text)) {}
   Json(const char* text) : Json(std::string_view(text)) {}
-  template <std::unsigned_integral Number>
-  Json(Number value) : text_(std::to_string(value)) {}
-  template <std::signed_integral Number>
+  template <std::integral Number>
   Json(Number value) : text_(std::to_string(value)) {}
   Json(std::initializer_list<std::pair<std::string_view, Json>> members);  ///< An object; names are not repeated.
 
-  [[nodiscard]] static Json object() { return Json(Text{}, "{}"); }
   [[nodiscard]] static Json array(std::initializer_list<Json> elements = {});
 
   void set(std::string_view name, const Json& value);  ///< Of an object; the name is a new one.
@@ -34,8 +31,6 @@ class Json {
   [[nodiscard]] std::string indented() const;
 
  private:
-  struct Text {};
-  Json(Text, std::string text) : text_(std::move(text)) {}
   void append(const std::string& part);
 
   std::string text_;

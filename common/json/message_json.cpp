@@ -79,7 +79,7 @@ Json repeatedToJson(const Message& message, const FieldDescriptor& field) {
 }  // namespace
 
 Json toJson(const google::protobuf::Message& message) {
-  Json object = Json::object();
+  Json object{};
   const auto& descriptor = *message.GetDescriptor();
   for (int i = 0; i < descriptor.field_count(); ++i) {
     const FieldDescriptor& field = *descriptor.field(i);

@@ -49,11 +49,6 @@ void RunSummary::Newest::add(double value) {
 
 namespace {
 
-std::optional<ContentHash> rootOf(const MirrorView& view) {
-  const Result<ContentHash> root = recomputedRoot(view);
-  return root ? std::optional(*root) : std::nullopt;
-}
-
 Json spread(const std::deque<double>& newest) {
   const std::vector<double> values(newest.begin(), newest.end());
   return {{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
@@ -63,9 +58,10 @@ Json spread(const std::deque<double>& newest) {
 
 std::string RunSummary::json() const {
   const double span_s = lastFrame_s_ - firstFrame_s_;
-  const std::optional<ContentHash> own = newestLive_ ? rootOf(*newestLive_) : std::nullopt;
+  std::optional<ContentHash> own;
   Json bodies = Json::array();
   if (newestLive_) {
+    if (const auto root = recomputedRoot(*newestLive_)) own = *root;
     for (const auto& [id, body] : newestLive_->bodies) bodies.push(bodyJson(body));
   }
   Json summary = {

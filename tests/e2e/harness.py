@@ -204,7 +204,7 @@ def token_of(file):
 
 
 class Cyclictest:
-    """How late others of real-time priority wake up in the same moment: one on each processor."""
+    """How late a thread of real-time priority on each processor wakes up in the same moment."""
 
     LATE_US = 1000
 
@@ -217,7 +217,7 @@ class Cyclictest:
         self.process.send_signal(signal.SIGINT)
         said = self.process.communicate()[0]
         # Both 0 where it may not run.
-        self.latest_us = max(map(int, re.search(r"Max Latencies:([ \d]*)", said + "Max Latencies: 0")[1].split()))
+        self.longest_us = max(map(int, re.search(r"Max Latencies:([ \d]*)", said + "Max Latencies: 0")[1].split()))
         self.late = sum(map(int, re.search(r"Overflows:([ \d]*)", said + "Overflows: 0")[1].split()))
 
 

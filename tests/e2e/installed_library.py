@@ -20,7 +20,7 @@ SCENE_TICKS = min(TICKS, 3000)
 SCENES = ("demo", "skin", "table") if TICKS < 10_000 else (
     "demo", "texture_wall", "skin", "doughnut", "door", "table", "soft", "ffd_bar")
 STANDARD = {"linux-vdso", "libstdc++", "libm", "libgcc_s", "libc", "ld-linux-x86-64"}
-CRYPTO = {"libcrypto", "libzstd"}  # the latter is that of the former, from Debian 13 on
+CRYPTO = {"libcrypto", "libzstd"}  # Debian 13's libcrypto loads libzstd
 AROUND, ACROSS = 256, 126  # 64,512 triangles
 
 SCENE = """

@@ -35,7 +35,7 @@ class Page(harness.EndToEnd):
                 if device:
                     shell.hurry(device)
                     if re.findall("^BAD +(no fault)?", output, re.M) == ["no fault"] and stall.late:
-                        print(f"\n{command}: not judged, everybody was held up by {stall.latest_us} us", end="", flush=True)
+                        print(f"\n{command}: not judged, cyclictest woke up {stall.longest_us} us late", end="", flush=True)
                         continue
                 self.assertEqual(status, 0, output)
                 if shown:

@@ -144,5 +144,4 @@ class Shell:
         except ProcessLookupError:
             pass
         self.process.wait()
-        if not self.process.stdin.closed:
-            self.process.stdin.close()
+        self.process.stdin.close()

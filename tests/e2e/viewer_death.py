@@ -3,8 +3,8 @@
 Blocks with the viewer stopped or killed are compared with quiet blocks between them, as Poisson rates: given the sum, the
 count in the disturbed blocks is binomial with their share of the time (the conditional test of Przyborowski and Wilenski
 1940). What is counted is late wake-ups: the ticks that one of them misses are no independent events (a host that takes the
-processor away for 30 ms costs 30 at once). The ticks are printed beside them. Of a block those count that are more than
-cyclictest's in it: the host takes the processor away in bursts.
+processor away for 30 ms costs 30 at once). The ticks are printed beside them. A block counts its late wake-ups beyond those
+of cyclictest in the same block, since the host takes the processor away in bursts.
 """
 import math
 import os

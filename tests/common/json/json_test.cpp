@@ -20,7 +20,7 @@ TEST(Json, WritesMembersAndElementsInTheirOrder) {
   Json summary = {{"ticks", 3}, {"fifo", true}, {"latency", {{"p50", 1.5}, {"p99", -2}}}, {"none", Json::array()}};
   summary.set("axis", Json::array({0.25, 1, "z"}));
   EXPECT_EQ(summary.line(), R"({"ticks":3,"fifo":true,"latency":{"p50":1.5,"p99":-2},"none":[],"axis":[0.25,1,"z"]})");
-  EXPECT_EQ(Json({{"a", Json::object()}}).indented(), "{\n  \"a\": {}\n}");
+  EXPECT_EQ(Json({{"a", Json{}}}).indented(), "{\n  \"a\": {}\n}");
 }
 
 TEST(Json, WritesNothingThatATerminalOrAReaderTripsOver) {
