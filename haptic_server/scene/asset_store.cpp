@@ -67,7 +67,8 @@ std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh, std::shared_pt
   auto asset = std::make_shared<MeshAsset>();
   asset->mesh = std::make_shared<const TriMesh>(std::move(mesh));
   asset->surface = std::move(surface);
-  return keep(std::move(asset), hashOf(*asset->mesh));
+  const ContentHash hash = hashOf(*asset->mesh);
+  return keep(std::move(asset), hash);
 }
 
 std::shared_ptr<const FieldAsset> AssetStore::intern(SampledField field) {

@@ -98,7 +98,7 @@ TEST_F(MeshLibraryTest, SimplifiesAMeshAndSaysSo) {
   EXPECT_LT(left, 10'000U);
   EXPECT_THAT(simple.report, HasSubstr("simplified from 16384 triangles to " + std::to_string(left)));
   EXPECT_EQ(simple.asset, store.find(hashOf(*simple.asset->mesh))) << "named by what is left";
-  EXPECT_LT(left, library.resolve(source, 4 * kStiffness_N_per_m)->asset->mesh->triangles.size());
+  EXPECT_LT(left, library.resolve(source, 4 * kStiffness_N_per_m).value().asset->mesh->triangles.size());
 }
 
 TEST_F(MeshLibraryTest, KeepsAMeshThatCannotBeSimplifiedAndSaysSo) {
