@@ -27,7 +27,9 @@ namespace {
 class WallPresses {
  public:
   WallPresses(const DeviceInfo& device, double rate_Hz, bool stabilised)
-      : device_(presetOf(device)), delay_s_(device.delay_s), config_(configFor(device, rate_Hz, stabilised)) {}
+      : device_(presetOf(device)), delay_s_(device.delay_s), config_(configFor(device, rate_Hz, stabilised)) {
+    device_.rotation = {};  // a point does not feel it
+  }
 
   [[nodiscard]] bool allComeToRestOn(Stiffness wall) const {
     auto light = std::async(std::launch::async, [&] { return allComeToRestOn(wall, "light"); });
