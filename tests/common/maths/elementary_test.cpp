@@ -72,8 +72,8 @@ class Numbers {
   }
   /// Of either sign and any size between two powers of two.
   [[nodiscard]] double ofSize(int least, int most) {
-    const double magnitude =
-        std::ldexp(within(1, 2), least + static_cast<int>(engine_() % static_cast<unsigned>(most - least + 1)));
+    const int exponent = least + static_cast<int>(engine_() % static_cast<unsigned>(most - least + 1));
+    const double magnitude = std::ldexp(within(1, 2), exponent);
     return engine_() % 2 == 0 ? magnitude : -magnitude;
   }
 

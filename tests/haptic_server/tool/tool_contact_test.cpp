@@ -343,6 +343,10 @@ TriMesh roughBall(std::mt19937_64& random) {
 void feelRoughBall(bool moves) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
+  const auto kick = [&] {  // one by one: compilers differ in the order of arguments
+    const double z = normal(random), y = normal(random), x = normal(random);
+    return Vec3(x, y, z);
+  };
   const auto ball = surfaceOf(roughBall(random));
   std::vector<Body> bodies{bodyOf(ball)};
   const auto torus = surfaceOf(makeTorus(0.014, 0.005, 32, 16).value());
@@ -361,9 +365,8 @@ void feelRoughBall(bool moves) {
       bodies[0].update();
     }
     const Vec3 to = 0.042 * glm::normalize(device.position);
-    velocity +=
-        0.02 * Vec3(normal(random), normal(random), normal(random)) - 0.01 * velocity - 0.1 * (device.position - to);
-    spin += 0.6 * Vec3(normal(random), normal(random), normal(random)) - 0.01 * spin;
+    velocity += 0.02 * kick() - 0.01 * velocity - 0.1 * (device.position - to);
+    spin += 0.6 * kick() - 0.01 * spin;
     device.position += 1e-3 * velocity;
     device.rotation = glm::normalize(about(spin + Vec3(1e-9), 1e-3 * glm::length(spin)) * device.rotation);
     const Pose before = tool.proxy();  // a hand does not get farther from it than this
