@@ -34,4 +34,9 @@ StepConfig serverConfigFor(const DevicePreset& device, double rate_Hz, double de
   return config;
 }
 
+DevicePreset withoutRotation(DevicePreset device) {
+  device.rotation = {};
+  return device;
+}
+
 }  // namespace haptics::eval

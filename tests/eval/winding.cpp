@@ -10,29 +10,47 @@
 namespace haptics::eval {
 
 WindingMesh::WindingMesh(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles)
-    : low_(std::numeric_limits<double>::infinity()), high_(-low_) {
-  for (const TriangleIndices& t : triangles) {
-    triangles_.push_back({Vec3(vertices[t[0]]), Vec3(vertices[t[1]]), Vec3(vertices[t[2]])});
-    for (const Vec3 corner : triangles_.back()) {
-      low_ = glm::min(low_, corner);
-      high_ = glm::max(high_, corner);
-    }
+    : vertices_(vertices.begin(), vertices.end()), corners_(triangles.begin(), triangles.end()) {
+  for (const TriangleIndices& t : triangles) triangles_.push_back({vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]});
+  low_ = high_ = vertices_.front();
+  for (const Vec3 vertex : vertices_) {
+    low_ = glm::min(low_, vertex);
+    high_ = glm::max(high_, vertex);
   }
 }
 
+// A half of the angle is the argument of a complex number. Their product has the sum of the arguments but for whole turns,
+// which are counted where it passes pi: no arctangent a triangle.
 double WindingMesh::windingNumber(Vec3 point) const {
-  double angle = 0;
-  for (const auto& t : triangles_) {
-    const Vec3 a = t[0] - point;
-    const Vec3 b = t[1] - point;
-    const Vec3 c = t[2] - point;
-    const double la = glm::length(a);
-    const double lb = glm::length(b);
-    const double lc = glm::length(c);
+  struct Way {
+    Vec3 to;
+    double length;
+  };
+  std::vector<Way> ways;
+  ways.reserve(vertices_.size());
+  for (const Vec3 vertex : vertices_) ways.push_back({vertex - point, glm::distance(vertex, point)});
+
+  constexpr std::size_t kBetweenScalings = 8;  // fewer than would under- or overflow
+  double re = 1, im = 0;
+  int turns = 0;
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    const auto& [a, la] = ways[corners_[i][0]];
+    const auto& [b, lb] = ways[corners_[i][1]];
+    const auto& [c, lc] = ways[corners_[i][2]];
     const double volume = glm::dot(a, glm::cross(b, c));
-    angle += 2 * std::atan2(volume, la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
+    const double rest = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
+    if (volume == 0 && rest == 0) continue;  // the point is a corner
+    const bool positive = im >= 0;
+    const double before = re;
+    re = before * rest - im * volume;
+    im = before * volume + im * rest;
+    if (positive == (volume >= 0) && positive != (im >= 0)) turns += positive ? 1 : -1;
+    if (i % kBetweenScalings != 0) continue;
+    const double size = std::abs(re) + std::abs(im);
+    re /= size;
+    im /= size;
   }
-  return angle / (4 * std::numbers::pi);
+  return (turns * 2 * std::numbers::pi + std::atan2(im, re)) / (2 * std::numbers::pi);
 }
 
 double WindingMesh::distanceTo(Vec3 point) const {

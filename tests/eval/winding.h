@@ -27,6 +27,8 @@ class WindingMesh {
   [[nodiscard]] Vec3 high() const { return high_; }
 
  private:
+  std::vector<Vec3> vertices_;
+  std::vector<TriangleIndices> corners_;
   std::vector<std::array<Vec3, 3>> triangles_;
   Vec3 low_, high_;
 };

@@ -78,7 +78,7 @@ struct Stage {
 
   [[nodiscard]] Result<void> load(const std::string& file, std::vector<std::filesystem::path> folders) {
     folders.insert(folders.begin(), std::filesystem::absolute(file).parent_path());
-    const SurfaceLimits bears = surfaceLimits(device.info(), kRate_Hz, true);
+    static const SurfaceLimits bears = surfaceLimits(device.info(), kRate_Hz, true);
     const DeviceLimits limits{config.positionStep_m,   config.stableLateral_N_per_m, config.period_s,
                               bears.stiffness_N_per_m, bears.damping_Ns_per_m,       bears.torsion_Nm_per_rad};
     const auto message = readSceneFile(file);

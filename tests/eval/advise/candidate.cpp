@@ -53,7 +53,7 @@ std::vector<Vec3> toAndFro(const std::vector<Vec3>& stroke, std::size_t ticks) {
 void price(SceneContact contact, const HandStroke& hand, Candidate& candidate) {
   constexpr std::size_t kBatch = 16;  // a single tick is no longer than reading the clock
   constexpr std::size_t kHotTicks = 4096;
-  constexpr std::size_t kColdTicks = 12;
+  constexpr std::size_t kColdTicks = 5;
   contact.place(hand.down.front());
   for (const Vec3 hip : hand.down) (void)contact.tick(hip);
   Stopwatch hot;

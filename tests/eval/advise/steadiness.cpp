@@ -39,7 +39,7 @@ Steadiness restOn(const ServoScene& scene, Vec3 place, Vec3 normal, const Device
   constexpr double kJudged_s = 0.3;
   constexpr double kMinCycle_m = 20e-6;
   PressingHand pressing(place, normal, hand);
-  SimulatedDevice simulated({device, hand, 1 / rate_Hz, 0}, pressing);
+  SimulatedDevice simulated({withoutRotation(device), hand, 1 / rate_Hz, 0}, pressing);
   const StepConfig config = serverConfigFor(device, rate_Hz);
   HapticState state(config);
   (void)adoptScene(scene, state, 0);  // the first is always taken

@@ -8,6 +8,7 @@
 #include "haptic_server/device/simulated_device.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/renderer.h"
+#include "tests/eval/step_config.h"
 
 namespace haptics::eval {
 namespace {
@@ -59,7 +60,7 @@ struct Fidelity {
 
 Fidelity stroke(const Loop& loop) {
   StrokingHand hand(*loop.ground, loop.hand);
-  SimulatedDevice device({loop.device, loop.hand, kPeriod_s, loop.delay_s}, hand);
+  SimulatedDevice device({withoutRotation(loop.device), loop.hand, kPeriod_s, loop.delay_s}, hand);
   const double stiffness = loop.device.maxStiffness_N_per_m;
   const auto method =
       loop.method->make({loop.ground, loop.device, kPeriod_s, loop.delay_s, stiffness, loop.damping_Ns_per_m});
@@ -167,14 +168,14 @@ std::vector<Record> measureEnergy(Scope scope, const CaseChoice& isChosen) {
           double least_J = 0;
           if (hand.stiffness_N_per_m > 0) {
             StrokingHand strokes(ground, hand);
-            SimulatedDevice simulated({device, hand, kPeriod_s, 0}, strokes);
+            SimulatedDevice simulated({withoutRotation(device), hand, kPeriod_s, 0}, strokes);
             const auto ticks = static_cast<std::uint64_t>(strokes.duration_s() / kPeriod_s);
             least_J = balanceOf(*renders, simulated, device.viscousFriction_Ns_per_m, ticks).least_J;
           } else {
             if (ground.name == "sphere") continue;  // slides off
             constexpr std::uint64_t kTicks = 2000;
             PushingHand pushes(ground.place + Vec3(0, 0, device.resolution_m));
-            SimulatedDevice simulated({device, hand, kPeriod_s, 0}, pushes);
+            SimulatedDevice simulated({withoutRotation(device), hand, kPeriod_s, 0}, pushes);
             least_J = balanceOf(*renders, simulated, device.viscousFriction_Ns_per_m, kTicks).least_J;
           }
           records.push_back(energyRecord(loop, least_J));

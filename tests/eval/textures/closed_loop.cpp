@@ -93,7 +93,7 @@ Rest restOn(const Feeler& feeler, Vec3 rest, Vec3 push_N, const RestCase& of) {
   constexpr double kJudged_s = 0.3;
   constexpr double kRounding = 1 + 1e-6;
   RestingHand resting(rest, push_N, of);
-  SimulatedDevice simulated({*of.device, *of.hand, 1 / of.rate_Hz, 0}, resting);
+  SimulatedDevice simulated({withoutRotation(*of.device), *of.hand, 1 / of.rate_Hz, 0}, resting);
   const auto ticks = static_cast<std::uint64_t>(kTime_s * of.rate_Hz);
   Extent extent;
   for (std::uint64_t tick = 0; tick < ticks; ++tick) {
