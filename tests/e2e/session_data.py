@@ -68,10 +68,11 @@ class Session(harness.EndToEnd):
                                      str(SECONDS), "--out", str(live)], stdout=subprocess.PIPE, text=True)
         streamed = []
         with Client(server.address, "stream", every_tick=True) as client:
+            streamed += client.samples(SECONDS / 3)
             for part in range(2):
-                streamed += client.samples(SECONDS / 2)
                 client.apply(f'operations {{ set_material {{ object {{ name: "torus" }} material {{ '
                              f'stiffness_N_per_m: {500 + 100 * part} }} }} }}')
+                streamed += client.samples(SECONDS / 3)
             gaps = list(client.gaps)
         self.assertEqual(exporter.wait(30), 0)
         print(exporter.stdout.read())

@@ -52,7 +52,7 @@ class Window(harness.Process):
         self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", "XDG_CONFIG_HOME": str(folder / "settings"),
                     **harness.FOREIGN_CODE}
         super().__init__([harness.BIN / "graphics_client", "--size", f"{WIDTH}x{HEIGHT}", "--fps-limit",
-                          "20", *arguments], env=self.env,
+                          "10", *arguments], env=self.env,
                          cwd=folder)
 
     def do(self, *events):
