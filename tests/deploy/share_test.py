@@ -4,6 +4,7 @@ usage: share_test.py PROGRAMS [-v]
 """
 import json
 import os
+import random
 import re
 import signal
 import socket
@@ -22,7 +23,7 @@ PATIENCE_S = 300  # it builds what is missing
 
 def three_free_ports():
     """The first of three that follow each other."""
-    for first in range(20000, 30000, 3):
+    for first in random.sample(range(20000, 30000, 3), 100):
         held = []
         try:
             held = [socket.create_server(("127.0.0.1", first + i)) for i in range(3)]
