@@ -51,9 +51,8 @@ class Window(harness.Process):
         self.folder = folder
         self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", "XDG_CONFIG_HOME": str(folder / "settings"),
                     **harness.FOREIGN_CODE}
-        super().__init__([harness.BIN / "graphics_client", "--size", f"{WIDTH}x{HEIGHT}", "--fps-limit",
-                          "10", *arguments], env=self.env,
-                         cwd=folder)
+        super().__init__([harness.BIN / "graphics_client", "--size", f"{WIDTH}x{HEIGHT}", "--fps-limit", "10", *arguments],
+                         env=self.env, cwd=folder)
 
     def do(self, *events):
         subprocess.run(["xdotool", *map(str, events)], env={**os.environ, **self.env}, check=True)

@@ -13,7 +13,7 @@ namespace haptics::eval {
 /// tick on. @param delay_s  As the server is told.
 [[nodiscard]] StepConfig serverConfigFor(const DevicePreset& device, double rate_Hz, double delay_s = 0);
 
-/// The device as a point feels it: without its rotation, which takes a simulated one as long again.
+/// The device without its rotation, which a point does not feel.
 [[nodiscard]] DevicePreset withoutRotation(DevicePreset device);
 
 }  // namespace haptics::eval

@@ -1,6 +1,7 @@
 #include "tests/eval/winding.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,9 +11,10 @@
 namespace haptics::eval {
 
 WindingMesh::WindingMesh(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles)
-    : vertices_(vertices.begin(), vertices.end()), corners_(triangles.begin(), triangles.end()) {
-  for (const TriangleIndices& t : triangles) triangles_.push_back({vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]});
-  low_ = high_ = vertices_.front();
+    : vertices_(vertices.begin(), vertices.end()),
+      triangles_(triangles.begin(), triangles.end()),
+      low_(std::numeric_limits<double>::infinity()),
+      high_(-low_) {
   for (const Vec3 vertex : vertices_) {
     low_ = glm::min(low_, vertex);
     high_ = glm::max(high_, vertex);
@@ -30,32 +32,32 @@ double WindingMesh::windingNumber(Vec3 point) const {
   ways.reserve(vertices_.size());
   for (const Vec3 vertex : vertices_) ways.push_back({vertex - point, glm::distance(vertex, point)});
 
-  constexpr std::size_t kBetweenScalings = 8;  // fewer than would under- or overflow
   double re = 1, im = 0;
   int turns = 0;
-  for (std::size_t i = 0; i < corners_.size(); ++i) {
-    const auto& [a, la] = ways[corners_[i][0]];
-    const auto& [b, lb] = ways[corners_[i][1]];
-    const auto& [c, lc] = ways[corners_[i][2]];
+  for (const TriangleIndices& t : triangles_) {
+    const auto& [a, la] = ways[t[0]];
+    const auto& [b, lb] = ways[t[1]];
+    const auto& [c, lc] = ways[t[2]];
     const double volume = glm::dot(a, glm::cross(b, c));
     const double rest = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
     if (volume == 0 && rest == 0) continue;  // the point is a corner
     const bool positive = im >= 0;
-    const double before = re;
-    re = before * rest - im * volume;
-    im = before * volume + im * rest;
+    const double realPart = re * rest - im * volume;
+    const double imaginaryPart = re * volume + im * rest;
+    const double size = std::abs(realPart) + std::abs(imaginaryPart);
+    re = realPart / size;
+    im = imaginaryPart / size;
     if (positive == (volume >= 0) && positive != (im >= 0)) turns += positive ? 1 : -1;
-    if (i % kBetweenScalings != 0) continue;
-    const double size = std::abs(re) + std::abs(im);
-    re /= size;
-    im /= size;
   }
   return (turns * 2 * std::numbers::pi + std::atan2(im, re)) / (2 * std::numbers::pi);
 }
 
 double WindingMesh::distanceTo(Vec3 point) const {
   double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& t : triangles_) nearest = std::min(nearest, glm::distance(closestOnTriangle(point, t), point));
+  for (const TriangleIndices& t : triangles_) {
+    const std::array corners{vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]};
+    nearest = std::min(nearest, glm::distance(closestOnTriangle(point, corners), point));
+  }
   return nearest;
 }
 

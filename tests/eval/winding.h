@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -28,8 +27,7 @@ class WindingMesh {
 
  private:
   std::vector<Vec3> vertices_;
-  std::vector<TriangleIndices> corners_;
-  std::vector<std::array<Vec3, 3>> triangles_;
+  std::vector<TriangleIndices> triangles_;
   Vec3 low_, high_;
 };
 
