@@ -112,9 +112,15 @@ class PredictiveObserver {
     advance(written_N);
   }
 
-  /// Ticks that never came: the last force stood.
+  /// Ticks that never came: the last force stood. The next position is weighed as by a filter whose period is the time since
+  /// the last one: what the encoder's steps made of velocity and acceleration was led for too long to be kept.
   void skip(std::uint64_t ticks) noexcept {
-    for (std::uint64_t i = 0; i < ticks; ++i) advance(written_[newest_]);
+    double pole = pole_;
+    for (std::uint64_t i = 0; i < ticks; ++i) {
+      advance(written_[newest_]);
+      pole *= pole_;
+    }
+    setErrorGains(pole, static_cast<double>(ticks + 1) * period_);
   }
 
   /// Becomes a copy of another, without the places for forces that it does not use.
@@ -139,12 +145,13 @@ class PredictiveObserver {
     return std::max(softPole_ + polePerStiffness_ * over_N_per_m, hardPole_);
   }
 
-  void setErrorGains(double pole) noexcept {
+  void setErrorGains(double pole) noexcept { setErrorGains(pole, period_); }
+  void setErrorGains(double pole, double interval_s) noexcept {
     pole_ = pole;
     const double rest = 1 - pole;
     positionGain_ = 1 - pole * pole * pole;
-    velocityGain_ = 1.5 * (1 - pole * pole) * rest / period_;
-    accelerationGain_ = rest * rest * rest / (period_ * period_);
+    velocityGain_ = 1.5 * (1 - pole * pole) * rest / interval_s;
+    accelerationGain_ = rest * rest * rest / (interval_s * interval_s);
   }
 
   void advance(Vec3 written_N) noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <numbers>
 
 #include "common/maths/elementary.h"
@@ -35,6 +36,9 @@ class VelocityEstimator {
     velocity_ += error * velocityGain_;
     return velocity_;
   }
+
+  /// Ticks that never came: the device went on.
+  void skip(std::uint64_t ticks) noexcept { position_ += static_cast<double>(ticks) * period_ * velocity_; }
 
   /// Takes over what another estimator found.
   void set(Vec3 position, Vec3 velocity) noexcept {

@@ -57,6 +57,8 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
     } else if (state.observer.active()) {
       state.observer.skip(missed);
       if (state.features.tool) state.tool.torque.skip(missed);
+    } else {
+      state.estimate.velocity.skip(missed);
     }
   }
   if (fault != Fault::kNone) {

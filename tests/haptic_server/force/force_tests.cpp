@@ -18,6 +18,14 @@ TEST(VelocityEstimator, FindsTheVelocityOfARamp) {
   EXPECT_NEAR(velocity.y, -0.05, 1e-9);
 }
 
+TEST(VelocityEstimator, GoesOnOverSkippedTicks) {
+  VelocityEstimator estimator(kPeriod_s);
+  estimator.reset(Vec3(0));
+  for (int i = 1; i <= 200; ++i) estimator.update(Vec3(0.1 * kPeriod_s * i, 0, 0));
+  estimator.skip(17);
+  EXPECT_NEAR(estimator.update(Vec3(0.1 * kPeriod_s * 218, 0, 0)).x, 0.1, 1e-6);
+}
+
 TEST(VelocityEstimator, LetsAnEncoderStepThroughAsLessThanAQuarterOfARawDifference) {
   VelocityEstimator estimator(kPeriod_s);
   estimator.reset(Vec3(0));

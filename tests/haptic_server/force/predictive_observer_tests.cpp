@@ -201,6 +201,27 @@ TEST(PredictiveObserver, GoesOnOverSkippedTicksUnderTheForceThatStood) {
   EXPECT_NEAR(observer.velocity().x, mass.velocity_m_per_s, 0.02 * (mass.velocity_m_per_s - before_m_per_s));
 }
 
+/// The steps are seen as some m/s^2 and cm/s: led on for the time of a stall, they would be half a millimetre.
+TEST(PredictiveObserver, LeadsNoEncoderStepsOverSkippedTicks) {
+  constexpr double kStep_m = 55e-6;
+  const ObserverSettings settings{.bandwidth_Hz = 80};
+  for (int before = 200; before < 400; ++before) {
+    PredictiveObserver observer(settings, kPeriod_s);
+    observer.reset(Vec3(0));
+    const auto place = [](int tick) { return 0.03 * kPeriod_s * tick; };
+    const auto foreseen = [&](int tick) {
+      const double seen = observer.follow({kStep_m * std::round(place(tick) / kStep_m), 0, 0}).x;
+      observer.onForceWritten(Vec3(0), Vec3(0), 0);
+      return seen - place(tick);
+    };
+    for (int tick = 0; tick < before; ++tick) (void)foreseen(tick);
+    constexpr int kSkipped = 17;
+    observer.skip(kSkipped);
+    for (int tick = before + kSkipped; tick < before + kSkipped + 10; ++tick)
+      EXPECT_LT(std::abs(foreseen(tick)), 2 * kStep_m) << before << ' ' << tick;
+  }
+}
+
 TEST(PredictiveObserver, ForgetsEverythingWhenItIsReset) {
   PredictiveObserver observer(kKnown, kPeriod_s);
   observer.reset(Vec3(0));
