@@ -22,14 +22,14 @@ set(public_headers
   common/mesh/tri_mesh.h
   common/surface/make_field.h
   common/surface/scalar_field.h
-  haptic_server/contact/contact.h
-  haptic_server/geometry/collision_mesh.h
-  haptic_server/motion/rigid_body.h
-  haptic_server/step/haptic_state.h
-  haptic_server/step/haptic_step.h
+  haptic_server/engine/contact/contact.h
+  haptic_server/engine/geometry/collision_mesh.h
+  haptic_server/engine/motion/rigid_body.h
+  haptic_server/engine/step/haptic_state.h
+  haptic_server/engine/step/haptic_step.h
   haptic_server/servo/server_step_config.h
-  haptic_server/step/servo_scene.h
-  haptic_server/surface/surface_detail.h
+  haptic_server/engine/step/servo_scene.h
+  haptic_server/engine/surface/surface_detail.h
   # A device.
   haptic_server/device/plugin/device_plugin.h
   haptic_server/device/device.h

@@ -17,7 +17,7 @@
 #include "haptic_server/device/usb/libusb_bus.h"
 #include "haptic_server/device/usb/usb_device.h"
 #include "haptic_server/device/usb/wooden_haptics.h"
-#include "haptic_server/force/predictive_observer.h"
+#include "haptic_server/engine/force/predictive_observer.h"
 #include "haptic_server/servo/realtime.h"
 
 namespace haptics {

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "haptic_server/device/device.h"
+#include "haptic_server/engine/step/haptic_state.h"
 #include "haptic_server/scene/surface_warnings.h"
 #include "haptic_server/server_options.h"
-#include "haptic_server/step/haptic_state.h"
 
 namespace haptics {
 

@@ -7,7 +7,7 @@
 #include "common/command_line/command_line.h"
 #include "haptic_server/attached_device.h"
 #include "haptic_server/device/presets.h"
-#include "haptic_server/step/two_hands.h"
+#include "haptic_server/engine/step/two_hands.h"
 
 namespace haptics {
 namespace {

@@ -125,6 +125,7 @@ class WholeServer final : public ServerApp, private ServerHost {
 
   [[nodiscard]] Result<void> start() {
     if (player_ == nullptr) {
+      limits_ = deviceLimits();
       if (auto recording = startRecording(); !recording) return recording;
     }
     sceneService_.emplace(player_ != nullptr ? playersRoom() : deviceRoom(), mailbox_);
@@ -190,7 +191,7 @@ class WholeServer final : public ServerApp, private ServerHost {
         .assetFolders = options_.assets,
         .makePlan = explorationPlans(),
         .takeMotion = [this] { return servo_.hand().takeMotionForBuilder(); },
-        .device = deviceLimits(),
+        .device = limits_,
         .log = logInfo,
         .onServoScene = [this](const ServoScene& scene,
                                const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }};
@@ -287,7 +288,8 @@ class WholeServer final : public ServerApp, private ServerHost {
                       .rate_Hz = rate_Hz_,
                       .why = {},
                       .config = step_,
-                      .secondHand = std::move(second)},
+                      .secondHand = std::move(second),
+                      .limits = limits_},
             .record = options_.record,
             .folder = options_.recordings,
             .quota = {.most_bytes = options_.maxRecordings_MB * 1'000'000},
@@ -362,6 +364,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   const double rate_Hz_;
   const StepConfig step_;
   std::optional<StepConfig> secondStep_;  // where there is a second hand
+  DeviceLimits limits_;                   // of the devices
   SceneMailbox mailbox_;
   ServoLoop servo_;
   std::optional<SecondHand> secondHand_;

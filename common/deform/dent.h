@@ -17,6 +17,7 @@ struct Dent {
   Vec3f displacement{0};  ///< Of the centre: along IHIP to HIP.
 
   bool operator==(const Dent&) const = default;
+  HAPTICS_FIELDS(self.centre, self.displacement);
 };
 
 /// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a

@@ -4,6 +4,8 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "common/maths/fields.h"
+
 namespace haptics {
 
 using Vec3 = glm::dvec3;  ///< Everything that is computed.
@@ -16,6 +18,7 @@ struct Pose {
   Vec3 position{0, 0, 0};
 
   bool operator==(const Pose&) const = default;
+  HAPTICS_FIELDS(self.rotation, self.position);
 };
 
 [[nodiscard]] inline Vec3 toWorld(const Pose& pose, Vec3 local) noexcept {

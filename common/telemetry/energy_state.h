@@ -8,6 +8,8 @@
 #include <span>
 #include <type_traits>
 
+#include "common/maths/fields.h"
+
 namespace haptics {
 
 /// What gives the hand energy, or takes it. Values are one less than those of the wire's enum (telemetry.proto).
@@ -28,6 +30,7 @@ using EnergyByFeature = std::array<double, kEnergyFeatures>;
 struct ObjectEnergy {
   std::uint64_t object = 0;
   EnergyByFeature given_J{};
+  HAPTICS_FIELDS(self.object, self.given_J);
 
   [[nodiscard]] double& of(EnergyFeature feature) noexcept { return given_J[static_cast<std::size_t>(feature)]; }
   [[nodiscard]] double of(EnergyFeature feature) const noexcept { return given_J[static_cast<std::size_t>(feature)]; }

@@ -18,6 +18,7 @@ enum class BodyCondition : std::uint8_t {
   kOutOfBounds = 2,  ///< Stopped at the world's end until its pose is set anew.
   kNonFinite = 3,    ///< Stopped at its last good pose, because a tick gave a pose that is not finite.
 };
+[[nodiscard]] constexpr BodyCondition lastOf(BodyCondition) noexcept { return BodyCondition::kNonFinite; }
 /// Stopped for good, until its pose is set anew: it fades from under the hand and cannot be touched.
 [[nodiscard]] constexpr bool isStopped(BodyCondition condition) noexcept {
   return condition == BodyCondition::kOutOfBounds || condition == BodyCondition::kNonFinite;

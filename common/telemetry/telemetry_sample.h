@@ -20,6 +20,8 @@ enum class Fault : std::uint8_t {
   kDeviceStale = 4,
   kDeviceLost = 5,
 };
+[[nodiscard]] constexpr FrictionState lastOf(FrictionState) noexcept { return FrictionState::kSliding; }
+[[nodiscard]] constexpr Fault lastOf(Fault) noexcept { return Fault::kDeviceLost; }
 enum class DeviceState : std::uint8_t { kAbsent = 0, kHoming = 1, kReady = 2, kStopped = 3 };
 
 /// The contacted geometric primitive (paper 3.1), numbered in the mesh's canonical order. A line is (polygon, edge k:

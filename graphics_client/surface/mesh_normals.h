@@ -20,7 +20,7 @@ struct ShadedMesh {
 /// neighbours on a sphere of ten million triangles differ by.
 inline constexpr double kSamePlane_rad = 1e-4;
 
-/// The vertex normals that force shading feels (haptic_server/surface/shading_normals.h): at each vertex the mean of the
+/// The vertex normals that force shading feels (haptic_server/engine/surface/shading_normals.h): at each vertex the mean of the
 /// faces that join smoothly, weighted by sin(angle) / (product of the two edges' lengths), which is exact on a sphere
 /// (N. Max, "Weights for Computing Vertex Normals from Facet Normals", 1999). Two faces join where they share an edge at
 /// the vertex that is none of `creases`, and their normals differ by at most `crease_rad`. Where nothing has area the

@@ -8,7 +8,7 @@
 
 #include "common/maths/vec.h"
 #include "haptic_server/device/exploration_plan.h"
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 
 namespace haptics {
 

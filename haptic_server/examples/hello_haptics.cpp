@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 
 using namespace haptics;
 

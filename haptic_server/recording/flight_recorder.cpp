@@ -27,10 +27,10 @@ constexpr std::uint64_t kJournalSlack_bytes = 4U << 20;
 }
 
 /// Canonical.
-[[nodiscard]] std::size_t assetBytes(const GivenScene& scene) {
+[[nodiscard]] std::size_t assetBytes(const SceneSource& scene) {
   std::size_t bytes = 0;
-  for (const GivenObject& object : scene.objects) {
-    const ObjectAssets& assets = object.parts.assets;
+  for (const ServoObjectSource& object : scene.objects) {
+    const ObjectAssets& assets = object.assets;
     if (assets.mesh) bytes += assets.mesh->bytes().size();
     for (const auto& other : assets.others) bytes += other->bytes().size();
   }
@@ -41,6 +41,7 @@ constexpr std::uint64_t kJournalSlack_bytes = 4U << 20;
 
 Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, FlightRing& ring) {
   std::unique_ptr<FlightRecorder> recorder(new FlightRecorder(std::move(options), ring));
+  recorder->stateDue_ = recorder->options_.ticksPerState;
   if (const std::string& file = recorder->options_.record; !file.empty()) {
     RecordingFacts facts = recorder->options_.facts;
     facts.began_unix_ns = unixNow_ns();
@@ -57,7 +58,7 @@ FlightRecorder::~FlightRecorder() { (void)stop(); }
 
 void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
-  const auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
+  const auto kept = std::make_shared<const SceneSource>(SceneSource{scene.number, scene.revision, objects});
   bool later = false, running = false;
   {
     const std::lock_guard lock(mutex_);
@@ -83,7 +84,7 @@ void FlightRecorder::keepDue() {
 }
 
 /// Into the journal; a new one where most of it is of scenes that are not held any more, or there is none yet.
-void FlightRecorder::keep(const GivenScene* scene) {
+void FlightRecorder::keep(const SceneSource* scene) {
   if (!keepsScenes_) return;
   const bool full = !journal_ || journal_->size() > 2 * journalBegan_ + kJournalSlack_bytes;
   if (const auto kept = full ? keepAnew(scene != nullptr ? scene->number : 0) : journal_->add(*scene); !kept) {
@@ -191,7 +192,7 @@ void FlightRecorder::addState(const FlightRing::HeldKeyframes& keyframes) {
   const auto keyframe = keyframes.atOrBefore(seen_);
   if (keyframe.empty() || keyframe.front().position != seen_) return;
   writer_->add(keyframe);
-  stateDue_ = seen_ + kTicksPerState;
+  stateDue_ = seen_ + options_.ticksPerState;
 }
 
 void FlightRecorder::take(std::span<const RecordedTick> tick) {
@@ -262,9 +263,9 @@ bool FlightRecorder::mayBeGranted(const Request& request) {
   return true;
 }
 
-std::vector<std::shared_ptr<const GivenScene>> FlightRecorder::scenesFrom(std::uint64_t number) const {
+std::vector<std::shared_ptr<const SceneSource>> FlightRecorder::scenesFrom(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
-  std::vector<std::shared_ptr<const GivenScene>> scenes;
+  std::vector<std::shared_ptr<const SceneSource>> scenes;
   for (const Held& held : scenes_) {
     if (held.scene->number >= number) scenes.push_back(held.scene);
   }

@@ -34,6 +34,8 @@ class FlightRecorder {
     /// scenes of more than kKeptAtOnce_bytes on the recorder's, soon after.
     std::function<void(int descriptor)> keepScenes = {};
     std::function<void(const std::string&)> info, warning;
+    /// From one state in the file of every tick to the next, at least: parts of that length are replayed at the same time.
+    std::uint64_t ticksPerState = 5'000;
   };
   /// Where the recording is, or why there is none. On the recorder's thread.
   using Answer = std::function<void(const Result<std::filesystem::path>&)>;
@@ -48,8 +50,6 @@ class FlightRecorder {
   /// kept, 30 s after 235 MB (12.6 million triangles).
   static constexpr double kFaultBytes_per_s = 8e6;
   static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;  ///< Between two requests that are granted.
-  /// From one state in the file of every tick to the next, at least: parts of that length are replayed at the same time.
-  static constexpr std::uint64_t kTicksPerState = 5'000;
   /// Assets of a scene that given() itself keeps for after a crash; to keep more takes tens of milliseconds.
   static constexpr std::size_t kKeptAtOnce_bytes = 4U << 20;
 
@@ -62,6 +62,8 @@ class FlightRecorder {
   /// A scene that the servo is about to get. Any one thread, also before start().
   void given(const ServoScene& scene, const std::vector<ServoObjectSource>& objects);
   void start();
+  /// In place of start(), for virtual time: takes what the ring holds, on this thread.
+  void collect() { look(false); }
   /// Any thread. Writes the last FlightRing::kSeconds, unless somebody else has just asked.
   void request(std::string why, Answer answer);
   /// Writes what the ring still holds; after the servo's last tick. Refused: the file is incomplete.
@@ -74,7 +76,7 @@ class FlightRecorder {
     std::uint64_t due = 0;  // position in the ring
   };
   struct Held {
-    std::shared_ptr<const GivenScene> scene;
+    std::shared_ptr<const SceneSource> scene;
     std::uint64_t given_ns;
   };
   FlightRecorder(Options options, FlightRing& ring) : options_(std::move(options)), ring_(ring) {}
@@ -87,10 +89,10 @@ class FlightRecorder {
   [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] bool mayBeRecorded(Fault fault);
   void pauseAfter(const std::filesystem::path& recording);
-  [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
+  [[nodiscard]] std::vector<std::shared_ptr<const SceneSource>> scenesFrom(std::uint64_t number) const;
   void giveUp(const std::string& why);
   void releaseScenes();
-  void keep(const GivenScene* scene);
+  void keep(const SceneSource* scene);
   void keepDue();
   [[nodiscard]] Result<void> keepAnew(std::uint64_t upTo);
 
@@ -105,7 +107,7 @@ class FlightRecorder {
   bool running_ = false;
   bool stopping_ = false;
   // To keep in the journal; not empty while the recorder's thread is at it.
-  std::deque<std::shared_ptr<const GivenScene>> toKeep_;
+  std::deque<std::shared_ptr<const SceneSource>> toKeep_;
 
   // The thread of given(), unless there are scenes to keep: then the recorder's.
   std::optional<SceneJournal> journal_;
@@ -114,10 +116,10 @@ class FlightRecorder {
 
   // The recorder's thread only.
   std::optional<RecordingWriter> writer_;
-  std::optional<Error> failure_;             // of --record
-  std::uint64_t seen_ = 0;                   // ticks
-  std::uint64_t stateDue_ = kTicksPerState;  // at the first keyframe from this tick on
-  std::uint64_t written_ = 0;                // scenes, by number
+  std::optional<Error> failure_;  // of --record
+  std::uint64_t seen_ = 0;        // ticks
+  std::uint64_t stateDue_ = 0;    // at the first keyframe from this tick on
+  std::uint64_t written_ = 0;     // scenes, by number
   std::array<bool, kMaxHands> wasGood_{};
   int faults_ = 0;
   std::uint64_t nextFault_ns_ = 0;  // not recorded before

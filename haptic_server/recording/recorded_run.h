@@ -61,7 +61,8 @@ class RecordedRun {
   [[nodiscard]] bool cutOff() const noexcept { return reader_.cutOff(); }
 
  private:
-  RecordedRun(RecordingReader reader, AssetStore& store) : reader_(std::move(reader)), scenes_(store) {}
+  RecordedRun(RecordingReader reader, AssetStore& store)
+      : reader_(std::move(reader)), scenes_(store, reader_.facts()) {}
 
   [[nodiscard]] Result<void> take(const v1::RecordingPart& part);
   [[nodiscard]] Result<void> take(const v1::RecordedScene& message);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "common/wire/convert.h"
@@ -10,10 +11,10 @@
 namespace haptics {
 namespace {
 
-[[nodiscard]] Result<SceneVersion> versionOf(std::uint64_t revision, const std::vector<GivenObject>& objects) {
+[[nodiscard]] Result<SceneVersion> versionOf(std::uint64_t revision, const std::vector<ServoObjectSource>& objects) {
   std::vector<ObjectRecord> records;
-  for (const GivenObject& object : objects) {
-    if (!object.parts.pendingRemoval) records.push_back(*object.parts.record);
+  for (const ServoObjectSource& object : objects) {
+    if (!object.pendingRemoval) records.push_back(*object.record);
   }
   return SceneVersion::fromSnapshot(revision, std::move(records));
 }
@@ -31,7 +32,7 @@ Result<void> RecordedScenes::add(const v1::RecordedAsset& message) {
   return {};
 }
 
-Result<GivenObject> RecordedScenes::objectOf(const v1::RecordedObject& message) const {
+Result<ServoObjectSource> RecordedScenes::objectOf(const v1::RecordedObject& message) const {
   auto record = fromWire(message.state());
   if (!record) return tl::unexpected(std::move(record.error()));
   auto assets = gatherAssets(*record, [this](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
@@ -40,42 +41,49 @@ Result<GivenObject> RecordedScenes::objectOf(const v1::RecordedObject& message) 
     return at->second;
   });
   if (!assets) return tl::unexpected(std::move(assets.error()));
+  return ServoObjectSource{.record = std::make_shared<const ObjectRecord>(*std::move(record)),
+                           .assets = *std::move(assets),
+                           .poseRevision = message.posed_at(),
+                           .baked = {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()}};
+}
+
+Result<void> RecordedScenes::takeFelt(const v1::RecordedObject& message, const ServoObjectSource& object) {
   const double stiffness = message.stiffness_n_per_m(), damping = message.damping_ns_per_m();
   if (!std::isfinite(stiffness) || stiffness < 0) return refused("stiffness_N_per_m", "is not finite and at least 0");
   if (!std::isfinite(damping) || damping < 0) return refused("damping_Ns_per_m", "is not finite and at least 0");
   const double torsion = message.torsion_nm_per_rad();
-  const bool isTool = record->motion && record->motion->tool;
+  const bool isTool = object.record->motion && object.record->motion->tool;
   if (!std::isfinite(torsion) || torsion < 0 || (isTool && torsion == 0))
     return refused("torsion_Nm_per_rad", "is not finite and at least 0, of a tool above 0");
-  return GivenObject{{std::make_shared<const ObjectRecord>(*std::move(record)), *std::move(assets), message.posed_at()},
-                     stiffness,
-                     damping,
-                     torsion,
-                     {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()}};
+  felt_[object.id()] = {stiffness, damping, torsion};
+  return {};
 }
 
-Result<std::vector<GivenObject>> RecordedScenes::objectsOf(const v1::RecordedScene& message) const {
-  std::vector<GivenObject> objects = objects_;
+Result<std::vector<ServoObjectSource>> RecordedScenes::objectsOf(const v1::RecordedScene& message) {
+  std::vector<ServoObjectSource> objects = objects_;
   for (const ObjectId id : message.gone()) {
-    if (std::erase_if(objects, [id](const GivenObject& object) { return object.id() == id; }) == 0)
+    if (std::erase_if(objects, [id](const ServoObjectSource& object) { return object.id() == id; }) == 0)
       return refused("gone", "names object " + std::to_string(id) + ", which was not there");
   }
   for (const v1::RecordedObject& put : message.put()) {
     auto object = objectOf(put);
     if (!object) return tl::unexpected(std::move(object.error()).within("put."));
-    const auto at = std::ranges::lower_bound(objects, object->id(), {}, &GivenObject::id);
+    if (feltAsRecorded_) {
+      if (auto felt = takeFelt(put, *object); !felt) return tl::unexpected(std::move(felt.error()).within("put."));
+    }
+    const auto at = std::ranges::lower_bound(objects, object->id(), {}, &ServoObjectSource::id);
     if (at != objects.end() && at->id() == object->id()) {
       *at = *std::move(object);
     } else {
       objects.insert(at, *std::move(object));
     }
   }
-  for (GivenObject& object : objects) object.parts.pendingRemoval = false;
+  for (ServoObjectSource& object : objects) object.pendingRemoval = false;
   for (const ObjectId id : message.leaving()) {
-    const auto at = std::ranges::lower_bound(objects, id, {}, &GivenObject::id);
+    const auto at = std::ranges::lower_bound(objects, id, {}, &ServoObjectSource::id);
     if (at == objects.end() || at->id() != id)
       return refused("leaving", "names object " + std::to_string(id) + ", which is not there");
-    at->parts.pendingRemoval = true;
+    at->pendingRemoval = true;
   }
   if (objects.size() > kMaxServoObjects)
     return refused("put", "leads to more than " + std::to_string(kMaxServoObjects) + " objects");
@@ -92,17 +100,14 @@ Result<RemadeScene> RecordedScenes::make(const v1::RecordedScene& message) {
   if (!version) return tl::unexpected(Error(version.error()).within(where));
   if (version->root().asBytes() != message.root()) return refused(where + "root", "is not that of its objects");
   objects_ = *std::move(objects);
-  std::vector<ServoObjectSource> parts;
-  for (const GivenObject& object : objects_) parts.push_back(object.parts);
-  auto scene = maker_.make(std::move(parts), message.revision());
+  auto scene = builder_.make(objects_, message.revision());
   scene->number = number_ = message.number();
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    scene->objects[i].stiffness_N_per_m = objects_[i].stiffness_N_per_m;
-    scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
-    scene->objects[i].torsion_Nm_per_rad = objects_[i].torsion_Nm_per_rad;
-    scene->objects[i].baked = objects_[i].baked;
+  for (ServoObject& object : scene->objects) {
+    if (const auto felt = felt_.find(object.id); felt != felt_.end())
+      std::tie(object.stiffness_N_per_m, object.damping_Ns_per_m, object.torsion_Nm_per_rad) =
+          std::tie(felt->second.stiffness_N_per_m, felt->second.damping_Ns_per_m, felt->second.torsion_Nm_per_rad);
   }
-  return RemadeScene{std::move(scene), *std::move(version), maker_.parts()};
+  return RemadeScene{std::move(scene), *std::move(version), objects_};
 }
 
 }  // namespace haptics

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -23,7 +24,8 @@ struct RemadeScene {
 class RecordedScenes {
  public:
   /// The store outlives it.
-  explicit RecordedScenes(AssetStore& store) : store_(store) {}
+  RecordedScenes(AssetStore& store, const RecordingFacts& facts)
+      : store_(store), builder_({}, facts.limits), feltAsRecorded_(facts.isWithoutLimits) {}
 
   /// Refused: data that does not have the hash, or is not of the kind.
   [[nodiscard]] Result<void> add(const v1::RecordedAsset& asset);
@@ -34,12 +36,19 @@ class RecordedScenes {
  private:
   AssetStore& store_;
   std::unordered_map<ContentHash, std::shared_ptr<const Asset>> assets_;
-  ServoSceneBuilder maker_{{}};
-  std::vector<GivenObject> objects_;  // of the last scene made, in order of id
+  /// What an old recording has made of an object's material.
+  struct Felt {
+    double stiffness_N_per_m, damping_Ns_per_m, torsion_Nm_per_rad;
+  };
+  ServoSceneBuilder builder_;
+  bool feltAsRecorded_;
+  std::map<ObjectId, Felt> felt_;           // where it is as recorded
+  std::vector<ServoObjectSource> objects_;  // of the last scene made, in order of id
   std::uint64_t number_ = 0;
 
-  [[nodiscard]] Result<std::vector<GivenObject>> objectsOf(const v1::RecordedScene& message) const;
-  [[nodiscard]] Result<GivenObject> objectOf(const v1::RecordedObject& message) const;
+  [[nodiscard]] Result<std::vector<ServoObjectSource>> objectsOf(const v1::RecordedScene& message);
+  [[nodiscard]] Result<ServoObjectSource> objectOf(const v1::RecordedObject& message) const;
+  [[nodiscard]] Result<void> takeFelt(const v1::RecordedObject& message, const ServoObjectSource& object);
 };
 
 }  // namespace haptics

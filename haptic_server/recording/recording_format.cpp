@@ -74,7 +74,7 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
   head.set_rise_s(config.rise_s);
   head.set_work_per_s(config.work_per_s);
   if (config.observer) setLead(*config.observer, *head.mutable_lead());
-  if (const RotationConfig& rotation = config.rotation; rotation.maxTorque_Nm > 0 || rotation.observer) {
+  if (const RotationConfig& rotation = config.rotation; !(rotation == RotationConfig{})) {
     v1::RecordedRotation& message = *head.mutable_rotation();
     message.set_radius_m(rotation.radius_m);
     message.set_max_torque_nm(rotation.maxTorque_Nm);
@@ -119,6 +119,29 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
   return config;
 }
 
+/// Binds every member: a new one is recorded, or of no concern to ServoSceneBuilder, by decision.
+void setLimits(const DeviceLimits& limits, v1::RecordedLimits& message) {
+  const auto& [encoderStep_m, stableLateral_N_per_m, period_s, stiffest_N_per_m, maxDamping_Ns_per_m,
+               stiffestTorsion_Nm_per_rad, hands] = limits;
+  message.set_stiffest_n_per_m(stiffest_N_per_m);
+  message.set_max_damping_ns_per_m(maxDamping_Ns_per_m);
+  message.set_stiffest_torsion_nm_per_rad(stiffestTorsion_Nm_per_rad);
+  message.set_hands(static_cast<std::uint32_t>(hands));
+}
+
+[[nodiscard]] Result<DeviceLimits> limitsFrom(const v1::RecordedLimits& limits, double period_s) {
+  if (!(limits.stiffest_n_per_m() >= 0)) return refused("stiffest_N_per_m", "is not at least 0");
+  if (!(limits.max_damping_ns_per_m() >= 0)) return refused("max_damping_Ns_per_m", "is not at least 0");
+  if (!(limits.stiffest_torsion_nm_per_rad() >= 0)) return refused("stiffest_torsion_Nm_per_rad", "is not at least 0");
+  if (limits.hands() < 1 || limits.hands() > kMaxHands)
+    return refused("hands", "is not 1 to " + std::to_string(kMaxHands));
+  return DeviceLimits{.period_s = period_s,
+                      .stiffest_N_per_m = limits.stiffest_n_per_m(),
+                      .maxDamping_Ns_per_m = limits.max_damping_ns_per_m(),
+                      .stiffestTorsion_Nm_per_rad = limits.stiffest_torsion_nm_per_rad(),
+                      .hands = static_cast<int>(limits.hands())};
+}
+
 }  // namespace
 
 v1::RecordingHead toMessage(const RecordingFacts& facts) {
@@ -131,6 +154,7 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
   head.set_rate_hz(facts.rate_Hz);
   head.set_why(facts.why);
   setConfig(facts.config, head);
+  setLimits(facts.limits, *head.mutable_limits());
   if (facts.secondHand) {
     v1::RecordingHead& second = *head.mutable_second_hand();
     second.set_device(facts.secondHand->device);
@@ -155,6 +179,12 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
     auto second = configFrom(head.second_hand(), head.rate_hz());
     if (!second) return tl::unexpected(std::move(second.error()).within("head.second_hand."));
     facts.secondHand = HandFacts{head.second_hand().device(), *second};
+  }
+  facts.isWithoutLimits = !head.has_limits();
+  if (head.has_limits()) {
+    auto limits = limitsFrom(head.limits(), config->period_s);
+    if (!limits) return tl::unexpected(std::move(limits.error()).within("head.limits."));
+    facts.limits = *limits;
   }
   return facts;
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/error/error.h"
+#include "haptic_server/scene/surface_warnings.h"
 #include "haptic_server/servo/flight_ring.h"
 #include "haptics/v1/recording.pb.h"
 
@@ -33,6 +34,8 @@ struct RecordingFacts {
   std::string why;
   StepConfig config;
   std::optional<HandFacts> secondHand = std::nullopt;
+  DeviceLimits limits = {};      ///< By which scenes are made.
+  bool isWithoutLimits = false;  ///< An old recording, whose objects say how they are felt.
 
   [[nodiscard]] std::size_t hands() const noexcept { return secondHand ? 2 : 1; }
 };

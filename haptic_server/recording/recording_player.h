@@ -71,6 +71,7 @@ class RecordingPlayer final : public ReplaySource {
     [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
     /// As it was in the tick that next() gave last.
     [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override {
+      torque_Nm_ = Vec3(0);  // a tick that writes none gives none
       return player_.now_.recorded[hand_].input.device;
     }
     /// Compares force and torque with what was written then.

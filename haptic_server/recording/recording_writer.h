@@ -25,7 +25,7 @@ class RecordingWriter {
   [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, const RecordingFacts& facts);
 
   /// The scene that follows the one before.
-  void add(const GivenScene& scene) {
+  void add(const SceneSource& scene) {
     scenes_.add(scene, [this](const v1::RecordingPart& part) { append(part); });
   }
   /// The state between the ticks added so far and the next one, of each hand.

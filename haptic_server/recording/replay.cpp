@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "haptic_server/recording/image_bytes.h"
 #include "haptic_server/recording/recorded_run.h"
 #include "haptic_server/recording/replayed_servo.h"
 
@@ -73,6 +72,11 @@ class MotionStates {
 
  private:
   std::string bytes_;
+
+  template <class T>
+  static void put(std::string& bytes, const T& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
 };
 
 /// What they come to.
@@ -88,6 +92,7 @@ struct Computed {
   ReplayCount count;
   std::unique_ptr<ReplayedServo> servo;  // after them
   bool meetsNext = false;                // its state is Stretch::next
+  std::string differsIn;                 // where it is another one: the field
 
   /// Keeps the memory.
   void clear() {
@@ -199,6 +204,7 @@ class Replay {
   std::unique_ptr<ReplayedServo> servo_;
   std::vector<std::shared_ptr<const RemadeScene>> scenes_;  // of the servo
   bool meetsNext_ = true;
+  std::string differsIn_;
   std::uint64_t lastTick_ = 0;
 
   /// The next stretch. False: there is none.
@@ -254,7 +260,8 @@ class Replay {
       if (hands > 1) computed.secondSamples.push_back(now.secondSample);
       if (motion != nullptr) computed.motions.add(*motion);
     }
-    computed.meetsNext = stretch.next && servo->isAt(*stretch.next);
+    computed.differsIn = stretch.next ? servo->differenceFrom(*stretch.next) : "";
+    computed.meetsNext = stretch.next && computed.differsIn.empty();
     computed.servo = std::move(servo);
     return computed;
   }
@@ -265,6 +272,7 @@ class Replay {
     Computed computed;
     if (oldest.computed.valid()) computed = oldest.computed.get();
     if (!computed.servo || !meetsNext_ || (servo_ && computed.count.differing > 0)) {
+      if (computed.servo) addAside(oldest.stretch);
       computed = compute(oldest.stretch, std::move(servo_));
     } else if (servo_) {
       outcome_.ticksAhead += computed.count.ticks;
@@ -279,11 +287,19 @@ class Replay {
     servo_ = std::move(computed.servo);
     scenes_ = std::move(oldest.stretch.scenes);
     meetsNext_ = computed.meetsNext;
+    differsIn_ = std::move(computed.differsIn);
     run_.letGoBefore(servo_->oldestScene());
     underWay_.pop_front();
     computed.clear();
     spare_.push_back(std::move(computed));
     return goesOn;
+  }
+
+  /// The state before this stretch.
+  void addAside(const Stretch& stretch) {
+    if (outcome_.statesAside++ > 0) return;
+    outcome_.firstAside = stretch.ticks.front().recorded[0].input.tick;
+    outcome_.fieldAside = differsIn_;
   }
 
   [[nodiscard]] bool handOver(const Stretch& stretch, const Computed& computed) const {

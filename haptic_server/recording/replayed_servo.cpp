@@ -4,10 +4,10 @@
 #include <span>
 #include <utility>
 
-#include "haptic_server/step/moving_bodies.h"
-#include "haptic_server/step/soft_bodies.h"
-#include "haptic_server/step/tool_step.h"
-#include "haptic_server/step/two_hands.h"
+#include "haptic_server/engine/step/moving_bodies.h"
+#include "haptic_server/engine/step/soft_bodies.h"
+#include "haptic_server/engine/step/tool_step.h"
+#include "haptic_server/engine/step/two_hands.h"
 
 namespace haptics {
 
@@ -41,16 +41,10 @@ const MotionState* ReplayedHand::describe(std::uint64_t tick) {
   return moved || gave ? &motion_ : nullptr;
 }
 
-bool ReplayedHand::isAt(const RecordedBeginning& recorded) const {
-  const HapticState &a = *state_, &b = *recorded.state;
-  const auto poseOf = &Body::current;
-  const auto bodies = std::span(a.bodies).first(a.adoption.bodyCount);
-  return scene_->number == (recorded.scene != nullptr ? recorded.scene->number : 0) && next_ == recorded.pending &&
-         a.limits.unlimited_N == b.limits.unlimited_N && a.energy.all_J() == b.energy.all_J() &&
-         a.contact.hip == b.contact.hip && a.contact.ihip == b.contact.ihip && a.estimate.hip == b.estimate.hip &&
-         a.adoption.bodyCount == b.adoption.bodyCount &&
-         std::ranges::equal(bodies, std::span(b.bodies).first(b.adoption.bodyCount), {}, poseOf, poseOf) &&
-         std::ranges::equal(a.allDents(), b.allDents(), {}, &BodyDent::dent, &BodyDent::dent);
+std::string ReplayedHand::differenceFrom(const RecordedBeginning& recorded) const {
+  const bool sameScenes =
+      scene_->number == (recorded.scene != nullptr ? recorded.scene->number : 0) && next_ == recorded.pending;
+  return sameScenes ? firstDifference<StateFields>(*state_, *recorded.state) : "scene";
 }
 
 ReplayedServo::ReplayedServo(const RecordingFacts& facts) : first_(facts.config) {
@@ -92,8 +86,9 @@ std::uint64_t ReplayedServo::oldestScene() const noexcept {
   return second_ ? std::min(first_.scene(), second_->scene()) : first_.scene();
 }
 
-bool ReplayedServo::isAt(const RecordedBeginnings& recorded) const {
-  return first_.isAt(recorded[0]) && (!second_ || second_->isAt(recorded[1]));
+std::string ReplayedServo::differenceFrom(const RecordedBeginnings& recorded) const {
+  const std::string first = first_.differenceFrom(recorded[0]);
+  return first.empty() && second_ ? second_->differenceFrom(recorded[1]) : first;
 }
 
 }  // namespace haptics

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/recording/recorded_run.h"
@@ -28,9 +29,8 @@ class ReplayedHand {
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
   /// ServoScene::number of the one adopted; 0: the empty one.
   [[nodiscard]] std::uint64_t scene() const noexcept { return scene_->number; }
-  /// Whether it has come to this state: by its scenes, force, energies, IHIP, dents and where the bodies are. Equal states
-  /// may differ in what lies between their members.
-  [[nodiscard]] bool isAt(const RecordedBeginning& recorded) const;
+  /// In what it differs from this state first: "scene", or a field, ".contact.ihip"; empty: in no bit.
+  [[nodiscard]] std::string differenceFrom(const RecordedBeginning& recorded) const;
 
  private:
   const StepConfig& config_;
@@ -62,8 +62,8 @@ class ReplayedServo {
   [[nodiscard]] std::uint64_t scene() const noexcept { return first_.scene(); }
   /// Scenes before this one are not in use any more.
   [[nodiscard]] std::uint64_t oldestScene() const noexcept;
-  /// As ReplayedHand::isAt().
-  [[nodiscard]] bool isAt(const RecordedBeginnings& recorded) const;
+  /// As ReplayedHand::differenceFrom(), of the hands in turn.
+  [[nodiscard]] std::string differenceFrom(const RecordedBeginnings& recorded) const;
 
  private:
   ReplayedHand first_;

@@ -49,7 +49,7 @@ Result<SceneJournal> SceneJournal::make(const RecordingFacts& facts) {
   return journal;
 }
 
-Result<void> SceneJournal::add(const GivenScene& scene) {
+Result<void> SceneJournal::add(const SceneSource& scene) {
   std::string bytes;
   parts_.add(scene, [&](const v1::RecordingPart& part) { appendPart(part, bytes); });
   return append(bytes);

@@ -18,7 +18,7 @@ class SceneJournal {
   [[nodiscard]] static Result<SceneJournal> make(const RecordingFacts& facts);
 
   /// The scene that follows the one before. Refused, and as before: there is no memory for it.
-  [[nodiscard]] Result<void> add(const GivenScene& scene);
+  [[nodiscard]] Result<void> add(const SceneSource& scene);
   [[nodiscard]] std::uint64_t size() const noexcept { return size_; }  ///< Bytes.
   [[nodiscard]] int descriptor() const noexcept { return file_.descriptor(); }
 

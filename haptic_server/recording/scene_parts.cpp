@@ -7,37 +7,26 @@
 namespace haptics {
 namespace {
 
-[[nodiscard]] const GivenObject* find(const std::vector<GivenObject>& objects, ObjectId id) {
-  const auto at = std::ranges::lower_bound(objects, id, {}, &GivenObject::id);
+[[nodiscard]] const ServoObjectSource* find(const std::vector<ServoObjectSource>& objects, ObjectId id) {
+  const auto at = std::ranges::lower_bound(objects, id, {}, &ServoObjectSource::id);
   return at == objects.end() || at->id() != id ? nullptr : &*at;
 }
 
-/// But for whether it is leaving.
-[[nodiscard]] bool isSame(const GivenObject& a, const GivenObject& b) {
-  return *a.parts.record == *b.parts.record && a.parts.poseRevision == b.parts.poseRevision &&
-         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m &&
-         a.torsion_Nm_per_rad == b.torsion_Nm_per_rad && a.baked == b.baked;
+/// But for whether it is leaving, which is told beside. Binds every member: a new one is recorded, or derived, by decision.
+[[nodiscard]] bool isSame(const ServoObjectSource& a, const ServoObjectSource& b) {
+  const auto& [record, assets, poseRevision, pendingRemoval, baked] = a;
+  return *record == *b.record && poseRevision == b.poseRevision && baked == b.baked;
 }
 
-[[nodiscard]] std::string rootOf(const GivenScene& scene) {
+[[nodiscard]] std::string rootOf(const SceneSource& scene) {
   std::vector<ObjectRecord> records;
-  for (const GivenObject& object : scene.objects) {
-    if (!object.parts.pendingRemoval) records.push_back(*object.parts.record);
+  for (const ServoObjectSource& object : scene.objects) {
+    if (!object.pendingRemoval) records.push_back(*object.record);
   }
   return SceneVersion::fromSnapshot(scene.revision, std::move(records)).value().root().asBytes();
 }
 
 }  // namespace
-
-GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectSource>& parts) {
-  GivenScene given{scene.number, scene.revision, {}};
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const ServoObject& object = scene.objects[i];
-    given.objects.push_back(
-        {parts[i], object.stiffness_N_per_m, object.damping_Ns_per_m, object.torsion_Nm_per_rad, object.baked});
-  }
-  return given;
-}
 
 void SceneParts::addAssets(const ServoObjectSource& object, const Put& put) {
   for (const AssetName& name : object.record->assets()) {
@@ -52,27 +41,25 @@ void SceneParts::addAssets(const ServoObjectSource& object, const Put& put) {
   }
 }
 
-void SceneParts::add(const GivenScene& scene, const Put& put) {
+void SceneParts::add(const SceneSource& scene, const Put& put) {
   v1::RecordingPart part;
   v1::RecordedScene& message = *part.mutable_scene();
   message.set_number(scene.number);
   message.set_revision(scene.revision);
   message.set_root(rootOf(scene));
-  for (const GivenObject& object : scene.objects) {
-    if (object.parts.pendingRemoval) message.add_leaving(object.id());
-    if (const GivenObject* before = find(before_, object.id()); before != nullptr && isSame(*before, object)) continue;
-    addAssets(object.parts, put);
+  for (const ServoObjectSource& object : scene.objects) {
+    if (object.pendingRemoval) message.add_leaving(object.id());
+    if (const ServoObjectSource* before = find(before_, object.id()); before != nullptr && isSame(*before, object))
+      continue;
+    addAssets(object, put);
     v1::RecordedObject& changed = *message.add_put();
-    toWire(*object.parts.record, *changed.mutable_state());
-    changed.set_posed_at(object.parts.poseRevision);
-    changed.set_stiffness_n_per_m(object.stiffness_N_per_m);
-    changed.set_damping_ns_per_m(object.damping_Ns_per_m);
-    changed.set_torsion_nm_per_rad(object.torsion_Nm_per_rad);
+    toWire(*object.record, *changed.mutable_state());
+    changed.set_posed_at(object.poseRevision);
     changed.set_shape(object.baked.shape);
     changed.set_dents_taken_up_to(object.baked.upTo);
     changed.set_dents_loosened_up_to(object.baked.releasedUpTo);
   }
-  for (const GivenObject& object : before_) {
+  for (const ServoObjectSource& object : before_) {
     if (find(scene.objects, object.id()) == nullptr) message.add_gone(object.id());
   }
   put(part);

@@ -6,16 +6,15 @@
 #include <string_view>
 
 #include "common/error/error.h"
-#include "haptic_server/step/haptic_state.h"
+#include "haptic_server/engine/step/haptic_state.h"
 
-// A servo's state as bytes: those of its memory as far as it is in use, with the pointers left out, which the scene that
-// it had adopted gives back. It is for builds whose states look alike, and is bit for bit the state.
+// A servo's state as bytes: its fields as far as they are in use, for builds that list the same ones.
 namespace haptics {
 
-/// Tells builds apart whose states do not look alike.
+/// Tells builds apart whose states have other fields.
 [[nodiscard]] std::uint64_t stateLayout() noexcept;
 
-[[nodiscard]] std::string stateImage(const HapticState& state);
+[[nodiscard]] std::string stateImage(const StateFields& state);
 
 /// The state that the image is of. Untrusted bytes are welcome.
 /// @param scene  The one that it had adopted; outlives the state.

@@ -16,7 +16,7 @@
 #include "common/scene/asset_source.h"
 #include "common/surface/point_field.h"
 #include "common/surface/sampled_field.h"
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 
 namespace haptics {
 

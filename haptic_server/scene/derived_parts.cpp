@@ -4,14 +4,14 @@
 #include <string>
 #include <utility>
 
-#include "haptic_server/collision/collision_points.h"
-#include "haptic_server/motion/coupling.h"
-#include "haptic_server/motion/support_points.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/motion/coupling.h"
+#include "haptic_server/engine/motion/support_points.h"
+#include "haptic_server/engine/surface/shading_normals.h"
+#include "haptic_server/engine/tool/tool_shell.h"
 #include "haptic_server/scene/fit_to_mesh.h"
 #include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/scene/object_assets.h"
-#include "haptic_server/surface/shading_normals.h"
-#include "haptic_server/tool/tool_shell.h"
 
 namespace haptics {
 namespace {

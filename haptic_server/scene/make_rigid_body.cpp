@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "haptic_server/motion/solid.h"
+#include "haptic_server/engine/motion/solid.h"
 
 namespace haptics {
 namespace {

@@ -3,7 +3,7 @@
 #include "common/error/error.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/motion_properties.h"
-#include "haptic_server/motion/rigid_body.h"
+#include "haptic_server/engine/motion/rigid_body.h"
 
 namespace haptics {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "haptic_server/collision/collision_points.h"
-#include "haptic_server/collision/moving_together.h"
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/collision/moving_together.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 #include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {

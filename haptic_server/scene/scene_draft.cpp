@@ -4,7 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics {
 namespace {

@@ -180,7 +180,7 @@ std::vector<EditOutcome> SceneService::decide(std::span<const Submission> submis
 
 /// Into the objects' surfaces, by edits of the server's own: dents that stay are part of the scene like all else.
 void SceneService::bakeDents() {
-  const std::uint64_t now_ns = monotonicNow_ns();
+  const std::uint64_t now_ns = options_.now_ns();
   if (permanentDents_.empty() || now_ns < bakeAfter_ns_) return;
   bakeAfter_ns_ = now_ns + kBakeEvery_ns;
   std::erase_if(permanentDents_, [this](const auto& entry) { return bakeDents(entry.first, entry.second); });
@@ -251,15 +251,15 @@ void SceneService::publishHistory() {
 /// Where that cannot be done now, as for want of memory, the servo goes on with the scene that it has: what was accepted
 /// stays accepted, and is felt when it can be, or when an edit has made the scene smaller.
 void SceneService::publishToServo(ServoSceneBuilder::Plan plan) {
-  if (isBehind_ && monotonicNow_ns() < catchUpAfter_ns_) return;
+  if (isBehind_ && options_.now_ns() < catchUpAfter_ns_) return;
   try {
-    auto scene = servoScenes_.make(sequencer_, monotonicNow_ns(), plan);
-    if (options_.onServoScene) options_.onServoScene(*scene, servoScenes_.parts());
+    auto scene = servoScenes_.make(sequencer_, options_.now_ns(), plan);
+    if (options_.onServoScene) options_.onServoScene(*scene, servoScenes_.sources());
     mailbox_.publish(std::move(scene));
     isBehind_ = false;
   } catch (const std::exception& failure) {
     if (stop_.stop_requested()) return;
-    catchUpAfter_ns_ = monotonicNow_ns() + kCatchUpEvery_ns;
+    catchUpAfter_ns_ = options_.now_ns() + kCatchUpEvery_ns;
     if (std::exchange(isBehind_, true)) return;
     log("warning: revision " + std::to_string(sequencer_.history()->version.revision()) +
         " is not felt yet, the servo keeps the scene before it: " + failure.what() + "; trying again");

@@ -17,6 +17,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/clock/monotonic.h"
 #include "common/interruption/progress.h"
 #include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/asset_store.h"
@@ -46,6 +47,7 @@ class SceneService {
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
     /// Each scene that the servo is about to get, and what it is made of; may be empty. On the thread that publishes it.
     std::function<void(const ServoScene&, const std::vector<ServoObjectSource>&)> onServoScene = {};
+    std::function<std::uint64_t()> now_ns = monotonicNow_ns;
   };
   using EditReply = std::function<void(const EditOutcome&)>;
   /// How far the preparation of an edit is, on a worker's thread, at most every kProgressEvery.
@@ -89,6 +91,8 @@ class SceneService {
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
+  /// In place of start(), for virtual time: the builder's work and the workers' that waits, on this thread.
+  void carryOutAll();
   void stop();  ///< Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
   /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
   /// waits for; all else may be asked of the service meanwhile.
@@ -170,6 +174,7 @@ class SceneService {
   bool enqueue(SessionId session, std::size_t size_bytes, Lanes::Task task);
   void askToStop();
   void run();
+  void build(std::vector<Job> jobs);
   void work();
   void ended();
   std::vector<Job> takeJobs();

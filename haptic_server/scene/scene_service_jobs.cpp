@@ -126,25 +126,46 @@ void SceneService::run() {
     if (lanes_.next() == nullptr && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
-    const bool idle = jobs.empty();
-    try {
-      followServo();
-      carryOut(jobs);
-      bakeDents();
-      const auto departure = servoScenes_.nextDeparture_ns();
-      const bool due = (departure && *departure <= monotonicNow_ns()) || isBehind_;
-      if ((idle && servoScenes_.planIsOld()) || due) {
-        publishToServo(idle ? ServoSceneBuilder::Plan::kOfThisOne : ServoSceneBuilder::Plan::kOfTheLastScene);
-      }
-    } catch (const std::exception& failure) {
-      log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
-    }
-    finish(jobs);
-    mailbox_.reclaim();
-    jobs.clear();  // what they hold is freed without the lock
+    build(std::move(jobs));
     lock.lock();
   }
   ended();
+}
+
+/// One round of the builder.
+void SceneService::build(std::vector<Job> jobs) {
+  const bool idle = jobs.empty();
+  try {
+    followServo();
+    carryOut(jobs);
+    bakeDents();
+    const auto departure = servoScenes_.nextDeparture_ns();
+    const bool due = (departure && *departure <= options_.now_ns()) || isBehind_;
+    if ((idle && servoScenes_.planIsOld()) || due) {
+      publishToServo(idle ? ServoSceneBuilder::Plan::kOfThisOne : ServoSceneBuilder::Plan::kOfTheLastScene);
+    }
+  } catch (const std::exception& failure) {
+    log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
+  }
+  finish(jobs);
+  mailbox_.reclaim();
+}
+
+void SceneService::carryOutAll() {
+  for (bool more = true; more;) {
+    std::unique_lock lock(queueMutex_);
+    std::vector<Job> jobs = takeJobs();
+    lock.unlock();
+    build(std::move(jobs));
+    for (lock.lock(); lanes_.anyAside();) {
+      Job job = *lanes_.takeAside();
+      lock.unlock();
+      static_cast<void>(prepare(job));
+      lock.lock();
+      lanes_.prepared(std::move(job));
+    }
+    more = lanes_.next() != nullptr;
+  }
 }
 
 /// The next job, or several edits that make no assets, and with them those that nobody waits for. With the lock.

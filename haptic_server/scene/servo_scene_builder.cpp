@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "haptic_server/geometry/spaced_points.h"
-#include "haptic_server/motion/coupling.h"
-#include "haptic_server/tool/tool_shell.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
+#include "haptic_server/engine/motion/coupling.h"
+#include "haptic_server/engine/tool/tool_shell.h"
 
 namespace haptics {
 
@@ -29,7 +29,8 @@ std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& seque
   const SceneVersion& version = sequencer.history()->version;
   std::vector<ServoObjectSource> objects;
   for (const auto& record : version.objects()) {
-    objects.push_back({record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id)});
+    objects.push_back(
+        {record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id), false, bakedDents(*record)});
   }
   addPendingRemovals(objects, version, now_ns);
   auto scene = make(std::move(objects), version.revision());
@@ -42,13 +43,17 @@ std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& seque
   return scene;
 }
 
+const ServoObjectSource* ServoSceneBuilder::sourceBefore(ObjectId id) const {
+  const auto at = std::ranges::lower_bound(sources_, id, {}, &ServoObjectSource::id);
+  return at != sources_.end() && at->id() == id ? &*at : nullptr;
+}
+
 void ServoSceneBuilder::addPendingRemovals(std::vector<ServoObjectSource>& objects, const SceneVersion& version,
                                            std::uint64_t now_ns) {
   std::erase_if(pendingRemovals_, [now_ns](const PendingRemoval& l) { return l.until_ns <= now_ns; });
-  for (const ServoObjectSource& object : parts_) {
-    const auto sameObject = [&](const PendingRemoval& l) { return l.object.record->id == object.record->id; };
-    if (!object.pendingRemoval && !version.find(object.record->id) &&
-        std::ranges::none_of(pendingRemovals_, sameObject)) {
+  for (const ServoObjectSource& object : sources_) {
+    const auto sameObject = [&](const PendingRemoval& l) { return l.object.id() == object.id(); };
+    if (!object.pendingRemoval && !version.find(object.id()) && std::ranges::none_of(pendingRemovals_, sameObject)) {
       pendingRemovals_.push_back({object, now_ns + kRemovalFade_ns});
       pendingRemovals_.back().object.pendingRemoval = true;
     }
@@ -57,52 +62,49 @@ void ServoSceneBuilder::addPendingRemovals(std::vector<ServoObjectSource>& objec
   if (pendingRemovals_.size() > room)
     pendingRemovals_.erase(pendingRemovals_.begin(), pendingRemovals_.end() - static_cast<std::ptrdiff_t>(room));
   for (const PendingRemoval& pendingRemoval : pendingRemovals_) objects.push_back(pendingRemoval.object);
-  std::ranges::sort(objects, {}, [](const ServoObjectSource& object) { return object.record->id; });
+  std::ranges::sort(objects, {}, &ServoObjectSource::id);
 }
 
 std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSource> objects, std::uint64_t revision) {
   auto scene = std::make_unique<ServoScene>();
   scene->number = ++number_;
   scene->revision = revision_ = revision;
-  std::map<ObjectId, CachedObject> cached;
-  for (const auto& [record, assets, poseRevision, pendingRemoval] : objects) {
-    const auto last = cachedObjects_.find(record->id);
-    const CachedObject* before = last == cachedObjects_.end() ? nullptr : &last->second;
-    CachedObject& known = cached[record->id] = detailOf(*record, assets, before);
-    addBody(known, *record, assets, before);
-    addTissue(known, *record, before);
-    addBakedDents(known, record->id, before);
-    const auto [stiffness, highestFactor] = stableStiffness(record->material, known.detail.get());
+  std::map<ObjectId, ObjectParts> made;
+  for (const ServoObjectSource& source : objects) {
+    const ObjectRecord& record = *source.record;
+    const ObjectParts& parts = made[record.id] = partsOf(source);
+    const auto [stiffness, highestFactor] = stableStiffness(record.material, parts.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
-    const auto& [body, apparentMass_kg, collision, tool] = known.body;
+    const auto& [body, apparentMass_kg, collision, tool] = parts.body;
     const double share = body ? stableStiffnessShare(apparentMass_kg / device_.hands, highestFactor * stiffness_N_per_m,
                                                      highestFactor * damping_Ns_per_m, device_.period_s)
                               : 1;
-    scene->objects.push_back({.id = record->id,
-                              .surface = known.surface,
-                              .pose = record->pose,
+    scene->objects.push_back({.id = record.id,
+                              .surface = parts.surface,
+                              .pose = record.pose,
                               .stiffness_N_per_m = share * stiffness_N_per_m,
                               .damping_Ns_per_m = share * damping_Ns_per_m,
-                              .pendingRemoval = pendingRemoval,
-                              .detail = known.detail,
+                              .pendingRemoval = source.pendingRemoval,
+                              .detail = parts.detail,
                               .motion = body,
                               .collision = collision,
                               .tool = tool,
-                              .torsion_Nm_per_rad = tool ? stableTorsion_Nm_per_rad(*record->motion->tool) : 0,
-                              .poseRevision = poseRevision,
-                              .tissue = known.tissue,
-                              .baked = known.baked,
+                              .torsion_Nm_per_rad = tool ? stableTorsion_Nm_per_rad(*record.motion->tool) : 0,
+                              .poseRevision = source.poseRevision,
+                              .tissue = parts.tissue,
+                              .baked = source.baked,
                               .highestFactor = highestFactor});
   }
   const auto tool = std::ranges::find_if(
       scene->objects, [](const ServoObject& object) { return object.tool != nullptr && !object.pendingRemoval; });
   if (tool != scene->objects.end()) {
-    addSharpPoints(*scene, cached, cached[tool->id].motion->tool->spacing_m);
-    for (const auto& [id, known] : cached) soften(*tool, known.body, device_);
+    const auto& source = *std::ranges::find(objects, tool->id, &ServoObjectSource::id);
+    addSharpPoints(*scene, made, source.record->motion->tool->spacing_m);
+    for (const auto& [id, parts] : made) soften(*tool, parts.body, device_);
   }
-  cachedObjects_ = std::move(cached);
-  std::erase_if(dentStates_, [this](const auto& entry) { return !cachedObjects_.contains(entry.first); });
-  parts_ = std::move(objects);
+  parts_ = std::move(made);
+  std::erase_if(dentStates_, [this](const auto& entry) { return !parts_.contains(entry.first); });
+  sources_ = std::move(objects);
   return scene;
 }
 
@@ -124,81 +126,89 @@ double ServoSceneBuilder::stableTorsion_Nm_per_rad(const ToolProperties& tool) c
   return std::min(tool.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad);
 }
 
-/// Making a detail takes milliseconds, and normals of a large mesh more: what did not change is kept.
-ServoSceneBuilder::CachedObject ServoSceneBuilder::detailOf(const ObjectRecord& record, const ObjectAssets& assets,
-                                                            const CachedObject* before) const {
-  const SurfaceProperties& properties = record.material.surface;
-  const std::shared_ptr<const CollisionMesh> surface = shapeOf(record, assets, before);
-  const bool sameSurface = before && before->surface == surface;
-  if (sameSurface && before->properties == properties) return *before;
-
-  DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
-  const auto scaleOf = [](const auto& asset) { return asset ? asset->values : nullptr; };
-  fields.frictionScale = scaleOf(assets.frictionScale);
-  fields.dynamicFriction = assets.dynamicFrictionField;
-  fields.dynamicFrictionScale = scaleOf(assets.dynamicFrictionScale);
-  fields.stiffness = {assets.stiffnessField, scaleOf(assets.stiffnessScale)};
-  fields.softness = {assets.softnessField, scaleOf(assets.softnessScale)};
-  if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
-  const bool sameShading = sameSurface && before->detail && before->properties.shading == properties.shading;
-  const auto& normals = sameShading ? before->detail->shading : assets.derived.normals;
-  CachedObject made{surface, properties, makeSurfaceDetail(*surface, properties, fields, normals)};
-  made.atRest = assets.mesh->surface;
-  return made;
-}
-
-/// The mesh's surface, or as lattice and residue have it; the last scene's where none of them has changed.
-std::shared_ptr<const CollisionMesh> ServoSceneBuilder::shapeOf(const ObjectRecord& record, const ObjectAssets& assets,
-                                                                const CachedObject* before) const {
+/// Making a part takes milliseconds, and more of a large mesh.
+ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSource& source) const {
+  const ObjectRecord& record = *source.record;
+  const ObjectAssets& assets = source.assets;
   const auto& [softness, lattice, residue] = record.deformation;
-  if (!lattice && !residue) return assets.mesh->surface;
-  const bool sameMesh = before && before->atRest == assets.mesh->surface;
-  if (sameMesh && before->deformation.lattice == lattice && before->deformation.residue == residue) {
-    return before->surface;
+  const bool isDeformed = lattice || residue;
+
+  const ServoObjectSource* const before = sourceBefore(record.id);
+  ObjectParts parts;
+  if (before != nullptr) parts = parts_.at(record.id);
+  const ObjectRecord* const was = before != nullptr ? before->record.get() : nullptr;
+  const bool sameMesh = was != nullptr && was->mesh == record.mesh;
+  const bool sameSurface = sameMesh && was->deformation.lattice == lattice && was->deformation.residue == residue;
+
+  if (!sameSurface) {
+    if (!isDeformed) {
+      parts.surface = assets.mesh->surface;
+    } else if (assets.derived.shape) {
+      parts.surface = assets.derived.shape;
+    } else {  // most of the last shape stays where it was when a dent is added
+      parts.surface =
+          refitCollisionMesh(sameMesh ? *parts.surface : *assets.mesh->surface, assets.shapeAtRest(record.deformation));
+    }
   }
-  if (assets.derived.shape) return assets.derived.shape;
-  // Most of the last shape stays where it was when a dent is added.
-  return refitCollisionMesh(sameMesh ? *before->surface : *assets.mesh->surface,
-                            assets.shapeAtRest(record.deformation));
+  const SurfaceProperties& properties = record.material.surface;
+  if (!sameSurface || was->material.surface != properties) {
+    const auto scaleOf = [](const auto& asset) { return asset ? asset->values : nullptr; };
+    DetailFields fields{.texture = assets.textureField,
+                        .friction = assets.frictionField,
+                        .frictionScale = scaleOf(assets.frictionScale),
+                        .dynamicFriction = assets.dynamicFrictionField,
+                        .dynamicFrictionScale = scaleOf(assets.dynamicFrictionScale),
+                        .stiffness = {assets.stiffnessField, scaleOf(assets.stiffnessScale)},
+                        .softness = {assets.softnessField, scaleOf(assets.softnessScale)}};
+    if (isDeformed) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
+    const bool sameShading = sameSurface && parts.detail && was->material.surface.shading == properties.shading;
+    const auto normals = sameShading ? parts.detail->shading : assets.derived.normals;
+    parts.detail = makeSurfaceDetail(*parts.surface, properties, fields, normals);
+  }
+  if (!sameMesh || was->motion != record.motion) {
+    parts.body = {};
+    if (record.motion) {
+      if (const auto made = bodyPartsOf(record, assets); *made)
+        parts.body = **made;  // the sequencer refuses what makes none
+    }
+  }
+  if (was == nullptr || was->deformation.softness != softness)
+    parts.tissue = softness ? std::make_shared<const SoftTissue>(tissueOf(*softness)) : nullptr;
+  if (!sameSurface) {
+    parts.sharp = nullptr;
+    parts.spacing_m = 0;
+  }
+  return parts;
 }
 
 /// Of all that the tool may meet.
-void ServoSceneBuilder::addSharpPoints(ServoScene& scene, std::map<ObjectId, CachedObject>& cached,
+void ServoSceneBuilder::addSharpPoints(ServoScene& scene, std::map<ObjectId, ObjectParts>& parts,
                                        double spacing_m) const {
   for (ServoObject& object : scene.objects) {
     if (object.tool) continue;
-    CachedObject& known = cached[object.id];
-    const auto last = cachedObjects_.find(object.id);
-    if (last != cachedObjects_.end() && last->second.surface == known.surface && last->second.spacing_m == spacing_m) {
-      known.sharp = last->second.sharp;
-    } else {
-      known.sharp = std::make_shared<const std::vector<Vec3>>(sharpPoints(*known.surface, spacing_m, kMaxToolPoints));
-    }
-    known.spacing_m = spacing_m;
-    object.sharp = known.sharp;
+    ObjectParts& own = parts[object.id];
+    if (own.spacing_m != spacing_m)
+      own.sharp = std::make_shared<const std::vector<Vec3>>(sharpPoints(*own.surface, spacing_m, kMaxToolPoints));
+    own.spacing_m = spacing_m;
+    object.sharp = own.sharp;
   }
 }
 
-void ServoSceneBuilder::addTissue(CachedObject& cached, const ObjectRecord& record, const CachedObject* before) const {
-  const auto& softness = record.deformation.softness;
-  const bool same = before && before->deformation.softness == softness;
-  cached.deformation = record.deformation;
-  cached.tissue = nullptr;
-  if (softness) cached.tissue = same ? before->tissue : std::make_shared<const SoftTissue>(tissueOf(*softness));
-}
-
 /// The shape counts as another one where mesh or lattice were edited, or a residue that is not the builder's.
-void ServoSceneBuilder::addBakedDents(CachedObject& cached, ObjectId object, const CachedObject* before) const {
-  const auto dents = dentStates_.find(object);
-  const auto& [softness, lattice, residue] = cached.deformation;
+BakedDents ServoSceneBuilder::bakedDents(const ObjectRecord& record) const {
+  const ServoObjectSource* const before = sourceBefore(record.id);
+  const auto dents = dentStates_.find(record.id);
+  const auto& [softness, lattice, residue] = record.deformation;
   const bool isOurs = dents != dentStates_.end() && residue == dents->second.residue;
-  const bool sameShape = before && before->atRest == cached.atRest && before->deformation.lattice == lattice &&
-                         (before->deformation.residue == residue || isOurs);
-  cached.baked = before ? before->baked : BakedDents{};
-  if (!sameShape) ++cached.baked.shape;
-  if (dents == dentStates_.end()) return;
-  if (isOurs) cached.baked.upTo = std::max(cached.baked.upTo, dents->second.upTo);
-  cached.baked.releasedUpTo = std::max(cached.baked.releasedUpTo, dents->second.releasedUpTo);
+  const bool sameShape = before != nullptr && before->record->mesh == record.mesh &&
+                         before->record->deformation.lattice == lattice &&
+                         (before->record->deformation.residue == residue || isOurs);
+  BakedDents baked = before != nullptr ? before->baked : BakedDents{};
+  if (!sameShape) ++baked.shape;
+  if (dents == dentStates_.end()) return baked;
+  if (isOurs) baked.upTo = std::max(baked.upTo, dents->second.upTo);
+  baked.releasedUpTo = std::max(baked.releasedUpTo, dents->second.releasedUpTo);
+  return baked;
 }
 
 void ServoSceneBuilder::setBakedDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo) {
@@ -219,22 +229,10 @@ std::shared_ptr<const ExplorationPlan> ServoSceneBuilder::planFor(ServoScene sce
   return makePlan_(scene);
 }
 
-void ServoSceneBuilder::addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets,
-                                const CachedObject* before) const {
-  cached.motion = record.motion;
-  cached.body = {};
-  if (!record.motion) return;
-  if (!assets.derived.body && before && before->surface == cached.surface && before->motion == record.motion) {
-    cached.body = before->body;
-  } else if (const auto made = bodyPartsOf(record, assets); *made) {  // the sequencer refuses what makes none
-    cached.body = **made;
-  }
-}
-
 void ServoSceneBuilder::follow(const MotionState& motion) {
   const auto isHeld = [this](const BodyState& body) {
-    const auto known = cachedObjects_.find(body.object);
-    return known != cachedObjects_.end() && known->second.body.tool != nullptr;
+    const auto known = parts_.find(body.object);
+    return known != parts_.end() && known->second.body.tool != nullptr;
   };
   const bool allRest = std::ranges::all_of(
       motion.bodies(), [&](const BodyState& body) { return body.condition != BodyCondition::kAwake || isHeld(body); });

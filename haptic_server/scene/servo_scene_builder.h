@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "haptic_server/force/spring_damper.h"
+#include "haptic_server/engine/force/spring_damper.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/surface_warnings.h"
-#include "haptic_server/step/servo_scene.h"
 
 namespace haptics {
 
@@ -18,16 +18,19 @@ namespace haptics {
 /// at RateLimitedStiffness::kRate_N_per_s 15 N do.
 inline constexpr std::uint64_t kRemovalFade_ns = 500'000'000;
 
-/// What one object of a servo scene is made of.
+/// What one object of a servo scene is made of, beside the device's limits. A recording holds all of it.
 struct ServoObjectSource {
   SceneVersion::Object record;
-  ObjectAssets assets;
+  ObjectAssets assets;             ///< Those that the record names; what is derived of them saves time only.
   std::uint64_t poseRevision = 0;  ///< ServoObject::poseRevision.
   bool pendingRemoval = false;
+  BakedDents baked = {};  ///< ServoObject::baked.
+
+  [[nodiscard]] ObjectId id() const noexcept { return record->id; }
 };
 
-/// Makes the servo's scenes from the sequencer's revisions. Remembers which objects are leaving, and what the surfaces of
-/// those that stay were made of. Builder thread.
+/// Makes the servo's scenes from the sequencer's revisions. Remembers which objects are leaving, and what the last scene was
+/// made of. Builder thread.
 class ServoSceneBuilder {
  public:
   /// The exploration for a scene whose objects are complete, those that move at the poses where they rest.
@@ -47,11 +50,12 @@ class ServoSceneBuilder {
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
   /// that have left for kRemovalFade_ns are dropped. The first scene's plan is always its own.
   [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan);
-  /// The same from these objects, in order of id, leaving ones included, and without a plan. What did not change since
-  /// the last scene made is the same in memory.
+  /// The same from these objects, in order of id, leaving ones included, and without a plan. A part is the last scene's, the
+  /// same in memory, where and only where what it is made of has the same values: by that adoptScene() tells edits, and a
+  /// scene made again of recorded sources is edited where the first one was.
   [[nodiscard]] std::unique_ptr<ServoScene> make(std::vector<ServoObjectSource> objects, std::uint64_t revision);
   /// What the last scene was made of, object by object.
-  [[nodiscard]] const std::vector<ServoObjectSource>& parts() const noexcept { return parts_; }
+  [[nodiscard]] const std::vector<ServoObjectSource>& sources() const noexcept { return sources_; }
   /// Whether the last scene's plan was made for another revision, or for bodies that were elsewhere.
   [[nodiscard]] bool planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
   /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
@@ -64,18 +68,13 @@ class ServoSceneBuilder {
     ServoObjectSource object;
     std::uint64_t until_ns;
   };
-  struct CachedObject {
+  struct ObjectParts {
     std::shared_ptr<const CollisionMesh> surface;
-    SurfaceProperties properties;
     std::shared_ptr<const SurfaceDetail> detail;
-    std::optional<MotionProperties> motion = std::nullopt;
-    BodyParts body = {};
-    std::shared_ptr<const CollisionMesh> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
-    DeformationProperties deformation = {};
-    std::shared_ptr<const SoftTissue> tissue = nullptr;
-    BakedDents baked = {};
-    std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;  ///< Of the surface, at the spacing;
-    double spacing_m = 0;                                      ///< none at 0.
+    BodyParts body;
+    std::shared_ptr<const SoftTissue> tissue;
+    std::shared_ptr<const std::vector<Vec3>> sharp;  ///< Of the surface, at the spacing;
+    double spacing_m = 0;                            ///< none at 0.
   };
   /// An object's dents as last set.
   struct DentState {
@@ -84,9 +83,9 @@ class ServoSceneBuilder {
   };
   MakePlan makePlan_;
   DeviceLimits device_;
-  std::map<ObjectId, CachedObject> cachedObjects_;  // of the last scene made
+  std::map<ObjectId, ObjectParts> parts_;  // of the last scene made
   std::map<ObjectId, DentState> dentStates_;
-  std::vector<ServoObjectSource> parts_;         // of the last scene made, in order of id
+  std::vector<ServoObjectSource> sources_;       // of the last scene made, in order of id
   std::vector<PendingRemoval> pendingRemovals_;  // in order of time
   std::shared_ptr<const ExplorationPlan> plan_;
   std::uint64_t number_ = 0;        // of the last scene made
@@ -104,17 +103,11 @@ class ServoSceneBuilder {
   [[nodiscard]] StableStiffness stableStiffness(const Material& material, const SurfaceDetail* detail) const;
   [[nodiscard]] double stableTorsion_Nm_per_rad(const ToolProperties& tool) const;
   [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
+  [[nodiscard]] const ServoObjectSource* sourceBefore(ObjectId id) const;
   void addPendingRemovals(std::vector<ServoObjectSource>& objects, const SceneVersion& version, std::uint64_t now_ns);
-
-  // `before` is the object as it was in the last scene; null: it was not in it.
-  void addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets,
-               const CachedObject* before) const;
-  CachedObject detailOf(const ObjectRecord& record, const ObjectAssets& assets, const CachedObject* before) const;
-  std::shared_ptr<const CollisionMesh> shapeOf(const ObjectRecord& record, const ObjectAssets& assets,
-                                               const CachedObject* before) const;
-  void addSharpPoints(ServoScene& scene, std::map<ObjectId, CachedObject>& cached, double spacing_m) const;
-  void addTissue(CachedObject& cached, const ObjectRecord& record, const CachedObject* before) const;
-  void addBakedDents(CachedObject& cached, ObjectId object, const CachedObject* before) const;
+  [[nodiscard]] BakedDents bakedDents(const ObjectRecord& record) const;
+  [[nodiscard]] ObjectParts partsOf(const ServoObjectSource& source) const;
+  void addSharpPoints(ServoScene& scene, std::map<ObjectId, ObjectParts>& parts, double spacing_m) const;
 };
 
 }  // namespace haptics

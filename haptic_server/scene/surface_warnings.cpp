@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "common/surface/texture_pits.h"
-#include "haptic_server/motion/coupling.h"
+#include "haptic_server/engine/motion/coupling.h"
+#include "haptic_server/engine/surface/surface_detail.h"
+#include "haptic_server/engine/tool/tool_shell.h"
 #include "haptic_server/scene/derived_parts.h"
-#include "haptic_server/surface/surface_detail.h"
-#include "haptic_server/tool/tool_shell.h"
 
 namespace haptics {
 namespace {

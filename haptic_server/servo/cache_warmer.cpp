@@ -1,6 +1,6 @@
 #include "haptic_server/servo/cache_warmer.h"
 
-#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/engine/contact/neighborhood_watch.h"
 
 namespace haptics {
 
@@ -63,7 +63,7 @@ bool CacheWarmer::rehearse(const ServoScene& scene, const HapticState& state) no
     rehearsal_.copyForRehearsal(state);
   } else {
     rehearsal_.copyInUse(state);
-    allowance.spend(kCopyBody * static_cast<std::int64_t>(state.adoption.bodyCount));
+    allowance.spend(kCopyBody * static_cast<std::int64_t>(state.objects.count));
   }
   rehearsal_.allowance = allowance;
   isCopy_ = !state.features.beingMoved;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "haptic_server/contact/fast_path/triangle_cache.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/contact/fast_path/triangle_cache.h"
+#include "haptic_server/engine/step/haptic_step.h"
 
 namespace haptics {
 

@@ -25,7 +25,7 @@ FlightRing::FlightRing(double rate_Hz, std::span<const StepConfig> configs)
                           static_cast<std::uint64_t>(std::ceil(rate_Hz)));
         return *std::move(memory);
       }()) {
-  for (std::size_t i = 0; i < hands_ * kKeyframes; ++i) std::construct_at(keyframes_ + i, configs[i % hands_]);
+  for (std::size_t i = 0; i < hands_ * kKeyframes; ++i) std::construct_at(keyframes_ + i);
   std::uninitialized_value_construct_n(slots_, hands_ * slotCount_);
 }
 
@@ -73,7 +73,7 @@ void FlightRing::beginTick(std::span<const StateMoment> moments) noexcept {
       keyframe->position = position;
       keyframe->scene = moment.scene;
       keyframe->pending = moment.pending;
-      keyframe->state.copyInUse(*moment.state);
+      copyInUse<StateFields>(keyframe->state, *moment.state);
       ++keyframe;
     }
     shared_->nextKeyframe = position + shared_->ticksPerKeyframe;

@@ -9,7 +9,7 @@
 
 #include "common/error/error.h"
 #include "common/process/shared_memory.h"
-#include "haptic_server/step/two_hands.h"
+#include "haptic_server/engine/step/two_hands.h"
 
 namespace haptics {
 
@@ -25,12 +25,10 @@ static_assert(std::is_trivially_copyable_v<RecordedTick>, "crosses threads by co
 
 /// The state between two ticks, from which a recording can begin.
 struct Keyframe {
-  explicit Keyframe(const StepConfig& config) noexcept : state(config) {}
-
   std::uint64_t position = 0;  ///< In the ring: of the tick that came next.
   std::uint64_t scene = 0;     ///< ServoScene::number of the one that the state had adopted, 0 for the empty one,
   std::uint64_t pending = 0;   ///< and of the one that it was still to adopt, 0 for none.
-  HapticState state;
+  StateFields state;
 };
 
 /// What a keyframe is taken of.

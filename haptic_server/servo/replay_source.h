@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics {
 

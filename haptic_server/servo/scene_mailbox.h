@@ -5,7 +5,7 @@
 #include <list>
 #include <memory>
 
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics {
 

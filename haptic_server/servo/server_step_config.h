@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptic_server/device/device.h"
-#include "haptic_server/step/haptic_state.h"
+#include "haptic_server/engine/step/haptic_state.h"
 
 namespace haptics {
 

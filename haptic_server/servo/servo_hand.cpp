@@ -3,9 +3,9 @@
 #include <memory>
 #include <utility>
 
-#include "haptic_server/step/moving_bodies.h"
-#include "haptic_server/step/soft_bodies.h"
-#include "haptic_server/step/tool_step.h"
+#include "haptic_server/engine/step/moving_bodies.h"
+#include "haptic_server/engine/step/soft_bodies.h"
+#include "haptic_server/engine/step/tool_step.h"
 
 namespace haptics {
 namespace {
@@ -37,7 +37,7 @@ void ServoHand::feel(std::uint64_t tick, std::uint64_t now_ns) noexcept {
   std::construct_at(&result_);
   input_ = {tick, now_ns, device_.read(tick)};
   computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
-  if (state_.features.pendingRemoval) [[unlikely]]
+  if (state_.features.hasUntouchable) [[unlikely]]
     device_.writeTorque(writtenTorque_Nm(state_));
   device_.write(result_.force.written);
   if (cacheWarmer_) cacheWarmer_->note(result_.contact.work.allowance);
@@ -50,7 +50,7 @@ RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& 
 void ServoHand::tell(const TelemetrySample& sample) noexcept {
   account(sample);
   if (!samples_.push(sample)) countOn(statistics_.droppedSamples, 1);
-  if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0)
+  if (state_.features.tool + state_.moving.count + motion_.bodyCount + state_.dents.count + motion_.dentCount > 0)
       [[unlikely]]
     tellMotion(sample.tick);
   if (sample.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {

@@ -10,9 +10,9 @@
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/engine/step/two_hands.h"
 #include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/flight_ring.h"
-#include "haptic_server/step/two_hands.h"
 
 namespace haptics {
 

@@ -78,6 +78,13 @@ void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcep
   stopDevices();
 }
 
+void ServoLoop::runFlatOut(ReplaySource& script) noexcept {
+  ReplaySource::Tick scripted;
+  while (script.next(scripted) == ReplaySource::Next::kTick)
+    tick(scripted.index, scripted.index * period_ns_, scripted.newest);
+  stopDevices();
+}
+
 void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
   secondBegan_ns_ = monotonicNow_ns();
   for (std::uint64_t index = 0; !stop.load(std::memory_order_relaxed); ++index) {

@@ -55,6 +55,9 @@ class ServoLoop {
   /// count as missed. To its end, or until `stop`. What the servo slept through it catches up with: nobody holds a device.
   void run(ReplaySource& script, const std::atomic<bool>& stop) noexcept;
 
+  /// The same in the ticks' own time, each as soon as the last one is done. Forces are those of run().
+  void runFlatOut(ReplaySource& script) noexcept;
+
   /// As run(), but begins each tick as soon as the last one is done: for measuring what the machine can do.
   void runFlatOut(const std::atomic<bool>& stop) noexcept;
 

@@ -11,8 +11,8 @@
 #include "common/maths/extent.h"
 #include "common/maths/rotation.h"
 #include "haptic_server/device/simulated_device.h"
-#include "haptic_server/step/haptic_step.h"
-#include "haptic_server/step/tool_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
+#include "haptic_server/engine/step/tool_step.h"
 
 namespace haptics {
 namespace {

@@ -4,8 +4,8 @@
 #include <span>
 
 #include "haptic_server/device/presets.h"
-#include "haptic_server/step/haptic_state.h"
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/haptic_state.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 // What "comes to rest" means, in virtual time: a simulated device is pushed and tapped onto a surface, and its limit cycle
 // is judged. The server's limits of stiffness and `haptic_eval stability` both judge by this.

@@ -7,7 +7,8 @@
 
 #include "common/interruption/interruption.h"
 #include "common/maths/elementary.h"
-#include "haptic_server/contact/contact.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
 
 namespace haptics {
 namespace {
@@ -94,9 +95,10 @@ std::vector<Forces> forcesAlong(const std::vector<ProbeStroke>& strokes, const C
     interruptionPoint();
     Forces& forces_N = all.emplace_back();
     ContactState state;
+    ContactCache cache;
     resetContact(state, stroke.front());
     for (const Vec3 hip : stroke) {
-      const ContactResult contact = followContact({&body, 1}, state, hip);
+      const ContactResult contact = followContact({&body, 1}, state, hip, cache);
       forces_N.push_back(contact.touching ? stiffness_N_per_m * (contact.ihip - hip) : Vec3(0));
     }
   }

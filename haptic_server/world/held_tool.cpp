@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "haptic_server/geometry/spaced_points.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
 #include "haptic_server/world/input_checks.h"
 #include "haptic_server/world/stepped_scene.h"
 

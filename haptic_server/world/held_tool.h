@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "haptic_server/force/output_chain.h"
-#include "haptic_server/step/haptic_state.h"
-#include "haptic_server/step/servo_scene.h"
-#include "haptic_server/tool/tool_contact.h"
+#include "haptic_server/engine/force/output_chain.h"
+#include "haptic_server/engine/step/haptic_state.h"
+#include "haptic_server/engine/step/servo_scene.h"
+#include "haptic_server/engine/tool/tool_contact.h"
 #include "haptic_server/world/world.h"
 
 namespace haptics {
@@ -46,7 +46,7 @@ class HeldTool {
   Allowance allowance_;
   double spacing_m_;
   std::shared_ptr<const Tool> tool_;
-  ToolContact contact_;
+  StandaloneTool contact_;
   std::vector<Body> bodies_;
   std::vector<Known> known_;  // in their order
   Wrench felt_;

@@ -7,11 +7,11 @@
 #include <variant>
 
 #include "common/wire/convert.h"
+#include "haptic_server/engine/step/moving_bodies.h"
+#include "haptic_server/engine/step/soft_bodies.h"
 #include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/dent_baking.h"
 #include "haptic_server/scene/servo_scene_builder.h"
-#include "haptic_server/step/moving_bodies.h"
-#include "haptic_server/step/soft_bodies.h"
 #include "haptic_server/world/input_checks.h"
 #include "haptic_server/world/stepped_scene.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptic_server/engine/step/haptic_step.h"
 #include "haptic_server/servo/server_step_config.h"
-#include "haptic_server/step/haptic_step.h"
 #include "haptic_server/world/input_checks.h"
 
 namespace haptics {

@@ -4,9 +4,9 @@
 #include <memory>
 #include <span>
 
+#include "haptic_server/engine/step/haptic_state.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/servo/stiffness_limit.h"
-#include "haptic_server/step/haptic_state.h"
-#include "haptic_server/step/servo_scene.h"
 #include "haptic_server/world/world.h"
 
 namespace haptics {

@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "haptic_server/contact/near_bodies.h"
-#include "haptic_server/force/spring_damper.h"
+#include "haptic_server/engine/contact/near_bodies.h"
+#include "haptic_server/engine/force/spring_damper.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/scenes.h"
 

@@ -90,7 +90,7 @@ Scene lineContact(std::uint32_t segments) {
 
 Replay::Replay(Scene scene) : scene_(std::move(scene)) {
   resetContact(state_, scene_.approach.front());
-  for (const Vec3 hip : scene_.approach) static_cast<void>(followContact(scene_.bodies, state_, hip));
+  for (const Vec3 hip : scene_.approach) static_cast<void>(followContact(scene_.bodies, state_, hip, cache_));
   for (std::size_t i = 0; i < scene_.path.size(); ++i) static_cast<void>(tick());
 }
 

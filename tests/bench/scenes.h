@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
-#include "haptic_server/contact/contact.h"
-#include "haptic_server/contact/fast_path/triangle_walk.h"
-#include "haptic_server/contact/hip_following.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
+#include "haptic_server/engine/contact/fast_path/triangle_walk.h"
+#include "haptic_server/engine/contact/hip_following.h"
 
 /// Spheres of 50 mm radius and closed paths of the HIP at 0.1 m/s and 1 kHz, 2 mm deep.
 namespace haptics::bench {
@@ -72,7 +73,7 @@ class Replay {
   ContactResult tick() noexcept {
     const Vec3 hip = scene_.path[next_];
     if (++next_ == scene_.path.size()) next_ = 0;
-    return followContact(scene_.bodies, state_, hip);
+    return followContact(scene_.bodies, state_, hip, cache_);
   }
   [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
   [[nodiscard]] const ContactState& state() const noexcept { return state_; }
@@ -80,6 +81,7 @@ class Replay {
  private:
   Scene scene_;
   ContactState state_;
+  ContactCache cache_;
   std::size_t next_ = 0;
 };
 

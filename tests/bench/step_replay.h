@@ -3,7 +3,7 @@
 #include <memory>
 #include <string_view>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/bench/scenes.h"
 
 namespace haptics::bench {

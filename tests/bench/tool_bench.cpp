@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/tool/tool_contact.h"
+#include "haptic_server/engine/tool/tool_contact.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/stopwatch.h"
 #include "tests/eval/baselines/distance_field_shell.h"
@@ -126,7 +126,7 @@ void tickOfATool(benchmark::State& state, const ToolMotion& motion, std::uint32_
   const std::span<const Body> bodies(&body, 1);
   const TriMesh ball = makeSphere(1, 8).value();  // whose points are the ellipsoid's own
   const Tool held{buildCollisionMesh(ball.vertices, ball.triangles), ellipsoid(motion.semiAxes_m, points)};
-  const auto tool = std::make_unique<ToolContact>();
+  const auto tool = std::make_unique<StandaloneTool>();
   tool->hold(held);
   tool->adopt(std::array{ToolContact::Obstacle{body.current, {}, -1}});
   tool->reset(poseAt(motion, 0), bodies);

@@ -16,8 +16,8 @@ TOP_LEVEL = "proto|haptic_server|graphics_client|common|tests|deploy"
 OTHERS_OPTIONS = {"--benchmark_out", "--array"}
 # A build makes them.
 GENERATED = ("build/", "out/")
-EXPECTED = ["README.md", "haptic_server/README.md", "haptic_server/contact/README.md", "haptic_server/surface/README.md",
-            "haptic_server/motion/README.md", "haptic_server/step/README.md", "haptic_server/world/README.md",
+EXPECTED = ["README.md", "haptic_server/README.md", "haptic_server/engine/contact/README.md", "haptic_server/engine/surface/README.md",
+            "haptic_server/engine/motion/README.md", "haptic_server/engine/step/README.md", "haptic_server/world/README.md",
             "haptic_server/device/plugin/README.md",
             "graphics_client/README.md", "graphics_client/export/README.md",
             "graphics_client/script/python/haptic_experiment/README.md", "proto/README.md",

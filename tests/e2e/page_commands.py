@@ -70,10 +70,10 @@ class PageCommands(Page):
         self.follow("haptic_server/README.md")
 
     def test_surfaces(self):
-        self.follow("haptic_server/surface/README.md")
+        self.follow("haptic_server/engine/surface/README.md")
 
     def test_motion(self):
-        self.follow("haptic_server/motion/README.md")
+        self.follow("haptic_server/engine/motion/README.md")
 
     def test_world(self):
         self.follow("haptic_server/world/README.md")
@@ -82,7 +82,7 @@ class PageCommands(Page):
         self.follow("tests/eval/sweep/README.md")
 
     def test_step(self):
-        self.follow("haptic_server/step/README.md")
+        self.follow("haptic_server/engine/step/README.md")
 
 
 class Shown(unittest.TestCase):

@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "haptic_server/engine/step/haptic_step.h"
+#include "haptic_server/engine/step/held_springs.h"
 #include "haptic_server/recording/recorded_run.h"
-#include "haptic_server/step/haptic_step.h"
-#include "haptic_server/step/held_springs.h"
 #include "tests/eval/fuzz/edit_judge.h"
 #include "tests/eval/or_throw.h"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/collision/collision_points.h"
+#include "haptic_server/engine/collision/collision_points.h"
 #include "tests/eval/baselines/distance_field_shell.h"
 #include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/moeller_trumbore.h"
@@ -11,7 +11,7 @@
 #include "tests/eval/corrections_off.h"
 #include "tests/eval/moving_world.h"
 #include "tests/eval/random.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval::baselines_test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 
 namespace haptics::eval {
 

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "haptic_server/force/output_chain.h"
-#include "haptic_server/force/predictive_observer.h"
+#include "haptic_server/engine/force/output_chain.h"
+#include "haptic_server/engine/force/predictive_observer.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/stability/critical.h"
 #include "tests/eval/step_config.h"

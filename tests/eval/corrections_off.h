@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/engine/contact/contact_tick.h"
 #include "tests/eval/renderer.h"
 
 /// Ours with one correction switched off at a time, and with the search in float.

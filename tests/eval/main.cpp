@@ -378,15 +378,30 @@ void addFuzzReplay(Command& fuzz, Arguments& arguments) {
   setRun(verb, [&arguments] { arguments.good = runFuzzReplay(arguments.fuzzRecording, arguments.out); });
 }
 
+void addFuzzReplayLive(Command& fuzz, Arguments& arguments) {
+  Command verb =
+      addVerb(fuzz,
+              {"replay-live",
+               "Recordings of a servo under random edits: does each replay bit for bit, and from every state in it?",
+               "--scenes 2000 --out results",
+               "A world has 20 s of virtual time at a random rate, with one hand or two, devices that fail, ticks that "
+               "are missed,\n"
+               "and edits of every property. Ctrl-C ends it early: what was found is written."},
+              arguments.out, "fuzz replay-live");
+  addFuzzScenes(verb, arguments);
+  setRun(verb, [&arguments] { arguments.good = runFuzzReplayLive(arguments.fuzz, arguments.out); });
+}
+
 void addFuzz(Command& app, Arguments& arguments) {
   Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
   verb.needVerb();
   verb.footer(
       "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
       "  haptic_eval fuzz edits --scenes 5000 --out results\n"
+      "  haptic_eval fuzz replay-live --scenes 2000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(verb, arguments);
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzReplay}) add(verb, arguments);
 }
 
 void addWorst(Command& app, Arguments& arguments) {

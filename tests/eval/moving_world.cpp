@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "haptic_server/motion/solid.h"
-#include "haptic_server/motion/support_points.h"
-#include "haptic_server/step/two_hands.h"
+#include "haptic_server/engine/motion/solid.h"
+#include "haptic_server/engine/motion/support_points.h"
+#include "haptic_server/engine/step/two_hands.h"
 
 namespace haptics::eval {
 namespace {
@@ -95,7 +95,7 @@ MovingWorld::HandSamples MovingWorld::tick(Vec3 hip, Vec3 secondHip) {
 }
 
 int MovingWorld::indexOf(std::uint64_t id) const noexcept {
-  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state_.objects.count; ++i) {
     if (state_.objects[i].id == id) return static_cast<int>(i);
   }
   return -1;
@@ -107,7 +107,7 @@ const Pose& MovingWorld::poseOf(std::uint64_t id) const {
 
 const RigidState& MovingWorld::stateOf(std::uint64_t id) const {
   const auto body = static_cast<std::size_t>(indexOf(id));
-  return std::ranges::find(state_.moving, body, &MovingBody::body)->state;
+  return std::ranges::find(state_.moving.all(), body, &MovingBody::body)->state;
 }
 
 double MovingWorld::depthIn(std::size_t index, Vec3 point) const {
@@ -121,9 +121,9 @@ double MovingWorld::depthIn(std::size_t index, Vec3 point) const {
 }
 
 double MovingWorld::energyOf(std::uint64_t id) const {
-  for (std::size_t i = 0; i < state_.motion.count; ++i) {
+  for (std::size_t i = 0; i < state_.moving.count; ++i) {
     const MovingBody& moving = state_.moving[i];
-    if (state_.objects[moving.body].id == id) return haptics::energyOf(*moving.what, moving.state);
+    if (state_.objects[moving.body].id == id) return haptics::energyOf(state_.rigidBody(moving), moving.state);
   }
   return 0;
 }

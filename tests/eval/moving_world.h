@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
-#include "haptic_server/motion/rigid_body.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/motion/rigid_body.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/body_world.h"
 #include "tests/eval/renderer.h"
 

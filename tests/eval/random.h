@@ -17,6 +17,7 @@ class Random {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
   [[nodiscard]] int below(int count) { return static_cast<int>(engine_() % static_cast<std::uint64_t>(count)); }
+  [[nodiscard]] bool chance(double share) { return between(0, 1) < share; }
   [[nodiscard]] double sign() { return below(2) == 0 ? 1.0 : -1.0; }
   [[nodiscard]] Vec3 direction() {
     const double z = between(-1, 1);

@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 #include "tests/eval/random.h"
 #include "tests/eval/renderer.h"
 #include "tests/eval/winding.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
 

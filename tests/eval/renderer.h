@@ -11,7 +11,7 @@
 #include "common/scene/surface_properties.h"
 #include "common/surface/scalar_field.h"
 #include "haptic_server/device/presets.h"
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 
 namespace haptics::eval {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_server/engine/step/surface_stages.h"
 #include "haptic_server/scene/servo_scene_builder.h"
-#include "haptic_server/step/surface_stages.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
@@ -106,26 +106,26 @@ void RuntimeMethod::place(Vec3 hip) {
 
 Felt RuntimeMethod::tick(std::span<const Pose> poses, Vec3 hip) {
   adopt();
-  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state_.objects.count; ++i) {
     const auto id = std::ranges::find(ids_, state_.objects[i].id);
     const auto given = static_cast<std::size_t>(id - ids_.begin());
-    Body& body = state_.bodies[i];
+    const Body& body = state_.bodies[i];
     const bool moves = id != ids_.end() && !(poses[given] == poses_[given]);
     if (!moves && !body.moving) continue;
-    body.previous = lastTestedPose(state_, body);
-    if (moves) body.current = poses[given];
-    body.update();
+    const Pose previous = lastTestedPose(state_, body);
+    state_.place(i, previous, moves ? poses[given] : Pose(body.current));
   }
   poses_.assign(poses.begin(), poses.end());
   return step(hip);
 }
 
 Felt RuntimeMethod::step(Vec3 hip) {
-  const std::span<const Body> bodies(state_.bodies.data(), state_.adoption.bodyCount);
+  const std::span<const Body> bodies = state_.allBodies();
   if (contactOnly_) return feelContact(bodies, hip);
   // The step keeps what its contact cost to itself: asked of the same core, on a copy of its state.
   ContactState copy = state_.contact;
-  const ContactWork work = followContact(bodies, copy, hip).work;
+  ContactCache cache;
+  const ContactWork work = followContact(bodies, copy, hip, cache).work;
   const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
   // Shading turns the force; where the contact is it leaves as it is. A tissue that yields does not.
   const bool isOfContact = (shading_ && !tissue_) || sample.object == 0;
@@ -142,12 +142,12 @@ Felt RuntimeMethod::step(Vec3 hip) {
 /// Of the step no more than the contact and its force.
 Felt RuntimeMethod::feelContact(std::span<const Body> bodies, Vec3 hip) {
   if (!state_.features.detail) {
-    const ContactResult contact = followContact(bodies, state_.contact, hip);
+    const ContactResult contact = followContact(bodies, state_.contact, hip, state_.contactCache);
     return {contact.touching, contact.ihip, kSpring_N_per_m * (contact.ihip - hip), 0};
   }
   ForceResult felt;
   state_.estimate.hip = hip;
-  followContact(bodies, state_.contact, hip, felt.contact);
+  followContact(bodies, state_.contact, hip, felt.contact, state_.contactCache);
   SurfaceForceModel surfaceForces(*scene_, state_, config_, felt);
   surfaceForces.addShading();
   surfaceForces.addTexture();

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {

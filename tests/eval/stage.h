@@ -5,7 +5,7 @@
 
 #include "tests/eval/random.h"
 #include "tests/eval/renderer.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval::winding_test {
 namespace {

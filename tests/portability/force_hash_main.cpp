@@ -17,13 +17,13 @@
 #include "haptic_server/device/exploration_planner.h"
 #include "haptic_server/device/exploring_hand.h"
 #include "haptic_server/device/simulated_device.h"
+#include "haptic_server/engine/step/haptic_step.h"
+#include "haptic_server/engine/step/tool_step.h"
 #include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/servo_scene_builder.h"
 #include "haptic_server/servo/server_step_config.h"
 #include "haptic_server/servo/stiffness_limit.h"
-#include "haptic_server/step/haptic_step.h"
-#include "haptic_server/step/tool_step.h"
 #include "tests/portability/scripted_hand.h"
 
 namespace haptics::portability {

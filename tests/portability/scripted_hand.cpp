@@ -4,7 +4,7 @@
 
 #include "common/maths/elementary.h"
 #include "common/maths/rotation.h"
-#include "haptic_server/step/moving_bodies.h"
+#include "haptic_server/engine/step/moving_bodies.h"
 
 namespace haptics::portability {
 namespace {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/telemetry/device_reading.h"
-#include "haptic_server/step/haptic_state.h"
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/haptic_state.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics::portability {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 
 namespace haptics::bench {
 

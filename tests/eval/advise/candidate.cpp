@@ -4,7 +4,8 @@
 
 #include "common/mesh/decimation.h"
 #include "common/mesh/import.h"
-#include "haptic_server/contact/contact.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
 #include "haptic_server/simplification/fit.h"
 #include "tests/eval/advise/felt_forces.h"
 #include "tests/eval/advise/ply_file.h"
@@ -29,7 +30,7 @@ class SceneContact {
   void place(Vec3 hip) { haptics::resetContact(state_, hip); }
   /// The spring's force, N.
   Vec3 tick(Vec3 hip) {
-    const ContactResult contact = followContact(bodies_, state_, hip);
+    const ContactResult contact = followContact(bodies_, state_, hip, cache_);
     if (!contact.touching) return Vec3(0);
     return scene_[static_cast<std::size_t>(contact.body)].material.stiffness_N_per_m * (contact.ihip - hip);
   }
@@ -38,6 +39,7 @@ class SceneContact {
   const std::vector<LoadedObject>& scene_;
   std::vector<Body> bodies_;
   ContactState state_;
+  ContactCache cache_;
 };
 
 /// The stroke to and fro, as often as `ticks` takes.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/winding.h"
 
 namespace haptics::eval {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/advise/felt_forces.h"
 #include "tests/eval/timing.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 
 namespace haptics::eval {
 namespace {

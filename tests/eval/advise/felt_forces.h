@@ -1,7 +1,7 @@
 #pragma once
 
+#include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/simplification/force_difference.h"
-#include "haptic_server/step/servo_scene.h"
 #include "tests/eval/advise/strokes.h"
 
 namespace haptics::eval {

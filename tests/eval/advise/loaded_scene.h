@@ -8,7 +8,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/scene.h"
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics::eval {
 

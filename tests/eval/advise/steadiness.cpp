@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "haptic_server/device/simulated_device.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {

@@ -9,8 +9,8 @@
 #include "common/maths/perception.h"
 #include "common/maths/rotation.h"
 #include "haptic_server/device/device_rotation.h"
-#include "haptic_server/geometry/spaced_points.h"
-#include "haptic_server/tool/tool_contact.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
+#include "haptic_server/engine/tool/tool_contact.h"
 #include "tests/eval/advise/strokes.h"
 #include "tests/eval/random.h"
 #include "tests/eval/timing.h"
@@ -76,7 +76,7 @@ class ToolInScene {
   Tool tool_;
   std::vector<Body> bodies_;
   std::vector<std::vector<Vec3>> sharp_;
-  std::unique_ptr<ToolContact> contact_ = std::make_unique<ToolContact>();
+  std::unique_ptr<StandaloneTool> contact_ = std::make_unique<StandaloneTool>();
 };
 
 /// How far the tool reaches below its origin, turned as the scene has it.

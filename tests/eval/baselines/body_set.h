@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/maths/rotation.h"
-#include "haptic_server/contact/frame.h"
+#include "haptic_server/engine/contact/frame.h"
 
 namespace haptics::eval {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "haptic_server/geometry/collision_mesh.h"
-#include "haptic_server/tool/tool_contact.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
+#include "haptic_server/engine/tool/tool_contact.h"
 
 namespace haptics::eval {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/geometry/segment.h"
+#include "haptic_server/engine/geometry/segment.h"
 
 namespace haptics::eval {
 

@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "haptic_server/contact/body.h"
-#include "haptic_server/tool/tool_contact.h"
+#include "haptic_server/engine/contact/body.h"
+#include "haptic_server/engine/tool/tool_contact.h"
 
 namespace haptics::eval {
 

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "haptic_server/geometry/neighbours.h"
+#include "haptic_server/engine/geometry/neighbours.h"
 
 namespace haptics::eval {
 

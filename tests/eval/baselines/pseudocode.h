@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/geometry/triangle_record.h"
+#include "haptic_server/engine/geometry/triangle_record.h"
 #include "tests/eval/baselines/body_set.h"
 
 namespace haptics::eval {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_server/contact/frame.h"
-#include "haptic_server/motion/rigid_motion.h"
+#include "haptic_server/engine/contact/frame.h"
+#include "haptic_server/engine/motion/rigid_motion.h"
 #include "tests/eval/moving_world.h"
 
 namespace haptics::eval {
@@ -94,7 +94,7 @@ void SpringWorld::pushApart(const BodyPair& pair) {
   const double mass_kg = reducedMass_kg(first, second);
   const double damping = springDamping_Ns_per_m(mass_kg);
   const double friction = std::sqrt(first.points->friction * second.points->friction);
-  for (const BodyContact& contact : std::span(pair.contact).first(pair.count)) {
+  for (const BodyContact& contact : pair.contacts.all()) {
     Collider &on = contact.second != 0 ? second : first, &under = contact.second != 0 ? first : second;
     const Vec3 place = toWorld(on.pose, contact.place);
     const Vec3 normal = under.pose.rotation * contact.normal;

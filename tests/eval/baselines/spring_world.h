@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "haptic_server/collision/body_pairs.h"
+#include "haptic_server/engine/collision/body_pairs.h"
 #include "tests/eval/baselines/global_closest.h"
 #include "tests/eval/body_world.h"
 

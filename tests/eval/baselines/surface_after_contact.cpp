@@ -6,6 +6,7 @@ namespace haptics::eval {
 
 void SurfaceAfterContact::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies,
                                 std::span<const Pose> poses, Vec3 hip) {
+  cache_ = {};
   rest_ = now_ = bodies.front();
   vertices_.clear();
   for (std::uint32_t t = 0; t < rest_->triangleCount(); ++t) {
@@ -24,7 +25,7 @@ void SurfaceAfterContact::begin(std::span<const std::shared_ptr<const CollisionM
 }
 
 Felt SurfaceAfterContact::tick(std::span<const Pose> /*poses*/, Vec3 hip) {
-  const ContactResult contact = followContact(bodies_, state_, hip);
+  const ContactResult contact = followContact(bodies_, state_, hip, cache_);
   moveSurface(contact, hip);
   return {contact.touching, contact.ihip, spring_N_per_m() * (contact.ihip - hip), contact.work.triangles};
 }
@@ -45,6 +46,7 @@ void SurfaceAfterContact::moveSurface(const ContactResult& contact, Vec3 hip) {
   std::ranges::transform(vertices_, now.begin(), [&](Vec3f v) {
     return tissue_ ? dented(v, {&dent_, 1}, tissue_->falloff) : v;
   });
+  cache_ = {};
   now_ = refitCollisionMesh(*rest_, now);
   bodies_[0].surface = now_.get();
   bodies_[0].update();

@@ -3,7 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "haptic_server/contact/contact.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {
@@ -27,6 +28,7 @@ class SurfaceAfterContact final : public Renderer {
   std::vector<Vec3f> vertices_;  // at rest
   std::vector<Body> bodies_;
   ContactState state_;
+  ContactCache cache_;
   Dent dent_;
 };
 

@@ -6,6 +6,7 @@ void SurfaceAsPrinted::begin(std::span<const std::shared_ptr<const CollisionMesh
                              Vec3 hip) {
   surfaces_.assign(bodies.begin(), bodies.end());
   bodies_.clear();
+  cache_ = {};
   normals_.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     Body& body = bodies_.emplace_back();
@@ -25,7 +26,7 @@ void SurfaceAsPrinted::place(Vec3 hip) {
 }
 
 Felt SurfaceAsPrinted::tick(std::span<const Pose> /*poses*/, Vec3 hip) {
-  const ContactResult contact = followContact(bodies_, contact_, hip);
+  const ContactResult contact = followContact(bodies_, contact_, hip, cache_);
   if (!contact.touching) {
     friction_ = FrictionState::kNone;
     return {false, hip, Vec3(0), contact.work.triangles};

@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "common/telemetry/telemetry_sample.h"
-#include "haptic_server/contact/contact.h"
-#include "haptic_server/surface/shading_normals.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
+#include "haptic_server/engine/surface/shading_normals.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {
@@ -34,6 +35,7 @@ class SurfaceAsPrinted : public Renderer {
   std::vector<ShadingNormals> normals_;  // of each surface, where there is shading
   std::vector<Body> bodies_;
   ContactState contact_;
+  ContactCache cache_;
   FrictionState friction_ = FrictionState::kNone;
   Vec3 stickingPoint_{0};  // world
 };

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "common/maths/perception.h"
-#include "haptic_server/surface/surface_detail.h"
+#include "haptic_server/engine/surface/surface_detail.h"
 #include "tests/eval/spectrum.h"
 
 namespace haptics::eval {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/combinations/pair.h"
 #include "tests/eval/combinations/waves.h"
 

@@ -5,8 +5,8 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/deformation_properties.h"
-#include "haptic_server/geometry/collision_mesh.h"
-#include "haptic_server/motion/rigid_body.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
+#include "haptic_server/engine/motion/rigid_body.h"
 #include "tests/eval/combinations/bench.h"
 
 namespace haptics::eval {

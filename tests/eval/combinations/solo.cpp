@@ -116,7 +116,7 @@ class Solo {
       if (below_m > most_m) most_m = below_m, deepest = point;
     }
     const HapticState& state = bench.state();
-    if (state.denting.count != 1 || !state.dents[0].stays || !begun) {
+    if (state.dents.count != 1 || !state.dents[0].stays || !begun) {
       result.worst(Measure::kBadTicks, 1);
       return;
     }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "haptic_server/geometry/enclosure.h"
+#include "haptic_server/engine/geometry/enclosure.h"
 #include "tests/eval/stage.h"
 
 namespace haptics::eval {

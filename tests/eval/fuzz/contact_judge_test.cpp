@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tests/eval/fuzz/contact_tally.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval::contact_judge_test {
 namespace {

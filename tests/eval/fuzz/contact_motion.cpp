@@ -22,7 +22,7 @@ const ContactResult& ContactDrive::tick(const ContactFrame& frame) {
   }
   result_ = {};
   const auto begin = std::chrono::steady_clock::now();
-  followContact(bodies_, state_, frame.hip, result_);
+  followContact(bodies_, state_, frame.hip, result_, cache_);
   duration_ns_ = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count();
   if (!result_.touching) result_.ihip = frame.hip;
   return result_;

@@ -3,7 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "haptic_server/contact/contact.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
 #include "tests/eval/fuzz/fuzz_mesh.h"
 
 namespace haptics::eval {
@@ -35,6 +36,7 @@ class ContactDrive {
   std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Body> bodies_;
   ContactState state_;
+  ContactCache cache_;
   ContactResult result_;
   double duration_ns_ = 0;
 };

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "haptic_server/contact/contact.h"
+#include "haptic_server/engine/contact/contact.h"
 #include "tests/eval/fuzz/contact_judge.h"
 #include "tests/eval/fuzz/duration_histogram.h"
 #include "tests/eval/report.h"

@@ -3,7 +3,7 @@
 #include <map>
 #include <memory>
 
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/fuzz/edit_run.h"
 
 namespace haptics::eval {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "haptic_server/step/held_springs.h"
+#include "haptic_server/engine/step/held_springs.h"
 
 namespace haptics::eval {
 namespace {
@@ -28,7 +28,7 @@ constexpr double kFlutter_s = 0.02;
 double movedAt_m(const HapticState& state, Vec3 hip, std::uint64_t touched, std::uint64_t before) {
   constexpr double kBeside_m = 0.01;
   double farthest_m = 0;
-  for (std::size_t i = 0; i < state.motion.count; ++i) {
+  for (std::size_t i = 0; i < state.moving.count; ++i) {
     const std::size_t b = state.moving[i].body;
     const Body& body = state.bodies[b];
     const std::uint64_t id = state.objects[b].id;
@@ -166,7 +166,7 @@ double EditJudge::depth_m(const EditDrive& drive) {
   const TelemetrySample& sample = drive.sample();
   const Vec3 ihip = sample.object == 0 ? state.contact.hip : state.contact.ihip;
   double deepest_m = 0;
-  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.objects.count; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
     if (object == nullptr || object->pendingRemoval || !run_.meshes[object->mesh].mesh.closed()) continue;
     const Pose& pose = state.bodies[i].current;

@@ -23,6 +23,12 @@ struct FuzzOptions {
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzEdits(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// Servo loop, builder and flight recorder while random edits come (LiveWorld), 20 s of virtual time each: does the recording
+/// replay bit for bit, from its start and from each state in it to the next? Writes DIR/fuzz.json, and the recording of what
+/// does not as DIR/replay-live-<seed>.haptics.
+/// @return Whether all do.
+[[nodiscard]] bool runFuzzReplayLive(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
 /// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
 [[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);

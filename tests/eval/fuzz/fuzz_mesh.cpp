@@ -5,7 +5,7 @@
 #include <map>
 #include <numbers>
 
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 #include "tests/eval/random.h"
 
 namespace haptics::eval {

@@ -2,7 +2,7 @@
 
 #include "tests/eval/fuzz/contact_finding.h"
 #include "tests/eval/fuzz/edit_finding.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval::reduction_test {
 namespace {

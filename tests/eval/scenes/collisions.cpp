@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/collision/collision_points.h"
+#include "haptic_server/engine/collision/collision_points.h"
 #include "tests/eval/baselines/spring_world.h"
 #include "tests/eval/body_world.h"
 #include "tests/eval/moving_world.h"

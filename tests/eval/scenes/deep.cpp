@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/engine/contact/neighborhood_watch.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
 

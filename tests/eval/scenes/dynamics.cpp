@@ -36,7 +36,7 @@ struct Seen {
 /// in there and is held there, also where it has come nearer to a side.
 void watch(MovingWorld& world, std::uint64_t id, Vec3 hip, int most, std::optional<double> judgedBelow_m, Seen& seen) {
   for (int i = 0; i < most; ++i) {
-    const Vec3 before = world.state().adoption.bodyCount > 0 ? world.poseOf(id).position : Vec3(0);
+    const Vec3 before = world.state().objects.count > 0 ? world.poseOf(id).position : Vec3(0);
     const TelemetrySample sample = world.tick(hip);
     const int index = world.indexOf(id);
     if (index < 0) continue;

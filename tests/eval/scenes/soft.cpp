@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "haptic_server/geometry/closest_point.h"
+#include "haptic_server/engine/geometry/closest_point.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
 

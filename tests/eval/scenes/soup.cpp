@@ -186,18 +186,18 @@ void look(const MovingWorld& world, const TelemetrySample& sample, Vec3 hip, boo
   const HapticState& state = world.state();
   counts.touching += sample.object != 0 ? 1 : 0;
   counts.notFinite += isFinite(sample.force.contact) && isFinite(sample.ihip) ? 0 : 1;
-  for (std::size_t i = 0; i < state.motion.count; ++i) {
+  for (std::size_t i = 0; i < state.moving.count; ++i) {
     counts.notFinite += isFinite(state.bodies[state.moving[i].body].current) ? 0 : 1;
     counts.stopped += isStopped(state.moving[i].state.condition) ? 1 : 0;
   }
   if (sample.object != 0) {
-    for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
+    for (std::size_t i = 0; i < state.objects.count; ++i) {
       if (hasDent(state, i)) continue;  // the IHIP is on it
       counts.ihipInside += world.depthIn(i, sample.ihip) > kInside_m && !state.bodies[i].pendingRemoval ? 1 : 0;
     }
     return;
   }
-  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.objects.count; ++i) {
     if (state.bodies[i].pendingRemoval || world.depthIn(i, hip) <= kInside_m || hasDent(state, i)) continue;
     ++counts.undetected;
     counts.falseExits += touched ? 1 : 0;

@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/contact/contact.h"
-#include "haptic_server/geometry/spaced_points.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
 #include "tests/eval/baselines/penalty_shell.h"
 #include "tests/eval/scenes/scenes.h"
 
@@ -80,7 +81,7 @@ class ToolScene {
   std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<std::vector<Vec3>> sharp_;
   std::vector<Body> bodies_;
-  std::unique_ptr<ToolContact> contact_ = std::make_unique<ToolContact>();
+  std::unique_ptr<StandaloneTool> contact_ = std::make_unique<StandaloneTool>();
   ToolResult result_;
   double deepest_m_ = 0;  // of a point in a body, in any tick
   int notFinite_ = 0;
@@ -208,12 +209,13 @@ SceneResult dragAlongComb(Renderer& /*ours*/, Random& random) {
   };
   scene.begin(device(0));
   ContactState point;
+  ContactCache cache;
   resetContact(point, device(0).position);
   double lowest_m = 1, pointLowest_m = 1, corner_m = 0;
   for (int i = 1; i <= kTicks; ++i) {
     const ToolResult& felt = scene.tick(device(i));
     const Vec3 tip = device(i).position - Vec3(0, 0, kHalf_m);
-    pointLowest_m = std::min(pointLowest_m, followContact(scene.bodies(), point, tip).ihip.z);
+    pointLowest_m = std::min(pointLowest_m, followContact(scene.bodies(), point, tip, cache).ihip.z);
     if (i > 220) lowest_m = std::min(lowest_m, felt.proxy.position.z - kHalf_m);
     for (const Body& body : scene.bodies()) {  // a tooth's corners in the bar, which has no points there
       for (const double x : {-kTooth_m / 2, kTooth_m / 2}) {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/collision/collision_points.h"
-#include "haptic_server/surface/surface_detail.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/surface/surface_detail.h"
 #include "tests/eval/moving_world.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"

@@ -6,7 +6,7 @@
 #include "common/maths/rotation.h"
 #include "common/mesh/generators.h"
 #include "haptic_server/device/simulated_device.h"
-#include "haptic_server/geometry/spaced_points.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
 #include "haptic_server/servo/server_step_config.h"
 #include "tests/eval/or_throw.h"
 

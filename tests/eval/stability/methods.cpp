@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_server/force/output_chain.h"
-#include "haptic_server/force/spring_damper.h"
-#include "haptic_server/force/velocity_estimator.h"
+#include "haptic_server/engine/force/output_chain.h"
+#include "haptic_server/engine/force/spring_damper.h"
+#include "haptic_server/engine/force/velocity_estimator.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "haptic_server/motion/rigid_motion.h"
+#include "haptic_server/engine/motion/rigid_motion.h"
 #include "tests/eval/stability/linear_loop.h"
 
 namespace haptics::eval {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "haptic_server/motion/rigid_body.h"
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/motion/rigid_body.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stability/limits.h"
 

@@ -1,6 +1,6 @@
 #include "tests/eval/stability/tables.h"
 
-#include "haptic_server/force/predictive_observer.h"
+#include "haptic_server/engine/force/predictive_observer.h"
 #include "tests/eval/or_throw.h"
 
 namespace haptics::eval {

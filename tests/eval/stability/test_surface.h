@@ -3,8 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/contact/contact.h"
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/contact/contact.h"
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics::eval {
 
@@ -35,12 +36,13 @@ class GroundContact {
  public:
   explicit GroundContact(const TestSurface& ground);
   void place(Vec3 hip) noexcept { haptics::resetContact(state_, hip); }
-  [[nodiscard]] ContactResult follow(Vec3 hip) noexcept { return followContact(bodies_, state_, hip); }
+  [[nodiscard]] ContactResult follow(Vec3 hip) noexcept { return followContact(bodies_, state_, hip, cache_); }
 
  private:
   std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Body> bodies_;
   ContactState state_;
+  ContactCache cache_;
 };
 
 /// As the server's scenes hold it.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "haptic_server/engine/contact/fast_path/contact_cache.h"
 #include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/table1/flat_out_server.h"
@@ -37,11 +38,12 @@ double bareRate_kHz(const CollisionMesh& surface, const std::vector<Vec3>& place
   body.surface = &surface;
   body.update();
   ContactState state;
+  ContactCache cache;
   resetContact(state, places.front());
   const double begin_s = threadTime_s();
   double ticks = 0;
   while (threadTime_s() - begin_s < seconds) {
-    for (const Vec3 hip : places) (void)followContact({&body, 1}, state, hip);
+    for (const Vec3 hip : places) (void)followContact({&body, 1}, state, hip, cache);
     ticks += static_cast<double>(places.size());
   }
   return ticks / (threadTime_s() - begin_s) * 1e-3;
@@ -122,7 +124,8 @@ class Table1 {
     const double processorBefore_s = server_.processorTime_s();
     const auto ticksBefore = static_cast<double>(statistics.ticks);
     const auto contactBefore = static_cast<double>(server_.handStatistics().contactTicks);
-    constexpr double kOwnPart = 0.25;  // of the time: on a busy machine the servo's thread may have none of a short block
+    constexpr double kOwnPart =
+        0.25;  // of the time: on a busy machine the servo's thread may have none of a short block
     do {
       interruption_.sleep(seconds);
     } while (!interruption_.came() && server_.processorTime_s() - processorBefore_s < kOwnPart * seconds);

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "common/mesh/tri_mesh.h"
-#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/textures/texture_cases.h"
 
 namespace haptics::eval {

@@ -7,7 +7,7 @@
 
 #include "tests/eval/random.h"
 #include "tests/eval/walk/cracked_block.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval::reference_proxy_test {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "common/maths/rotation.h"
 #include "common/mesh/generators.h"
-#include "haptic_server/geometry/spaced_points.h"
-#include "haptic_server/step/haptic_step.h"
-#include "haptic_server/step/tool_step.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
+#include "haptic_server/engine/step/haptic_step.h"
+#include "haptic_server/engine/step/tool_step.h"
 #include "tests/eval/methods.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stage.h"
@@ -88,13 +88,13 @@ class ToolWalk {
   }
 
   void tick() {
-    before_->copyInUse(state_->tool.contact);
+    before_->copyInUse(state_->tool.memory, state_->toolScratch);
     const Pose deviceBefore = device_;
     const Vec3 torqueBefore = writtenTorque_Nm(*state_);
     const double stretchBefore = stretch();
-    device_ = walker_.next(state_->tool.contact.proxy());
+    device_ = walker_.next(state_->tool.memory.proxy);
     const ForceResult result = step();
-    const ToolResult& felt = state_->tool.felt;
+    const ToolResult& felt = state_->toolFelt;
     ++counts_.ticks;
     counts_.touching += felt.touching > 0 ? 1 : 0;
     counts_.waiting += felt.waits ? 1 : 0;
@@ -125,7 +125,7 @@ class ToolWalk {
     return std::sqrt(kCoupling.stiffness_N_per_m * squaredLength(a.position - b.position) +
                      kCoupling.torsion_Nm_per_rad * squaredLength(turn));
   }
-  [[nodiscard]] double stretch() const { return distance(state_->tool.contact.proxy(), device_); }
+  [[nodiscard]] double stretch() const { return distance(state_->tool.memory.proxy, device_); }
 
   ForceResult step() {
     const StepInput input{tick_++, 0, {device_.position, DeviceState::kReady, {}, device_.rotation}};
@@ -156,7 +156,7 @@ class ToolWalk {
     counts_.largestStep_Nm = std::max(counts_.largestStep_Nm, change_Nm);
     if (change_Nm <= own_Nm + kStep_Nm) return;
     ++counts_.steps;
-    const std::span<const Body> bodies(state_->bodies.data(), state_->adoption.bodyCount);
+    const std::span<const Body> bodies(state_->bodies.data(), state_->objects.count);
     double finer_Nm = 0;
     for (int i = 1; i <= kParts; ++i) {
       const Pose device = interpolate(deviceBefore, device_, static_cast<double>(i) / kParts);
@@ -167,7 +167,7 @@ class ToolWalk {
   }
 
   void judgeSides() {
-    const Pose& proxy = state_->tool.contact.proxy();
+    const Pose& proxy = state_->tool.memory.proxy;
     for (const Vec3& point : tool_->shell.points)
       counts_.inside += scene_.soup.isInside(toWorld(proxy, point), kInside_m) ? 1 : 0;
     counts_.judged += static_cast<std::int64_t>(points());
@@ -187,7 +187,7 @@ class ToolWalk {
   std::vector<Vec3> sharp_;  // of all bodies, world
   ServoScene servoScene_;
   std::unique_ptr<HapticState> state_ = std::make_unique<HapticState>(config_);
-  std::unique_ptr<ToolContact> before_ = std::make_unique<ToolContact>();
+  std::unique_ptr<StandaloneTool> before_ = std::make_unique<StandaloneTool>();
   std::uint64_t tick_ = 0;
   Statistics tick_us_;  // of the thread
   Counts counts_;

@@ -10,7 +10,7 @@
 #include "common/importer/importer.h"
 #include "common/mesh/mesh_asset.h"
 #include "tests/eval/or_throw.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 #include "tests/eval/random.h"
 #include "tests/eval/walk/triangle_soup.h"
 

@@ -12,7 +12,7 @@
 #include "tests/eval/moving_world.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/random.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 
 namespace haptics::eval {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "tests/eval/worst/import_families.h"
-#include "tests/haptic_server/geometry/shapes.h"
+#include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "haptic_server/engine/step/haptic_step.h"
 #include "haptic_server/servo/cache_warmer.h"
-#include "haptic_server/step/haptic_step.h"
 #include "tests/eval/renderer.h"
 #include "tests/eval/worst/families.h"
 

@@ -4,8 +4,8 @@
 
 #include "common/wire/convert.h"
 #include "graphics_client/mirror/client_limits.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/scene/scene_limits.h"
-#include "haptic_server/step/servo_scene.h"
 #include "tests/graphics_client/mirror/session_join_fixture.h"
 
 // Servers that send more than a client holds.

@@ -10,8 +10,8 @@
 #include "graphics_client/surface/displayed_surface.h"
 #include "graphics_client/viewer/dented_points.h"
 #include "graphics_client/viewer/poly_data.h"
-#include "haptic_server/surface/nearest_point.h"
-#include "tests/haptic_server/step/surface_world.h"
+#include "haptic_server/engine/surface/nearest_point.h"
+#include "tests/haptic_server/engine/step/surface_world.h"
 
 // What is drawn of a textured body that gives is where the servo feels it.
 namespace haptics::drawn_as_felt_test {

@@ -5,7 +5,7 @@
 
 #include "common/mesh/generators.h"
 #include "graphics_client/surface/mesh_normals.h"
-#include "haptic_server/surface/shading_normals.h"
+#include "haptic_server/engine/surface/shading_normals.h"
 
 namespace haptics::felt_normals_test {
 namespace {

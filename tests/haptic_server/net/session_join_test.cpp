@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "tests/haptic_server/net/session_world.h"
 
 namespace haptics::session_join_test {

@@ -11,12 +11,12 @@
 
 #include "common/maths/rotation.h"
 #include "common/wire/convert.h"
+#include "haptic_server/engine/step/tool_step.h"
+#include "haptic_server/engine/step/two_hands.h"
 #include "haptic_server/recording/flight_recorder.h"
 #include "haptic_server/recording/state_image.h"
 #include "haptic_server/scene/scene_service.h"
 #include "haptic_server/servo/scene_mailbox.h"
-#include "haptic_server/step/tool_step.h"
-#include "haptic_server/step/two_hands.h"
 #include "tests/common/temporary_folder.h"
 
 namespace haptics::test {

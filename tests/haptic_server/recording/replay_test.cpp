@@ -97,7 +97,7 @@ TEST(Replay, MakesTheForcesOfBodiesThatMoveAgain) {
   ASSERT_TRUE(outcome) << outcome.error().text();
   EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
   EXPECT_EQ(outcome->differing, 0U);
-  EXPECT_GT(servo.state().motion.count, 0U);
+  EXPECT_GT(servo.state().moving.count, 0U);
   EXPECT_NE(servo.state().bodies[servo.state().moving[0].body].current,
             servo.scene().objects[servo.state().moving[0].body].pose)
       << "the block must have been pushed";
@@ -109,7 +109,7 @@ TEST(Replay, MakesTheForcesOfBodiesThatMeetAgain) {
   const auto outcome = replay(servo.recording());
   ASSERT_TRUE(outcome) << outcome.error().text();
   EXPECT_EQ(outcome->differing, 0U);
-  EXPECT_GT(servo.state().pairs.end, 0U);
+  EXPECT_GT(servo.state().pairs.places.count, 0U);
   EXPECT_GT(outcome->contactTicks, 1000U);
 }
 

@@ -23,7 +23,7 @@ int goesOnBitForBit(const std::string& scene) {
     EXPECT_TRUE(state) << state.error().text();
     if (!state) return dented;
     HapticState original = servo.state();
-    dented += original.denting.count > 0 ? 1 : 0;
+    dented += original.dents.count > 0 ? 1 : 0;
     for (int i = 0; i < 50; ++i) {
       const StepInput input{
           1, 0, {Vec3(0.001 * i - 0.05, 0, -0.001), DeviceState::kReady, {}, rotationBy({0, 0.004 * i, 0})}};
@@ -63,7 +63,7 @@ TEST(StateImage, GoesOnBitForBitFromEveryTickWhileBodiesMeet) {
   RecordedServo servo(kScene + kBricks);
   servo.computeTwice();
   servo.run(4'000);
-  EXPECT_GT(servo.state().pairs.end, 0U);
+  EXPECT_GT(servo.state().pairs.places.count, 0U);
 }
 
 TEST(StateImage, IsRefusedOnAnotherScene) {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "common/mesh/mesh_asset.h"
-#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::sequencer_test {

@@ -5,7 +5,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/servo/cache_warmer.h"
-#include "tests/haptic_server/step/virtual_servo.h"
+#include "tests/haptic_server/engine/step/virtual_servo.h"
 
 namespace haptics::cache_warmer_tests {
 namespace {
@@ -93,7 +93,7 @@ TEST(CacheWarmer, ChangesNoBitOfATickOverPolygonsThatItWorkedOut) {
     const std::uint32_t held = both.with.contact.holding[0].triangle;
     const CollisionMesh& surface = *scene->objects[0].surface;
     const bool known = both.cacheWarmer->cache().find(surface, held) != nullptr;
-    ontoKnown += known && !both.with.contact.polygon.is(surface, held) ? 1 : 0;
+    ontoKnown += known && !both.with.contactCache.polygon.is(surface, held) ? 1 : 0;
   }
   EXPECT_GT(ontoKnown, 1500);
 }

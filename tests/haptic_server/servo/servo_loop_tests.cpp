@@ -7,7 +7,7 @@
 #include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/servo/servo_loop.h"
-#include "tests/haptic_server/step/virtual_servo.h"
+#include "tests/haptic_server/engine/step/virtual_servo.h"
 
 namespace haptics::servo_loop_tests {
 namespace {

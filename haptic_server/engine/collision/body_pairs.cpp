@@ -1,0 +1,417 @@
+#include "haptic_server/engine/collision/body_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "haptic_server/engine/contact/frame.h"
+
+namespace haptics {
+namespace {
+
+/// Points are looked for anew once a body has moved so far against the other, of the smaller one's radius. Smaller looks
+/// more often; larger lets round bodies roll on points that are no longer the lowest.
+constexpr double kStaleAfter = 0.01;
+/// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
+constexpr double kTicksOfRange = 4;
+/// Units (Allowance) of beginning a search that ranks nothing.
+constexpr std::int64_t kQuery = 64;
+/// What the four points of a leaf may take in the worst case.
+constexpr std::int64_t kOneNode = 60'000;
+/// Normals are much the same where their cosine is larger.
+constexpr double kSameSide = 0.9;
+/// A point within the others' area is taken, too, where it is deeper by so much, m.
+constexpr double kDeeper_m = 1e-6;
+
+/// A body and what the search needs of it.
+struct Moving {
+  Vec3 centre;  // of the sphere, world
+  double radius_m;
+  Vec3 velocity;    // of the centre of mass
+  double spin_m_s;  // of the farthest point about it
+
+  explicit Moving(const Collider& body) noexcept
+      : centre(toWorld(body.pose, body.surface->centre())),
+        radius_m(body.surface->radius_m()),
+        velocity(0),
+        spin_m_s(0) {
+    if (!isAwake(body)) return;
+    const RigidVelocity v = velocityOf(*body.what, *body.state);
+    velocity = v.linear;
+    const Vec3 massCentre = toWorld(body.pose, body.what->mass.centre);
+    spin_m_s = glm::length(v.angular) * (radius_m + glm::distance(centre, massCentre));
+  }
+  Moving() = default;
+};
+
+/// How far two bodies get against each other in a tick, at most; m.
+[[nodiscard]] double reachOf(const Moving& a, const Moving& b, double period_s) noexcept {
+  return period_s * (glm::distance(a.velocity, b.velocity) + a.spin_m_s + b.spin_m_s);
+}
+
+/// The places of pairs by their bodies.
+class PlaceTable {
+ public:
+  explicit PlaceTable(const BodyPairs& pairs) noexcept {
+    for (std::size_t i = 0; i < pairs.places.count; ++i) {
+      const BodyPair& pair = pairs.places[i];
+      if (pair.used != 0) slot(pair.first, pair.second) = static_cast<std::uint8_t>(i + 1);
+    }
+  }
+  /// 0: it has none; else one more than it.
+  [[nodiscard]] std::uint8_t& slot(std::size_t first, std::size_t second) noexcept {
+    std::size_t at = (first * 31 + second) % kSize;
+    while (place_[at] != 0 && key_[at] != keyOf(first, second)) at = at + 1 == kSize ? 0 : at + 1;
+    key_[at] = keyOf(first, second);
+    return place_[at];
+  }
+
+ private:
+  static constexpr std::size_t kSize = 509;  // prime, and more than twice kMaxPairs
+  std::array<std::uint8_t, kSize> place_{};
+  std::array<std::uint32_t, kSize> key_;
+
+  [[nodiscard]] static std::uint32_t keyOf(std::size_t first, std::size_t second) noexcept {
+    return static_cast<std::uint32_t>(first << 16U | second);
+  }
+};
+static_assert(kMaxPairs < 255);
+
+[[nodiscard]] Pose relativePose(const Pose& first, const Pose& second) noexcept {
+  const Quat back = glm::conjugate(second.rotation);
+  return {glm::normalize(back * first.rotation), back * (first.position - second.position)};
+}
+
+[[nodiscard]] Pose inverse(const Pose& pose) noexcept {
+  const Quat back = glm::conjugate(pose.rotation);
+  return {back, back * -pose.position};
+}
+
+/// How far any place within `extent_m` of the first body's origin has moved against the second.
+[[nodiscard]] double movedBy(const Pose& was, const Pose& is, double extent_m) noexcept {
+  const Quat turn = is.rotation * glm::conjugate(was.rotation);
+  return glm::distance(was.position, is.position) + 2 * extent_m * glm::length(Vec3(turn.x, turn.y, turn.z));
+}
+
+/// Finds the points of two bodies that are near each other's surfaces, in as many ticks as it takes.
+class NearPoints {
+ public:
+  /// @param mayExceed  The first node is searched whatever it takes up to kOneNode: each tick gets on.
+  NearPoints(PairSearch& search, bool mayExceed) noexcept : search_(search), mayExceed_(mayExceed) {}
+
+  /// @param pose  Of the points' body in the surface's frame.
+  /// @return False: the allowance is spent on the way.
+  [[nodiscard]] bool find(const CollisionPoints& points, const CollisionMesh& surface, const Pose& pose, bool ofSecond,
+                          Allowance& allowance) noexcept {
+    const Frame frame(pose);
+    const Vec3 middle = surface.centre();
+    std::uint32_t hint = kNoTriangle;  // one that was near
+    std::uint64_t& n = search_.node;
+    while (n < points.nodes.size()) {
+      const CollisionPoints::Node& node = points.nodes[n];
+      const std::uint64_t found = search_.near.count;
+      const Vec3 centre = frame.toWorld(node.centre);
+      const double reach = node.radius_m + std::max(search_.clear_m, search_.depth_m);
+      const double bound = surface.radius_m() + reach;
+      Allowance left = mayExceed_ ? Allowance(std::max(allowance.left(), kOneNode)) : allowance;
+      const std::int64_t before = left.left();
+      left.spend(Allowance::kSphere);
+      const bool near = squaredLength(centre - middle) <= bound * bound && isNear(surface, centre, reach, hint, left);
+      const bool isLeaf = node.next == n + 1;
+      for (std::uint32_t p = node.begin; near && isLeaf && p < node.end; ++p)
+        add(points, p, surface, frame, pose, ofSecond, hint, left);
+      allowance.spend(before - left.left());
+      if (left.isSpent()) {
+        search_.near.count = found;
+        if (!mayExceed_) return false;
+        search_.clear_m = search_.range_m;  // what it holds is left out, or nothing would ever go on
+      }
+      mayExceed_ = false;
+      n = near ? n + 1 : node.next;
+    }
+    n = 0;
+    return true;
+  }
+
+  /// Of points whose normals are much the same those that span the largest area, and the deepest one. Where bodies are deep in
+  /// each other, only the shortest way out counts.
+  void choose(BodyPair& pair) noexcept {
+    struct Side {
+      std::span<const NearPoint> near;
+      Vec3 normal;
+      double depth_m;
+    };
+    std::array<Side, kPointsOfPair> sides;
+    std::size_t count = 0;
+    double shortest = std::numeric_limits<double>::infinity();
+    for (auto left = search_.near.all(); !left.empty() && count < sides.size();) {
+      const NearPoint deepest = *std::ranges::min_element(left, {}, &NearPoint::gap_m);
+      const auto rest = std::partition(
+          left.begin(), left.end(), [&](const NearPoint& n) { return glm::dot(n.normal, deepest.normal) > kSameSide; });
+      const auto own = static_cast<std::size_t>(rest - left.begin());
+      sides[count++] = {left.first(own), deepest.normal, -deepest.gap_m};
+      if (deepest.gap_m < 0) shortest = std::min(shortest, -deepest.gap_m);
+      left = left.subspan(own);
+    }
+    const BodyPair before = pair;
+    pair.contacts.count = 0;
+    pair.depth_m = 0;
+    for (const Side& side : std::span(sides).first(count)) {
+      if (side.depth_m > shortest + search_.range_m) continue;
+      pair.depth_m = std::max(pair.depth_m, side.depth_m);
+      chooseOf(side.near, side.normal, before, pair);
+    }
+  }
+
+ private:
+  PairSearch& search_;
+  bool mayExceed_;
+
+  static void chooseOf(std::span<const NearPoint> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
+    Vec3 mean(0);
+    for (const NearPoint& n : near) mean += n.at / static_cast<double>(near.size());
+    const auto farthestFrom = [&](Vec3 place) {
+      return std::ranges::max_element(near, {}, [&](const NearPoint& n) { return squaredLength(n.at - place); });
+    };
+    const auto a = farthestFrom(mean), b = farthestFrom(a->at);
+    const Vec3 across = glm::cross(normal, b->at - a->at);
+    const auto aside = [&](const NearPoint& n) { return glm::dot(across, n.at - a->at); };
+    const auto [right, left] = std::ranges::minmax_element(near, {}, aside);
+    const auto deepest = std::ranges::min_element(near, {}, &NearPoint::gap_m);
+    const double least = 1e-6 * squaredLength(across);  // beside the line by more than rounding
+    double gap = a->gap_m;
+    const auto add = [&](auto which) {
+      gap = std::min(gap, which->gap_m);
+      take(which->contact, before, pair);
+    };
+    add(a);
+    if (b != a) add(b);
+    if (aside(*left) > least) add(left);
+    if (aside(*right) < -least) add(right);
+    if (deepest->gap_m < gap - kDeeper_m) add(deepest);
+  }
+
+  void add(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface, const Frame& frame,
+           const Pose& pose, bool ofSecond, std::uint32_t& hint, Allowance& allowance) noexcept {
+    const Vec3 at = frame.toWorld(points.points[point].place), out = frame.rotate(points.points[point].normal);
+    if (search_.clear_m > search_.range_m) lowerClearance(surface, at, hint, allowance);
+    if (search_.clear_m > search_.range_m) return;
+    const double farthest = std::max(search_.range_m, search_.depth_m);
+    const ClosestPoint foot = footWithin(surface, at, out, farthest, hint, allowance);
+    if (foot.triangle == kNoTriangle || search_.near.count == search_.near.capacity()) return;
+    NearPoint& near = search_.near[search_.near.count];
+    if (nearAt(points, point, surface, at, out, foot, pose, ofSecond, near) && near.gap_m <= search_.range_m)
+      ++search_.near.count;
+  }
+
+  /// To the place's distance from the surface where that is less, and not below range_m.
+  void lowerClearance(const CollisionMesh& surface, Vec3 at, std::uint32_t& hint, Allowance& allowance) noexcept {
+    double squared = search_.clear_m * search_.clear_m;
+    allowance.spend(kQuery);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end; ++t) {
+            const double here = closestOn(surface.triangle(t), t, at).squaredDistance;
+            if (here >= squared) continue;
+            squared = here;
+            hint = t;
+          }
+          return squared;
+        },
+        squared);
+    search_.clear_m = std::max(std::sqrt(squared), search_.range_m);
+  }
+
+  [[nodiscard]] static bool isNear(const CollisionMesh& surface, Vec3 at, double range_m, std::uint32_t& hint,
+                                   Allowance& allowance) noexcept {
+    const double squared = range_m * range_m;
+    allowance.spend(Allowance::kNearTriangle);
+    if (hint != kNoTriangle && closestOn(surface.triangle(hint), hint, at).squaredDistance <= squared) return true;
+    bool near = false;
+    allowance.spend(kQuery);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end && !near; ++t) {
+            near = closestOn(surface.triangle(t), t, at).squaredDistance <= squared;
+            if (near) hint = t;
+          }
+          return near ? -1 : squared;
+        },
+        squared);
+    return near;
+  }
+
+  /// The closest place of those faces that a body may meet there that has this normal: they look the other way.
+  [[nodiscard]] static ClosestPoint footWithin(const CollisionMesh& surface, Vec3 at, Vec3 out, double range_m,
+                                               std::uint32_t& hint, Allowance& allowance) noexcept {
+    ClosestPoint nearest;
+    nearest.squaredDistance = range_m * range_m;
+    const auto look = [&](std::uint32_t t) noexcept {
+      if (!faces(surface.triangle(t).areaNormal(), out)) return;
+      const ClosestPoint point = closestOn(surface.triangle(t), t, at);
+      if (point.squaredDistance < nearest.squaredDistance) nearest = point;
+    };
+    allowance.spend(kQuery + Allowance::kNearTriangle);
+    if (hint != kNoTriangle) look(hint);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end; ++t) look(t);
+          return nearest.squaredDistance;
+        },
+        nearest.squaredDistance);
+    if (nearest.triangle != kNoTriangle) hint = nearest.triangle;
+    return nearest;
+  }
+  /// @param normal  Of any length.
+  [[nodiscard]] static bool faces(Vec3 normal, Vec3 out) noexcept {
+    constexpr double kAgainst = 0.1;  // cosine; 0 would let rounding decide about faces at right angles
+    const double along = glm::dot(normal, out);
+    return along < 0 && along * along > kAgainst * kAgainst * squaredLength(normal);
+  }
+
+  /// False: the point is beside the face, where another one is met.
+  [[nodiscard]] static bool nearAt(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface,
+                                   Vec3 at, Vec3 out, const ClosestPoint& foot, const Pose& pose, bool ofSecond,
+                                   NearPoint& near) noexcept {
+    const double distance = std::sqrt(foot.squaredDistance);
+    Vec3 normal = surface.faceNormal(foot.triangle);
+    const double height = glm::dot(normal, at - foot.point);
+    double gap = height;
+    constexpr double kRounding = 1e-9;  // m: nearer ones have no direction
+    const bool beside = squaredLength(at - foot.point - height * normal) > kRounding * kRounding;
+    if (beside && height < 0) return false;
+    if (beside) {
+      normal = (at - foot.point) / distance;
+      gap = distance;
+      if (!faces(normal, out)) return false;
+    }
+    near.contact = {point, ofSecond ? 1U : 0U, points.points[point].place, foot.point, normal, Vec3(0)};
+    near.gap_m = gap;
+    const Pose back = inverse(pose);
+    near.at = ofSecond ? toWorld(back, at) : at;
+    near.normal = ofSecond ? back.rotation * -normal : normal;
+    return true;
+  }
+
+  /// With what it was given in the last tick.
+  static void take(const BodyContact& contact, const BodyPair& before, BodyPair& pair) noexcept {
+    if (pair.contacts.count == kPointsOfPair) return;
+    BodyContact& taken = pair.contacts[pair.contacts.count++];
+    taken = contact;
+    for (const BodyContact& was : before.contacts.all()) {
+      if (was.point == contact.point && was.second == contact.second) taken.impulse_Ns = was.impulse_Ns;
+    }
+  }
+};
+
+/// Looks for the contacts of a pair, or goes on with that. False: the allowance is spent, and the pair is as it was.
+[[nodiscard]] bool look(const Collider& first, const Collider& second, const Pose& relative, PairSearch& search,
+                        bool isFirst, BodyPair& pair, Allowance& allowance) noexcept {
+  NearPoints near(search, isFirst);
+  if (search.reverse == 0) {
+    if (!near.find(*first.points, *second.surface, relative, false, allowance)) return false;
+    search.reverse = 1;
+  }
+  if (!near.find(*second.points, *first.surface, inverse(relative), true, allowance)) return false;
+  near.choose(pair);
+  pair.range_m = pair.contacts.count == 0 ? search.clear_m : search.range_m;
+  pair.relative = relative;
+  search.pair = 0;
+  return true;
+}
+
+/// A free place, or that of no pair: kMaxPairs.
+[[nodiscard]] std::size_t freePlace(BodyPairs& pairs) noexcept {
+  std::size_t place = 0;
+  while (place < pairs.places.count && pairs.places[place].used != 0) ++place;
+  if (place == pairs.places.count && place < kMaxPairs) ++pairs.places.count;
+  return place;
+}
+
+}  // namespace
+
+FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
+                               Allowance& allowance) noexcept {
+  FoundContacts found;
+  std::array<Moving, kMaxColliders> moving;
+  for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
+  PlaceTable places(pairs);
+  for (std::size_t a = 0; a < bodies.size(); ++a) {
+    if (bodies[a].state == nullptr) continue;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (b == a || (b < a && bodies[b].state != nullptr)) continue;  // of two that move the first one comes first
+      const bool awake = isAwake(bodies[a]) || isAwake(bodies[b]);
+      if (!awake) continue;
+      const double apart = moving[a].radius_m + moving[b].radius_m + reachOf(moving[a], moving[b], period_s);
+      const bool near =
+          !bodies[a].absent && !bodies[b].absent && squaredLength(moving[a].centre - moving[b].centre) < apart * apart;
+      std::uint8_t& slot = places.slot(a, b);
+      if (!near) {
+        if (slot != 0) pairs.places[slot - 1U].used = 0;
+        if (slot != 0 && pairs.search.pair == slot) pairs.search.pair = 0;
+        continue;
+      }
+      if (slot != 0) continue;
+      const std::size_t place = freePlace(pairs);
+      if (place == kMaxPairs) {
+        found.areAllPairs = false;
+        continue;
+      }
+      BodyPair& pair = pairs.places[place];
+      pair.first = static_cast<std::uint16_t>(a);
+      pair.second = static_cast<std::uint16_t>(b);
+      pair.contacts.count = 0;
+      pair.used = 1;
+      pair.range_m = -1;
+      pair.depth_m = 0;
+      pair.relative = {};
+      pair.rolling_Nms = Vec3(0);
+      slot = static_cast<std::uint8_t>(place + 1);
+    }
+  }
+  while (pairs.places.count > 0 && pairs.places[pairs.places.count - 1].used == 0) --pairs.places.count;
+
+  for (BodyPair& pair : pairs.all()) {
+    if (pair.used == 0 || (!bodies[pair.first].isPut && !bodies[pair.second].isPut)) continue;
+    pair.range_m = -1;
+    pair.depth_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+  }
+
+  bool isFirst = true;
+  for (std::size_t k = 0; k < pairs.places.count; ++k) {
+    const std::size_t i = (pairs.next + k) % pairs.places.count;
+    BodyPair& pair = pairs.places[i];
+    if (pair.used == 0) continue;
+    const Collider &first = bodies[pair.first], &second = bodies[pair.second];
+    if (!isAwake(first) && !isAwake(second)) continue;
+    const Pose relative = relativePose(first.pose, second.pose);
+    const double reach = reachOf(moving[pair.first], moving[pair.second], period_s);
+    const double extent_m = first.surface->extent_m();
+    if (pair.range_m >= 0 && movedBy(pair.relative, relative, extent_m) + reach <= pair.range_m) continue;
+    if (pairs.search.pair != i + 1 || !(pairs.search.relative == relative)) {
+      const double smaller_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+      const double stale = kStaleAfter * smaller_m;
+      const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
+      const bool isApart = pair.contacts.count == 0 && pair.depth_m == 0;
+      const double clear_m = isApart ? std::max(range_m, smaller_m) : range_m;
+      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m, clear_m);
+    }
+    const bool isDone = look(first, second, relative, pairs.search, isFirst, pair, allowance);
+    isFirst = false;
+    if (isDone && reach <= pair.range_m) continue;
+    pairs.next = i;
+    found.areAll = false;
+    return found;
+  }
+  pairs.next = 0;
+  return found;
+}
+
+}  // namespace haptics

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "common/maths/vec.h"
+#include "common/telemetry/motion_state.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/geometry/allowance.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
+#include "haptic_server/engine/motion/rigid_body.h"
+
+namespace haptics {
+
+/// A body that meets others, in a tick. World frame, metres.
+struct Collider {
+  const CollisionMesh* surface = nullptr;
+  const CollisionPoints* points = nullptr;
+  Pose pose;
+  const RigidBody* what = nullptr;  ///< Null: it stands still.
+  RigidState* state = nullptr;      ///< Likewise.
+  Push push;
+  bool absent = false;  ///< Meets nothing in this tick.
+  bool isPut = false;   ///< It has not moved to where it is: it may be inside others.
+};
+
+/// At most so many bodies meet one another, those that stand still included.
+inline constexpr std::size_t kMaxColliders = 256;
+/// Pairs of bodies that are near each other; further ones pass through each other.
+inline constexpr std::size_t kMaxPairs = 192;
+inline constexpr std::size_t kPointsOfPair = 8;
+
+/// A point of one body at the surface of another.
+struct BodyContact {
+  std::uint32_t point;   ///< Of the body's CollisionPoints.
+  std::uint32_t second;  ///< 1: of the pair's second body, at the first one's surface; 0: the other way round.
+  Vec3 place;            ///< The point; its body's frame.
+  Vec3 foot;             ///< On the surface; the other's frame, as the next.
+  Vec3 normal;           ///< Unit, out of the surface.
+  Vec3 impulse_Ns;       ///< On the pair's first body in the last tick; world.
+
+  HAPTICS_FIELDS(self.point, self.second, self.place, self.foot, self.normal, self.impulse_Ns);
+};
+
+/// Two bodies whose spheres are near each other, and where they touch or may do so soon.
+struct BodyPair {
+  std::uint16_t first = 0, second = 0;  ///< Colliders.
+  std::uint32_t used = 0;               ///< 0: this place is free.
+  double range_m = -1;                  ///< No other points were nearer when they were looked for; negative: never.
+  double depth_m = 0;                   ///< Of the deepest point then; before, how deep it may be.
+  Pose relative;                        ///< Of the first body in the second's frame then.
+  Vec3 rolling_Nms{0};                  ///< What resistance to rolling gave the first one in the last tick.
+  Sequence<BodyContact, kPointsOfPair> contacts;
+
+  HAPTICS_FIELDS(self.first, self.second, self.used, self.range_m, self.depth_m, self.relative, self.rolling_Nms,
+                 self.contacts);
+};
+
+/// A point near the other body's surface, of which contacts are chosen.
+struct NearPoint {
+  BodyContact contact;
+  double gap_m;
+  Vec3 at;      ///< In the second body's frame, as the next.
+  Vec3 normal;  ///< On the first body.
+
+  HAPTICS_FIELDS(self.contact, self.gap_m, self.at, self.normal);
+};
+
+/// The search for a pair's contacts, which may take several ticks.
+struct PairSearch {
+  std::uint32_t pair = 0;     ///< One more than its place; 0: none.
+  std::uint32_t reverse = 0;  ///< 1: of the second body's points, at the first one's surface.
+  std::uint64_t node = 0;     ///< Of the tree of points: the next one.
+  Pose relative;              ///< As BodyPair::relative; where it is another one by now, the search begins anew.
+  double range_m = 0;         ///< Farther points are not taken,
+  double depth_m = 0;         ///< nor ones that are deeper inside.
+  double clear_m = 0;         ///< No point is nearer to the other surface so far; range_m once one is within that.
+  Sequence<NearPoint, 96> near;
+
+  HAPTICS_FIELDS(self.pair, self.reverse, self.node, self.relative, self.range_m, self.depth_m, self.clear_m,
+                 self.near);
+
+  void begin(std::size_t place, const Pose& of, double range, double depth, double clear) noexcept {
+    pair = static_cast<std::uint32_t>(place + 1);
+    relative = of;
+    reverse = 0;
+    node = near.count = 0;
+    range_m = range;
+    depth_m = depth;
+    clear_m = clear;
+  }
+};
+
+/// What bodies that meet leave from one tick to the next.
+struct BodyPairs {
+  std::uint64_t next = 0;      ///< Whose contacts are looked for first in the next tick.
+  Word<bool> isFound = false;  ///< The last tick found all contacts, and left the move to the next one.
+  Sequence<BodyPair, kMaxPairs> places;
+  PairSearch search;
+
+  HAPTICS_FIELDS(self.next, self.isFound, self.places, self.search);
+
+  [[nodiscard]] std::span<BodyPair> all() noexcept { return places.all(); }
+  [[nodiscard]] std::span<const BodyPair> all() const noexcept { return places.all(); }
+};
+static_assert(std::is_trivially_copyable_v<BodyPairs>, "recorded, and copied to compare runs");
+
+[[nodiscard]] inline bool isAwake(const Collider& body) noexcept {
+  return body.state != nullptr && body.state->condition == BodyCondition::kAwake;
+}
+
+struct FoundContacts {
+  /// Else the allowance was spent before all pairs were looked at. The bodies are not to be moved, and the next call goes on
+  /// with the others.
+  bool areAll = true;
+  bool areAllPairs = true;  ///< Else there was no room for some.
+};
+
+/// Finds the pairs of which one body is awake and which may touch within the tick, and the points at which they do. Those of
+/// pairs that have hardly moved against each other since are kept. Wait-free.
+/// @param bodies  With their momenta for the tick.
+[[nodiscard]] FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
+                                             Allowance& allowance) noexcept;
+
+}  // namespace haptics

@@ -1,0 +1,313 @@
+#include "haptic_server/engine/collision/moving_together.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "haptic_server/engine/collision/contact_solver.h"
+#include "haptic_server/engine/contact/frame.h"
+#include "haptic_server/engine/motion/rigid_motion.h"
+
+namespace haptics {
+namespace {
+
+/// Rounds with the spring, at most and at least, and without it. More lets stacks stand stiffer, and takes longer.
+constexpr int kRounds = 12, kMinRounds = 2, kRelaxRounds = 4;
+/// Rounds end when they change the impulses by less than this part.
+constexpr double kSettled = 1e-5;
+// Units (Allowance).
+constexpr std::int64_t kContactRound = 60;  ///< A round, of a contact;
+constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
+constexpr std::int64_t kMinOfContact = kContact + (kMinRounds + kRelaxRounds) * kContactRound;
+/// Nearer than that bodies touch, m: they sleep and wake together.
+constexpr double kTouching_m = 2e-5;
+
+/// Where a pair's contact is now: its plane goes along with one body, its point with the other. World.
+struct Place {
+  Vec3 place{0}, normal{0};
+  double gap_m = 0;
+};
+[[nodiscard]] Place nowAt(const BodyContact& contact, const Pose& pointsBody, const Pose& surfacesBody) noexcept {
+  const Vec3 point = toWorld(pointsBody, contact.place);
+  const Vec3 foot = toWorld(surfacesBody, contact.foot);
+  const Vec3 normal = surfacesBody.rotation * contact.normal;
+  const double gap = glm::dot(normal, point - foot);
+  return {point - (0.5 * gap) * normal, normal, gap};
+}
+
+/// Bodies that touch, directly or through others.
+class Islands {
+ public:
+  explicit Islands(std::size_t bodies) noexcept {
+    for (std::size_t i = 0; i < bodies; ++i) root_[i] = static_cast<std::uint16_t>(i);
+  }
+  [[nodiscard]] std::uint16_t of(std::uint16_t body) noexcept {
+    while (root_[body] != body) body = root_[body] = root_[root_[body]];
+    return body;
+  }
+  void join(std::uint16_t a, std::uint16_t b) noexcept {
+    a = of(a), b = of(b);
+    root_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::array<std::uint16_t, kMaxColliders> root_;
+};
+
+[[nodiscard]] Vec3 velocityAt(const Collider& body, Vec3 place) noexcept {
+  if (!isAwake(body)) return Vec3(0);
+  const RigidVelocity v = velocityOf(*body.what, *body.state);
+  return v.linear + glm::cross(v.angular, place - toWorld(body.pose, body.what->mass.centre));
+}
+
+/// Now, or within this tick and the next at the speeds that they have.
+[[nodiscard]] bool isTouching(const BodyPair& pair, std::span<const Collider> bodies, double period_s) noexcept {
+  const Collider &first = bodies[pair.first], &second = bodies[pair.second];
+  return std::ranges::any_of(pair.contacts.all(), [&](const BodyContact& contact) {
+    if (contact.impulse_Ns != Vec3(0)) return true;
+    const Collider &on = contact.second != 0 ? second : first, &under = contact.second != 0 ? first : second;
+    const Place at = nowAt(contact, on.pose, under.pose);
+    const double opening = glm::dot(velocityAt(on, at.place) - velocityAt(under, at.place), at.normal);
+    return at.gap_m + 2 * period_s * std::min(opening, 0.0) < kTouching_m;  // impulses look a tick ahead of the move
+  });
+}
+
+/// Those that move, by what touches.
+[[nodiscard]] Islands islandsOf(std::span<const Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+  Islands islands(bodies.size());
+  for (const BodyPair& pair : pairs.all()) {
+    const bool bothMove = pair.used != 0 && bodies[pair.second].state != nullptr;
+    if (bothMove && isTouching(pair, bodies, period_s)) islands.join(pair.first, pair.second);
+  }
+  return islands;
+}
+
+/// What is pushed wakes, and so does what touches a body that is awake.
+void wake(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+  const auto rouse = [](RigidState& state) {
+    state.condition = BodyCondition::kAwake;
+    state.still_s = 0;
+  };
+  bool any = false, all = true;
+  for (Collider& body : bodies) {
+    if (body.state == nullptr) continue;
+    if (body.state->condition == BodyCondition::kAsleep && body.push.any()) rouse(*body.state);
+    any = any || isAwake(body);
+    all = all && body.state->condition != BodyCondition::kAsleep;
+  }
+  if (!any || all) return;
+  Islands islands = islandsOf(bodies, pairs, period_s);
+  std::array<bool, kMaxColliders> awake{};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (isAwake(bodies[i])) awake[islands.of(static_cast<std::uint16_t>(i))] = true;
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].state == nullptr || bodies[i].state->condition != BodyCondition::kAsleep) continue;
+    if (awake[islands.of(static_cast<std::uint16_t>(i))]) rouse(*bodies[i].state);
+  }
+}
+
+void sleep(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+  std::array<bool, kMaxColliders> still{};
+  bool any = false;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!isAwake(bodies[i])) continue;
+    still[i] = isStill(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
+    any = any || still[i];
+  }
+  if (!any) return;
+  Islands islands = islandsOf(bodies, pairs, period_s);
+  std::array<bool, kMaxColliders> restless{};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (isAwake(bodies[i]) && !still[i]) restless[islands.of(static_cast<std::uint16_t>(i))] = true;
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (still[i] && !restless[islands.of(static_cast<std::uint16_t>(i))])
+      stop(*bodies[i].state, BodyCondition::kAsleep);
+  }
+}
+
+/// The mover of what stands still.
+constexpr std::uint16_t kGround = 0;
+
+/// One tick's constraints, and where their impulses are kept.
+class Contacts {
+ public:
+  Contacts(std::span<Collider> bodies, BodyPairs& pairs, double period_s) noexcept
+      : bodies_(bodies), pairs_(pairs), solver_(movers_, period_s), period_s_(period_s) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (!isAwake(bodies[i])) continue;
+      mover_[i] = moverCount_++;
+      movers_[mover_[i]] = Mover(*bodies[i].what, *bodies[i].state, period_s);
+    }
+  }
+
+  void add(Allowance& allowance) noexcept {
+    for (std::size_t p = 0; p < pairs_.places.count; ++p) addPair(p);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (isAwake(bodies_[i]) && bodies_[i].what->freedom == Freedom::kFree) addPlanes(i, allowance);
+    }
+    allowance.spend(kMinOfContact * static_cast<std::int64_t>(solver_.size()));
+  }
+
+  void solve(Allowance& rounds) noexcept {
+    solver_.warmStart();
+    for (int round = 0; round < kRounds && solver_.size() > 0; ++round) {
+      if (round >= kMinRounds) {
+        if (rounds.isSpent()) break;
+        rounds.spend(kContactRound * static_cast<std::int64_t>(solver_.size()));
+      }
+      if (solver_.solve(true) <= kSettled) break;
+    }
+    give();
+  }
+
+  void relax() noexcept {
+    solver_.moved();
+    for (int round = 0; round < kRelaxRounds && solver_.size() > 0; ++round) {
+      if (solver_.solve(false) <= kSettled) break;
+    }
+    give();
+  }
+
+  void keep() noexcept {
+    std::uint32_t next = 0;  // rolling constraints are in the order of what they belong to
+    const auto turningOf = [&](std::uint32_t begin, std::uint32_t end) {
+      const bool has = next < solver_.rollingSize() && end > begin && solver_.rolling(next).begin == begin;
+      return has ? solver_.rolling(next++).turning_Nms : Vec3(0);
+    };
+    for (std::size_t p = 0; p < pairs_.places.count; ++p) {
+      if (!isSolved(p)) continue;
+      BodyPair& pair = pairs_.places[p];
+      for (std::uint32_t k = 0; k < pair.contacts.count; ++k)
+        pair.contacts[k].impulse_Ns = begin_[p] + k < end_[p] ? solver_.contact(begin_[p] + k).impulse() : Vec3(0);
+      pair.rolling_Nms = turningOf(begin_[p], end_[p]);
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (!isAwake(bodies_[i])) continue;
+      RigidState& state = *bodies_[i].state;
+      state.touching.count = planesEnd_[i] - planesBegin_[i];
+      for (std::size_t k = 0; k < state.touching.count; ++k)
+        state.touching[k].impulse_Ns = solver_.contact(planesBegin_[i] + static_cast<std::uint32_t>(k)).impulse();
+      state.rolling_Nms = turningOf(planesBegin_[i], planesEnd_[i]);
+    }
+  }
+
+ private:
+  std::span<Collider> bodies_;
+  BodyPairs& pairs_;
+  std::array<Mover, kMaxMovingBodies + 1> movers_;  // [kGround] stands still
+  std::uint16_t moverCount_ = 1;
+  std::array<std::uint16_t, kMaxColliders> mover_{};
+  std::array<std::uint32_t, kMaxPairs> begin_, end_;
+  std::array<std::uint32_t, kMaxColliders> planesBegin_{}, planesEnd_{};
+  ContactSolver solver_;
+  double period_s_;
+
+  void give() noexcept {
+    for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].give();
+  }
+
+  [[nodiscard]] bool isSolved(std::size_t p) const noexcept {
+    const BodyPair& pair = pairs_.places[p];
+    return pair.used != 0 && (mover_[pair.first] != kGround || mover_[pair.second] != kGround);
+  }
+
+  void addPair(std::size_t p) noexcept {
+    begin_[p] = solver_.size();
+    if (isSolved(p)) {
+      const BodyPair& pair = pairs_.places[p];
+      const Collider &first = bodies_[pair.first], &second = bodies_[pair.second];
+      const double friction = std::sqrt(first.points->friction * second.points->friction);
+      const double rolling = (first.points->rolling_m + second.points->rolling_m) / 2;
+      for (const BodyContact& contact : pair.contacts.all()) {
+        const bool swapped = contact.second != 0;
+        const Collider &on = swapped ? second : first, &under = swapped ? first : second;
+        const Place at = nowAt(contact, on.pose, under.pose);
+        const double sign = swapped ? -1 : 1;  // a is the pair's first body
+        if (!solver_.add(mover_[pair.first], mover_[pair.second], at.place, sign * at.normal, at.gap_m, friction,
+                         rolling, contact.impulse_Ns))
+          break;
+      }
+      if (solver_.size() > begin_[p]) solver_.addRolling(begin_[p], pair.rolling_Nms);
+    }
+    end_[p] = solver_.size();
+  }
+
+  void addPlanes(std::size_t i, Allowance& allowance) noexcept {
+    const RigidBody& body = *bodies_[i].what;
+    RigidState& state = *bodies_[i].state;
+    NearPlanes near;
+    const std::size_t count = findNearPlanes(body, state, period_s_, near, allowance);
+    planesBegin_[i] = solver_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      const Plane& plane = body.planes[near[k].plane];
+      if (!solver_.add(mover_[i], kGround, state.centre_m + near[k].arm_m, plane.normal, near[k].gap_m, plane.friction,
+                       plane.rolling_m, near[k].last_Ns))
+        break;
+      state.touching[k].plane = near[k].plane;
+      state.touching[k].point = near[k].point;
+    }
+    if (solver_.size() > planesBegin_[i]) solver_.addRolling(planesBegin_[i], state.rolling_Nms);
+    planesEnd_[i] = solver_.size();
+  }
+};
+
+/// Of a body that is awake.
+struct Before {
+  RigidPlace place;
+  Vec3 momentum_Ns, angularMomentum_Nms;
+  double rate_per_s;
+
+  void restoreMomentum(RigidState& state) const noexcept {
+    state.momentum_Ns = momentum_Ns;
+    state.angularMomentum_Nms = angularMomentum_Nms;
+    state.rate_per_s = rate_per_s;
+  }
+};
+
+}  // namespace
+
+std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
+  std::int64_t contacts = 0;
+  for (const BodyPair& pair : pairs.all()) contacts += static_cast<std::int64_t>(pair.used * pair.contacts.count);
+  return kMinOfContact * contacts;
+}
+
+bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+                  CollisionAllowance& allowance) noexcept {
+  wake(bodies, pairs, period_s);
+  if (std::ranges::none_of(bodies, isAwake)) return true;
+  std::array<Before, kMaxColliders> before;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const RigidState* state = bodies[i].state;
+    if (state == nullptr) continue;
+    before[i] = {placeOf(*state), state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s};
+    if (isAwake(bodies[i])) driveRigidBody(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
+  }
+  const std::int64_t half = allowance.search.left() / 2;
+  const FoundContacts found = findBodyContacts(bodies, pairs, period_s, allowance.search);
+  const bool fits = pairs.isFound || allowance.search.left() >= std::min(half, leastCollisionUnits(pairs));
+  pairs.isFound = found.areAll && !fits;
+  if (!found.areAll || !fits) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (isAwake(bodies[i])) before[i].restoreMomentum(*bodies[i].state);
+    }
+    return false;
+  }
+  wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
+  Contacts contacts(bodies, pairs, period_s);
+  contacts.add(allowance.motion.least);
+  contacts.solve(allowance.motion.rounds);
+  for (Collider& body : bodies) {
+    if (isAwake(body)) advanceRigidBody(*body.what, *body.state, period_s);
+  }
+  contacts.relax();
+  contacts.keep();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].what, *bodies[i].state, before[i].place));
+  }
+  sleep(bodies, pairs, period_s);
+  return found.areAllPairs;
+}
+
+}  // namespace haptics

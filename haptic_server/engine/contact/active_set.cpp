@@ -1,0 +1,290 @@
+#include "haptic_server/engine/contact/active_set.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_server/engine/contact/plane_solver.h"
+#include "haptic_server/engine/contact/surface_walk.h"
+
+namespace haptics {
+namespace {
+
+bool shareVertex(const TickContext& tick, const ContactSurface& a, const ContactSurface& b) noexcept {
+  if (a.body != b.body) return false;
+  const TriangleRecord& one = tick.surface(a.body).triangle(a.triangle);
+  const TriangleRecord& other = tick.surface(a.body).triangle(b.triangle);
+  return other.cornerOf(one.vertexAt(0)) >= 0 || other.cornerOf(one.vertexAt(1)) >= 0 ||
+         other.cornerOf(one.vertexAt(2)) >= 0;
+}
+
+/// Does the triangle across edge k leave room for the optimum, in a plane of its own?
+bool leavesRoomAcross(const TickContext& tick, const ContactSurface& s, int k,
+                      const Constraints& constraints) noexcept {
+  constexpr double kSamePlane = 1e-12;  // squared sine
+  const auto next = across(tick, s, k);
+  if (!next) return false;
+  const ConstraintPlane plane = planeOf(tick, *next);
+  return squaredLength(glm::cross(plane.normal, planeOf(tick, s).normal)) > kSamePlane &&
+         !constraints.isCutOffBy(plane);
+}
+
+/// Does the triangle across edge k go down from it?
+bool isConvexEdge(const TickContext& tick, const ContactSurface& s, int k) noexcept {
+  const CollisionMesh& surface = tick.surface(s.body);
+  const TriangleRecord& record = surface.triangle(s.triangle);
+  const TriangleRecord& other = surface.triangle(record.neighbour(k));
+  const int corner = other.cornerOf(record.vertexAt(nextCorner(k)));
+  const Vec3 far = other.corner(nextCorner(nextCorner(corner)));
+  return glm::dot(record.areaNormal(), far - record.corner(k)) * s.side < 0;
+}
+
+/// Held in a point by three: at an edge that juts out between two others it is enough to be above either of its
+/// triangles. The skin parts the points in which these hold the IHIP with the two others, which are the same place of
+/// the surfaces: where it would leave the other point, it is not held. Returns the active set beyond the edge.
+std::optional<ActiveSet> crossConvexEdge(const TickContext& tick, Vec3 hip, const ActiveSet& held,
+                                         const Constraints& constraints) noexcept {
+  const double nearer = glm::distance(constraints.optimum.point, hip) - kEdgeTolerance * tick.skin;
+  for (std::size_t i = 0; i < held.count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const auto next = across(tick, held.at[i], k);
+      if (!next || !isWithin(tick, kRecontactMargin, *next) || !isConvexEdge(tick, held.at[i], k)) continue;
+      const ActiveSet beyond = held.with(i, next->triangle);
+      Constraints there(hip, tick.skin);
+      const auto add = [&](const ContactSurface& s) noexcept { return there.add(planeOf(tick, s)); };
+      if (!std::ranges::all_of(beyond.surfaces(), add)) continue;
+      if (there.optimum.tightCount < 3 && glm::distance(there.optimum.point, hip) < nearer) return beyond;
+    }
+  }
+  return std::nullopt;
+}
+
+/// On an edge between triangles that both rise, or nearly so: which of the two pushes there is within the planes'
+/// slack. The one that is under the IHIP holds it.
+void resolveRidge(const TickContext& tick, const ActiveSet& a, const ActiveSet& b, SolverStep& step) noexcept {
+  for (ContactSurface& s : std::span(step.surfaces).first(static_cast<std::size_t>(step.pushingCount))) {
+    if (isWithin(tick, kSupportMargin, s)) continue;
+    std::size_t i = 0;
+    while (a.at[i].body != s.body) ++i;
+    const ContactSurface& other = s.triangle == a.at[i].triangle ? b.at[i] : a.at[i];
+    if (isWithin(tick, kSupportMargin, other)) {
+      s = other;
+    } else {
+      step.supportKnown = false;
+    }
+  }
+}
+
+/// On the edge over which the IHIP leaves a surface for the active set.
+SolverStep stepToEdge(const ContactState& state, const ActiveSet& held, const ContactSurface& left) noexcept {
+  SolverStep step{
+      .done = true, .to = state.ihip, .pushingCount = static_cast<int>(held.count), .touchedCount = 1, .surfaces = {}};
+  *std::ranges::copy(held.surfaces(), step.surfaces.begin()).out = left;
+  return step;
+}
+
+/// The nearest to the HIP of all triangles that the IHIP touches. None when a surface that pushes blocks its foot, or
+/// when, held by several surfaces, the IHIP is as near.
+std::optional<ContactSurface> nearestTouched(const TickContext& tick, Vec3 hip, const SolverStep& step) noexcept {
+  std::optional<ContactSurface> nearest;
+  ClosestPoint foot;
+  for (const ContactSurface& s : step.pushingOrTouched()) {
+    if (!isWithin(tick, kRecontactMargin, s)) continue;
+    const NearBodies::Near& near = tick.nearOf(s);
+    const ClosestPoint other = closestOn(near.surface->triangle(s.triangle), s.triangle, near.frame.toLocal(hip));
+    if (other.squaredDistance >= foot.squaredDistance) continue;
+    foot = other;
+    nearest = s;
+  }
+  if (!nearest || (step.touchedCount == 0 && isOneSurface(tick, step))) return nearest;
+  const double nearer = glm::distance(tick.state.ihip, hip) - std::sqrt(foot.squaredDistance);
+  if (nearer <= kRecontactMargin * tick.skin) return std::nullopt;
+  const Vec3 place = tick.nearOf(*nearest).frame.toWorld(tick.lifted(foot.point, *nearest, tick.skin));
+  const bool blocked = std::ranges::any_of(step.pushing(), [&](const ContactSurface& s) {
+    const ConstraintPlane plane = planeOf(tick, s);
+    return !shareVertex(tick, s, *nearest) &&
+           glm::dot(plane.normal, place) < plane.offset - kConstraintTolerance * tick.skin;
+  });
+  return blocked ? std::nullopt : nearest;
+}
+
+}  // namespace
+
+/// The planes of the triangles that hold lead to a point. On the way to it one of them ends first: there the IHIP goes
+/// over to its neighbour, or, where that one rises, to where both let it. Fine surfaces that hold the IHIP together are
+/// thus followed triangle by triangle, where meeting every plane takes a test of the whole bodies each. All moves are
+/// tested.
+SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
+  constexpr int kMaxHops = 16;  // the solver meets the rest
+  const Vec3& ihip = tick.state.ihip;
+  ActiveSet held = oneOfEachBody(tick.state);
+  ActiveSet before;
+  for (int i = 0; i < kMaxHops && !tick.work.allowance.isSpent(); ++i) {
+    tick.work.allowance.spend(Allowance::kPlanes);
+    Constraints constraints(hip, tick.skin);
+    for (const ContactSurface& s : held.surfaces()) {
+      if (!constraints.add(planeOf(tick, s))) return {};
+    }
+    Vec3 to = constraints.optimum.point;
+    const SupportLimit limit = supportLimit(tick, held.surfaces(), constraints);
+    if (constraints.optimum.tightCount == ContactState::kMaxHolding && !limit.insideSupport) {
+      if (const auto beyond = crossConvexEdge(tick, hip, held, constraints)) {
+        before = std::exchange(held, *beyond);
+        continue;
+      }
+    }
+    if (!limit.ends) {
+      if (tryMoveTo(tick, to)) return {};
+      SolverStep step = constraints.stepToOptimum();
+      step.supportKnown = limit.insideSupport;
+      return step;
+    }
+    const bool pushed = constraints.pushes(limit.surface);
+    const auto next = across(tick, held.at[limit.surface], limit.edge);
+    if (!next) return {};
+    const ActiveSet nextSet = held.with(limit.surface, next->triangle);
+    const bool oscillates = nextSet == before;  // the IHIP is held on the edge
+    const ConstraintPlane ahead = planeOf(tick, *next);
+    const bool rises = constraints.isCutOffBy(ahead);
+    if (rises && (oscillates || hasPendingBodyMotion(tick))) {
+      if (!constraints.add(ahead)) return {};
+      to = constraints.optimum.point;
+    } else if (rises) {
+      to = glm::mix(ihip, to, ahead.reachedAt(ihip, to));
+    } else if (limit.time < 1 && !hasPendingBodyMotion(tick)) {
+      to = glm::mix(ihip, to, limit.time);
+    }
+    if (tryMoveTo(tick, to)) return {};
+    if (oscillates) {
+      SolverStep step = constraints.stepToOptimum();
+      step.supportKnown = true;
+      resolveRidge(tick, held, nextSet, step);
+      return step;
+    }
+    if (pushed) {
+      SolverStep atEdge = stepToEdge(tick.state, nextSet, held.at[limit.surface]);
+      const Vec3 edge = ihip;
+      if (continueWatch(tick, hip, atEdge)) return atEdge;
+      if (ihip != edge) return {};
+    }
+    before = held;
+    held = nextSet;
+    ++tick.work.triangles;
+  }
+  return {};
+}
+
+/// The paper's rule goes before the planes' also where several surfaces hold. Each hop is tested like any other move.
+bool continueWatch(TickContext& tick, Vec3 hip, SolverStep& step) noexcept {
+  const auto start = nearestTouched(tick, hip, step);
+  if (!start) return false;
+  ContactSurface held = *start;
+  const NearBodies::Near& near = tick.nearOf(held);
+  SearchPath path;
+  const SearchResult found = search(tick, held, near.frame.toLocal(hip), &path);
+  if (near.surface->onBoundary(found.foot)) return false;  // where the watch means nothing
+  const bool reachesFoot = path.complete() && found.converged;
+  if (!path.complete()) path.keepFirst(SearchPath::kCapacity);
+  for (const SearchPath::Point& point : path) {
+    if (tick.work.allowance.isSpent()) return false;
+    held.triangle = point.triangle;
+    if (tryMoveTo(tick, near.frame.toWorld(tick.lifted(point.place, held, tick.skin)))) return false;
+    step.surfaces[0] = held;
+    step.pushingCount = 1;
+    step.touchedCount = 0;
+  }
+  return reachesFoot;
+}
+
+NearBodies::Hit tryMoveTo(TickContext& tick, Vec3 world) noexcept {
+  const NearBodies::Points to = tick.near.inEachFrame(world);
+  const NearBodies::Hit hit = tick.near.firstHit(
+      to, [](int, std::uint32_t) noexcept { return false; }, tick.work);
+  if (hit) return hit;
+  tick.near.moveAll(to, 1);
+  tick.state.ihip = world;
+  return hit;
+}
+
+ConstraintPlane planeOf(const TickContext& tick, const ContactSurface& s) noexcept {
+  const NearBodies::Near& near = tick.nearOf(s);
+  const Vec3 normal = near.frame.rotate(near.surface->faceNormal(s.triangle) * static_cast<double>(s.side));
+  const Vec3 corner = near.frame.toWorld(near.surface->triangle(s.triangle).corner(0));
+  return {normal, glm::dot(normal, corner) + tick.skin, s};
+}
+
+bool isWithin(const TickContext& tick, double skins, const ContactSurface& s) noexcept {
+  const ClosestPoint foot = closestOn(tick.surface(s.body).triangle(s.triangle), s.triangle, tick.nearOf(s).from);
+  return foot.squaredDistance <= skins * skins * tick.skin * tick.skin;
+}
+
+bool isOneSurface(const TickContext& tick, const SolverStep& step) noexcept {
+  const ContactSurface& strongest = step.surfaces[0];
+  return step.pushingCount > 0 &&
+         std::ranges::all_of(step.pushing(), [&](const ContactSurface& s) { return shareVertex(tick, s, strongest); });
+}
+
+/// Where a body held with two triangles across an edge, the search finds the other.
+ActiveSet oneOfEachBody(const ContactState& state) noexcept {
+  ActiveSet holding;
+  for (const ContactSurface& s : state.surfaces()) {
+    const bool known =
+        std::ranges::any_of(holding.surfaces(), [&](const ContactSurface& other) { return other.body == s.body; });
+    if (!known) holding.at[holding.count++] = s;
+  }
+  return holding;
+}
+
+std::optional<ContactSurface> across(const TickContext& tick, const ContactSurface& s, int k) noexcept {
+  const std::uint32_t neighbour = tick.surface(s.body).triangle(s.triangle).neighbour(k);
+  if (neighbour == kNoTriangle) return std::nullopt;
+  return ContactSurface{s.body, s.side, neighbour};
+}
+
+/// Both ends of the move as they would be without the skin, which lifts them over edges. As far beyond its edge counts
+/// as over a triangle as makes clear that it is left.
+SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurface> surfaces,
+                          const Constraints& constraints) noexcept {
+  SupportLimit limit;
+  const Vec3 optimum = constraints.optimum.point;
+  const Vec3 lowered = optimum - constraints.lift();
+  const double edgeTolerance_m = kEdgeTolerance * tick.skin;
+  const double supportMargin_m = kSupportMargin * tick.skin;
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const NearBodies::Near& near = tick.nearOf(surfaces[i]);
+    const TriangleRecord& record = near.surface->triangle(surfaces[i].triangle);
+    const Vec3 normal = record.areaNormal();
+    const Vec3 to = near.frame.toLocal(lowered);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 inward = glm::cross(normal, record.corner(nextCorner(k)) - record.corner(k));
+      const double squaredScale = squaredLength(inward);
+      double end = glm::dot(inward, to - record.corner(k));
+      if (end > 0 && end * end >= edgeTolerance_m * edgeTolerance_m * squaredScale) continue;  // nearly always
+      limit.insideSupport = false;
+      if (!(squaredScale > 0)) continue;
+      const double scale = std::sqrt(squaredScale);
+      end /= scale;
+      const auto endAt = [&](double time) noexcept {
+        limit = {.ends = true, .insideSupport = false, .time = time, .surface = i, .edge = k};
+      };
+      if (end >= 0 && leavesRoomAcross(tick, surfaces[i], k, constraints)) endAt(1);
+      const double speed = glm::dot(inward, near.frame.toLocal(optimum) - near.from) / scale;
+      const double inside = end - speed;
+      if (inside < -supportMargin_m || end >= 0 || speed >= 0) continue;
+      const double time = std::min((inside + supportMargin_m) / -speed, 1.0);
+      if (!limit.ends || time < limit.time) endAt(time);
+    }
+  }
+  return limit;
+}
+
+bool hasPendingBodyMotion(const TickContext& tick) noexcept {
+  for (int i = 0; i < tick.near.count(); ++i) {
+    const NearBodies::Near& near = tick.near[i];
+    if (!tick.body(near.body).moving) continue;
+    const double startOffset2 = tick.startOffset * tick.startOffset;
+    if (squaredLength(near.frame.toLocal(tick.state.ihip) - near.from) > startOffset2) return true;
+  }
+  return false;
+}
+
+}  // namespace haptics

@@ -1,0 +1,105 @@
+#include "haptic_server/engine/contact/near_bodies.h"
+
+#include <algorithm>
+
+namespace haptics {
+namespace {
+
+bool holds(const ContactState& state, int body) noexcept {
+  const auto surfaces = state.surfaces();
+  return std::any_of(surfaces.begin(), surfaces.end(), [&](const ContactSurface& s) { return s.body == body; });
+}
+
+/// How far a moving body can push an IHIP that it reaches: the motion, in the body's frame, of HIP and IHIP, twice
+/// because both ends of the path move.
+double push(const Body& body, const ContactState& state, Vec3 hip, double reach) noexcept {
+  const double hipMotion = glm::distance(toLocal(body.previous, state.hip), toLocal(body.current, state.hip));
+  const double ihipMotion = glm::distance(toLocal(body.previous, state.ihip), toLocal(body.current, state.ihip));
+  const double motion = hipMotion + ihipMotion;
+  const double inReach = body.surface->radius_m() + reach + motion;
+  return squaredLength(hip - body.centre) > inReach * inReach ? 0 : 2 * motion;
+}
+
+}  // namespace
+
+double reachOf(const ContactState& state, Vec3 hip) noexcept {
+  return glm::distance(state.ihip, state.hip) + 2 * glm::distance(hip, state.hip);
+}
+
+std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexcept {
+  const CollisionMesh& surface = *body.surface;
+  const double inReach = surface.radius_m() + reach;
+  if (squaredLength(hip - body.centre) > inReach * inReach) return std::nullopt;
+  const Vec3 local = body.frame.toLocal(hip);
+  const double gap = squaredLength(glm::max(glm::max(surface.low() - local, local - surface.high()), Vec3(0)));
+  return gap <= reach * reach ? std::optional(gap) : std::nullopt;
+}
+
+void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
+  work.allowance.spend((Allowance::kPlace + Allowance::kSphere) * static_cast<std::int64_t>(bodies.size()));
+  double reach = reachOf(state, hip);
+  for (const Body& body : bodies) {
+    if (body.moving) reach += push(body, state, hip, reach);
+  }
+  count_ = 0;
+  for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {
+    const Body& body = bodies[static_cast<std::size_t>(b)];
+    if (holds(state, b)) {
+      admit(body, b, -1, work);
+      continue;
+    }
+    if (body.pendingRemoval) continue;
+    if (const auto gap = squaredGap(body, hip, reach)) admit(body, b, *gap, work);
+  }
+  extent_ = 0;
+  for (int i = 0; i < count_; ++i) {
+    extent_ = std::max(extent_, (*this)[i].surface->extent_m() + glm::length((*this)[i].frame.origin));
+  }
+}
+
+void NearBodies::admit(const Body& body, int index, double gap, ContactWork& work) noexcept {
+  int place = count_;
+  if (count_ == kMaxNear) {
+    ++work.droppedBodies;
+    place = static_cast<int>(std::max_element(gap_.begin(), gap_.end()) - gap_.begin());
+    if (gap >= gap_[static_cast<std::size_t>(place)]) return;
+  } else {
+    ++count_;
+  }
+  Near& near = (*this)[place];
+  near.body = index;
+  near.pendingRemoval = body.pendingRemoval;
+  near.surface = body.surface;
+  near.from = Vec3(0);
+  near.frame = body.moving ? Frame(body.previous) : body.frame;
+  gap_[static_cast<std::size_t>(place)] = gap;
+}
+
+void NearBodies::setTime(std::span<const Body> bodies, double time) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const Body& body = bodies[static_cast<std::size_t>((*this)[i].body)];
+    if (!body.moving) continue;
+    (*this)[i].frame = time >= 1 ? body.frame : Frame(interpolate(body.previous, body.current, time));
+  }
+}
+
+NearBodies::Points NearBodies::inEachFrame(Vec3 world) const noexcept {
+  Points points;
+  for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = (*this)[i].frame.toLocal(world);
+  return points;
+}
+
+NearBodies::Points NearBodies::from() const noexcept {
+  Points points;
+  for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = (*this)[i].from;
+  return points;
+}
+
+void NearBodies::moveAll(const Points& to, double time) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const Vec3 end = to[static_cast<std::size_t>(i)];
+    (*this)[i].from = time >= 1 ? end : glm::mix((*this)[i].from, end, time);
+  }
+}
+
+}  // namespace haptics

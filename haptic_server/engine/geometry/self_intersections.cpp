@@ -1,0 +1,256 @@
+#include <algorithm>
+#include <atomic>
+
+#include "common/interruption/threads.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/neighbours.h"
+
+namespace haptics {
+namespace {
+
+/// Triangles tested, for the mesh and for each of its triangles, before the whole mesh is taken for crossed: 0.3 s at
+/// least. A sane mesh needs about 10 each, slivers across the whole mesh need thousands. Too small costs speed on such
+/// meshes, never safety.
+constexpr std::int64_t kMaxTests = 1 << 25;
+constexpr std::int64_t kMaxTestsEach = 64;
+/// Costs are counted in box tests of four triangles; a test of a line against a triangle costs as much as these.
+constexpr std::int64_t kBoxTestsPerTest = 16;
+
+using Marks = std::vector<std::atomic<bool>>;
+
+/// Triangles that may be pierced by some line, with their boxes, eight to a block.
+class Candidates {
+ public:
+  static constexpr std::size_t kBlocks = 16;
+  static constexpr std::size_t kCapacity = kBlocks * BoundingHierarchy::kWidth;
+
+  explicit Candidates(float pad) : pad_(pad) {}
+  [[nodiscard]] bool full() const { return count_ == kCapacity; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] std::uint32_t operator[](std::size_t i) const {
+    return blocks_[i / BoundingHierarchy::kWidth].triangle[i % BoundingHierarchy::kWidth];
+  }
+  void clear() { count_ = 0; }
+
+  void add(const CollisionMesh& surface, std::uint32_t t) {
+    const TriangleRecord& r = surface.triangle(t);
+    Block& block = blocks_[count_ / BoundingHierarchy::kWidth];
+    const std::size_t place = count_++ % BoundingHierarchy::kWidth;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto& x = r.rows[d];
+      block.boxes.bounds[0][d][place] = std::min({x[0], x[1], x[2]}) - pad_;
+      block.boxes.bounds[1][d][place] = std::max({x[0], x[1], x[2]}) + pad_;
+      block.vertex[d][place] = r.vertex[d];
+    }
+    block.triangle[place] = t;
+  }
+
+  /// Calls visit(triangle) for those whose boxes meet the line and that have neither of its vertices a and b, around
+  /// which all meet.
+  template <class Visit>
+  void visit(const BoundingHierarchy::Slabs& line, std::uint32_t a, std::uint32_t b, Visit visit) const {
+    const __m128 end = _mm_set1_ps(1 + BoundingHierarchy::kTimeSlack);
+    for (std::size_t i = 0; i < count_; i += 4) {
+      const Block& block = blocks_[i / BoundingHierarchy::kWidth];
+      const std::size_t first = i % BoundingHierarchy::kWidth;
+      const int met = line.meet(block.boxes, first == 0 ? 0 : 1, end) & ~sharing(block, first, a, b);
+      for (auto rest = static_cast<unsigned>(met); rest != 0; rest &= rest - 1) {
+        const auto place = static_cast<std::size_t>(std::countr_zero(rest));
+        if (i + place < count_) visit(block.triangle[first + place]);
+      }
+    }
+  }
+
+ private:
+  struct Block {
+    BoundingHierarchy::Node boxes;
+    std::uint32_t triangle[BoundingHierarchy::kWidth];
+    alignas(16) std::uint32_t vertex[3][BoundingHierarchy::kWidth];
+  };
+
+  static int sharing(const Block& block, std::size_t first, std::uint32_t a, std::uint32_t b) {
+    __m128i shares = _mm_setzero_si128();
+    for (const auto& row : block.vertex) {
+      const __m128i vertex = _mm_load_si128(reinterpret_cast<const __m128i*>(row + first));
+      shares = _mm_or_si128(shares, _mm_cmpeq_epi32(vertex, _mm_set1_epi32(static_cast<int>(a))));
+      shares = _mm_or_si128(shares, _mm_cmpeq_epi32(vertex, _mm_set1_epi32(static_cast<int>(b))));
+    }
+    return _mm_movemask_ps(_mm_castsi128_ps(shares));
+  }
+
+  float pad_;  // m
+  std::size_t count_ = 0;
+  std::array<Block, kBlocks> blocks_{};
+};
+
+/// Where the lines of some triangles pierce triangles that they share no vertex with, wherever one of the two has
+/// changed. A whole leaf's lines are looked at together: the tree is gone through once for all of them.
+class SelfIntersectionSearch {
+ public:
+  SelfIntersectionSearch(const CollisionMesh& surface, std::span<const std::uint8_t> changed, Marks& marks)
+      : surface_(surface), changed_(changed), marks_(marks) {}
+
+  /// Looks at the lines of those of triangles [begin, end), a leaf, that have changed, and at what lines pierce them.
+  /// Returns the cost in box tests.
+  std::int64_t run(std::uint32_t begin, std::uint32_t end) {
+    spent_ = 0;
+    Vec3f low(std::numeric_limits<float>::max());
+    Vec3f high = -low;
+    own_.clear();
+    for (std::uint32_t t = begin; t < end; ++t) {
+      if (!hasChanged(t)) continue;
+      own_.add(surface_, t);
+      for (int k = 0; k < 3; ++k) {
+        const Vec3f corner(surface_.triangle(t).corner(k));
+        low = glm::min(low, corner);
+        high = glm::max(high, corner);
+      }
+    }
+    if (own_.count() == 0) return 0;
+    Allowance endless;
+    surface_.hierarchy().visitBox(low, high, endless, [&](std::uint32_t first, std::uint32_t last) {
+      for (std::uint32_t t = first; t < last; ++t) {
+        if (near_.full()) followAll();
+        near_.add(surface_, t);
+      }
+    });
+    followAll();
+    return spent_;
+  }
+
+  /// Looks at the triangles in a cell, each against all others there; one that no other shares a vertex with only until it
+  /// is known to cross something. Returns the cost in box tests.
+  /// @param uses  Triangles at each vertex.
+  std::int64_t runCell(std::span<const std::uint32_t> cell, std::span<const std::uint8_t> uses) {
+    spent_ = 0;
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+      const std::uint32_t t = cell[i];
+      const bool alone =
+          std::ranges::all_of(surface_.triangle(t).vertex, [&](std::uint32_t v) { return uses[v] == 1; });
+      own_.clear();
+      own_.add(surface_, t);
+      for (std::size_t j = alone ? 0 : i + 1; j < cell.size() && !(alone && marks_[t]); j += kFew) {
+        for (const std::uint32_t other : cell.subspan(j, std::min(kFew, cell.size() - j))) {
+          if (other != t) near_.add(surface_, other);
+        }
+        followLines(t, near_);
+        for (std::size_t k = 0; k < near_.count(); ++k) followLines(near_[k], own_);
+        spent_ += static_cast<std::int64_t>(near_.count());
+        near_.clear();
+      }
+    }
+    return spent_;
+  }
+
+ private:
+  static constexpr std::size_t kFew = 8;  // looked at together
+  static_assert(BoundingHierarchy::kLeafTriangles <= Candidates::kCapacity);
+
+  [[nodiscard]] bool hasChanged(std::uint32_t t) const { return changed_[t] != 0; }
+
+  void followAll() {
+    for (std::size_t i = 0; i < own_.count(); ++i) followLines(own_[i], near_);
+    for (std::size_t i = 0; i < near_.count(); ++i) {
+      const bool looksAtThese = hasChanged(near_[i]) && near_[i] < surface_.hierarchy().firstInCells();
+      if (!looksAtThese) followLines(near_[i], own_);
+    }
+    spent_ += static_cast<std::int64_t>(near_.count());
+    near_.clear();
+  }
+
+  void followLines(std::uint32_t t, const Candidates& candidates) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t across = surface_.triangle(t).neighbour(k);
+      if (across == kNoTriangle || across > t) follow(t, k, candidates);  // else looked at from its other polygon
+    }
+  }
+
+  void follow(std::uint32_t t, int k, const Candidates& candidates) {
+    const TriangleRecord& own = surface_.triangle(t);
+    const Vec3 from = own.corner(k);
+    const Vec3 to = own.corner(nextCorner(k));
+    const Segment line(from, to);
+    spent_ += static_cast<std::int64_t>(candidates.count() / 4);
+    candidates.visit(BoundingHierarchy::Slabs(from, to), own.vertexAt(k), own.vertexAt(nextCorner(k)),
+                     [&](std::uint32_t other) {
+                       spent_ += kBoxTestsPerTest;
+                       Crossing crossing;
+                       if (!line.enters(surface_.triangle(other), true, crossing)) return;
+                       for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
+                         if (crossed != kNoTriangle) mark(crossed);
+                       }
+                       markFan(other, own);
+                       if (own.neighbour(k) != kNoTriangle) markFan(other, surface_.triangle(own.neighbour(k)));
+                     });
+  }
+
+  void mark(std::uint32_t t) { marks_[t].store(true, std::memory_order_relaxed); }
+
+  /// All triangles around the vertex that two have in common: around it one cannot go from one to the next without
+  /// passing through a third.
+  void markFan(std::uint32_t t, const TriangleRecord& crossed) {
+    for (int k = 0; k < 3; ++k) {
+      if (crossed.cornerOf(surface_.triangle(t).vertexAt(k)) < 0) continue;
+      visitFan(surface_, t, k, [&](std::uint32_t other, int) {
+        mark(other);
+        return true;
+      });
+    }
+  }
+
+  const CollisionMesh& surface_;
+  std::span<const std::uint8_t> changed_;
+  Marks& marks_;
+  const float pad_ = static_cast<float>(surface_.extent_m() * BoundingHierarchy::kBoxPad);
+  Candidates own_{pad_};    // of the leaf, those that have changed
+  Candidates near_{pad_};   // whose boxes meet theirs
+  std::int64_t spent_ = 0;  // box tests
+};
+
+/// Triangles at each vertex; 255 for more.
+std::vector<std::uint8_t> usesOfVertices(const CollisionMesh& surface, std::size_t vertices) {
+  std::vector<std::uint8_t> uses(vertices, 0);
+  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    for (const std::uint32_t v : surface.triangle(t).vertex) {
+      if (uses[v] < 255) ++uses[v];
+    }
+  }
+  return uses;
+}
+
+}  // namespace
+
+void CollisionMesh::markSelfIntersecting(std::span<const std::uint8_t> changed, int threads) {
+  constexpr std::size_t kPiece = 1024;  // nodes that a thread takes at a time
+  const std::span<const BoundingHierarchy::Node> nodes = hierarchy_.nodes();
+  Marks marks(triangleCount());
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> nextCell{0};
+  const std::vector<std::uint8_t> uses =
+      hierarchy_.hasCells() ? usesOfVertices(*this, vertexNormals_.size()) : std::vector<std::uint8_t>();
+  std::atomic<std::int64_t> left{(kMaxTests + kMaxTestsEach * triangleCount()) * kBoxTestsPerTest};
+  const auto work = [&] {
+    SelfIntersectionSearch search(*this, changed, marks);
+    for (std::size_t begin = next.fetch_add(kPiece); begin < nodes.size(); begin = next.fetch_add(kPiece)) {
+      interruptionPoint();
+      for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {
+        for (const auto child : node.child) {
+          if (child.isLeaf() && !child.isList() && left > 0) left -= search.run(child.begin(), child.end());
+        }
+      }
+    }
+    for (std::size_t i = nextCell++; i < hierarchy_.cellCount() && left > 0; i = nextCell++) {
+      interruptionPoint();
+      left -= search.runCell(hierarchy_.cell(i), uses);
+    }
+  };
+  runInThreads(nodes.size() > kPiece ? threads : 1, work);
+  const bool all = left <= 0;  // the sum of all costs, whatever the threads
+  for (std::uint32_t t = 0; t < triangleCount(); ++t) {
+    if (!all && !marks[t]) continue;
+    records_[t].flags |= TriangleRecord::kSelfIntersecting;
+    anySelfIntersecting_ = true;
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,76 @@
+#include "haptic_server/engine/step/edited_objects.h"
+
+#include <algorithm>
+
+#include "haptic_server/engine/step/held_springs.h"
+#include "haptic_server/engine/step/rate_limited_pose.h"
+
+namespace haptics {
+namespace {
+
+void moveEditedObjects(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  state.features.beingMoved = false;
+  state.limits.slew.begin();
+  for (std::size_t i = 0; i < state.objects.count; ++i) {
+    ObjectState& object = state.objects[i];
+    if (!object.beingMoved) continue;
+    const Body& body = state.bodies[i];
+    object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
+    state.features.beingMoved = state.features.beingMoved || object.beingMoved;
+    const Stiffness k = stiffer(object.stiffness.value(), ownStiffness(scene, state, i));
+    const RateLimitedPose pose(state.contact.hip, state.contact.ihip, k);
+    const Pose previous = lastTestedPose(state, body);
+    state.place(i, previous, pose.next(body.current, object.scenePose, config.period_s));
+    if (object.id != state.report.object) continue;
+    const Vec3 shift = toWorld(body.current, toLocal(body.previous, state.contact.ihip)) - state.contact.ihip;
+    state.energy.attribute(object.id, EnergyFeature::kEdit, glm::dot(state.energy.written_N(), shift));
+  }
+}
+
+void releaseFaded(HapticState& state) noexcept {
+  const auto hasFaded = [&](const ContactSurface& held) {
+    const auto body = static_cast<std::size_t>(held.body);
+    return state.bodies[body].pendingRemoval && state.objects[body].stiffness.value() == Stiffness{};
+  };
+  if (!std::ranges::any_of(state.contact.surfaces(), hasFaded)) return;
+  releaseContact(state.contact);
+  state.now.contactBroken = true;
+  state.limits.slew.begin();
+}
+
+}  // namespace
+
+void updateTouchedStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t body,
+                            double depth_m, double speed_m_per_s) noexcept {
+  const double put_J = state.objects[body].stiffness.follow(ownStiffness(scene, state, body), depth_m, speed_m_per_s,
+                                                            config.maxForce_N, config.period_s);
+  if (put_J == 0) return;
+  state.energy.attribute(scene.objects[body].id, EnergyFeature::kEdit, put_J);
+  state.limits.slew.begin();
+}
+
+void updateTouchedStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                            const ContactResult& contact, double speed_m_per_s) noexcept {
+  const Vec3 penetration_m = contact.ihip - state.estimate.hip;
+  if (state.adoption.fadingOut) return fadeHeld(state, config, penetration_m);
+  const auto touched = static_cast<std::size_t>(contact.body);
+  const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, touched, penetration_m) : contact.penetration_m;
+  updateTouchedStiffness(scene, state, config, touched, depth_m, speed_m_per_s);
+}
+
+void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                              const ContactResult& contact) noexcept {
+  for (std::size_t i = 0; i < state.objects.count; ++i) {
+    if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
+    if (state.objects[i].stiffness.value() == ownStiffness(scene, state, i)) continue;
+    const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, i, contact.ihip - state.estimate.hip) : 0;
+    if (!state.adoption.fadingOut || !(depth_m > 0)) updateTouchedStiffness(scene, state, config, i, depth_m, 0);
+  }
+}
+
+void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  if (state.features.beingMoved) moveEditedObjects(scene, state, config);
+  if (state.features.hasUntouchable) releaseFaded(state);
+}
+
+}  // namespace haptics

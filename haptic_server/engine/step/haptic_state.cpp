@@ -1,0 +1,80 @@
+#include "haptic_server/engine/step/haptic_state.h"
+
+#include <type_traits>
+
+namespace haptics {
+namespace {
+
+/// What a rehearsal does without: it belongs to objects at rest, to bodies that meet, or to a tool.
+template <class T>
+inline constexpr bool kIsLeftOut = std::is_same_v<T, Sequence<ObjectState, kMaxServoObjects>> ||
+                                   std::is_same_v<T, Sequence<BumpState, kMaxServoObjects>> ||
+                                   std::is_same_v<T, Sequence<MovingBody, kMaxMovingBodies>> ||
+                                   std::is_same_v<T, BodyPairs> || std::is_same_v<T, ToolInHand>;
+
+}  // namespace
+
+bool HapticState::connect(const ServoScene& adopted) noexcept {
+  const std::vector<ServoObject>& all = adopted.objects;
+  if (objects.count != all.size() || (bumps.count != 0 && bumps.count != objects.count)) return false;
+  scene = &adopted;
+  contactCache = {};
+  now = {};
+  otherHand.any = false;
+  toolFelt = {};
+  collidingCount = 0;
+  std::size_t next = 0;  // of the bodies that move, which are in the order of the objects
+  for (std::size_t i = 0; i < objects.count; ++i) {
+    const ObjectState& object = objects[i];
+    if (object.id != all[i].id) return false;
+    Body& body = bodies[i];
+    body.surface = all[i].surface.get();
+    body.pendingRemoval = object.pendingRemoval;
+    place(i, Pose(object.previous), Pose(object.current));
+    const bool moves = next < moving.count && moving[next].body == i;
+    if (moves && all[i].motion == nullptr) return false;
+    const CollisionPoints* const points = all[i].collision.get();
+    if (points != nullptr) colliding[collidingCount++] = {i, moves ? static_cast<int>(next) : -1, points};
+    if (moves) collides[next++] = points != nullptr;
+  }
+  if (next != moving.count) return false;
+  if (!features.tool) return true;
+  if (tool.body >= objects.count || all[tool.body].tool == nullptr) return false;
+  std::array<ToolContact::Obstacle, kMaxServoObjects> obstacles;
+  for (std::size_t i = 0; i < objects.count; ++i)
+    obstacles[i].sharp = all[i].sharp ? std::span<const Vec3>(*all[i].sharp) : std::span<const Vec3>();
+  return ToolContact(tool.memory, toolScratch).connect(*all[tool.body].tool, {obstacles.data(), objects.count});
+}
+
+void HapticState::copyInUse(const HapticState& other) noexcept {
+  haptics::copyInUse<StateFields>(*this, other);
+  scene = other.scene;
+  allowance = other.allowance;
+  std::copy_n(other.bodies.begin(), objects.count, bodies.begin());
+  contactCache = other.contactCache;
+  std::copy_n(other.colliding.begin(), other.collidingCount, colliding.begin());
+  collidingCount = other.collidingCount;
+  std::copy_n(other.collides.begin(), moving.count, collides.begin());
+  now = other.now;
+  if (!features.tool) return;
+  toolScratch.tool = other.toolScratch.tool;
+  std::copy_n(other.toolScratch.sharp.begin(), objects.count, toolScratch.sharp.begin());
+}
+
+void HapticState::copyForRehearsal(const HapticState& other) noexcept {
+  fields::forEachMember(
+      []<class T>(std::size_t, T& to, const T& from) {
+        if constexpr (!kIsLeftOut<T> && !std::is_same_v<T, SurfaceMemory>) haptics::copyInUse(to, from);
+      },
+      static_cast<StateFields&>(*this), static_cast<const StateFields&>(other));
+  if (features.detail) surface = other.surface;
+  allowance = other.allowance;
+  contactCache = other.contactCache;
+  now = other.now;
+  for (std::size_t i = 0; i < moving.count; ++i) {
+    moving[i].copyMotion(other.moving[i]);
+    bodies[moving[i].body] = other.bodies[moving[i].body];
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,225 @@
+#include "haptic_server/engine/step/moving_bodies.h"
+
+#include <algorithm>
+
+#include "haptic_server/engine/collision/moving_together.h"
+#include "haptic_server/engine/motion/rigid_motion.h"
+#include "haptic_server/engine/step/held_springs.h"
+#include "haptic_server/engine/step/tool_step.h"
+
+namespace haptics {
+namespace {
+
+/// The part of the tick's allowance that the bodies' motions may take in any case; beyond it they move in turn.
+[[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
+
+/// What one body is given of a force (N, world) on the hand.
+class Reaction {
+ public:
+  Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
+      : state_(state), contact_(contact), force_N_(contact.touching ? force_N : Vec3(0)) {}
+
+  [[nodiscard]] Push on(std::size_t body) const noexcept {
+    if (!contact_.touching) return {};
+    return state_.features.tool ? pushOfTool(state_, body) : Push{ofPoint(body), contact_.ihip};
+  }
+
+ private:
+  const HapticState& state_;
+  const ContactResult& contact_;
+  Vec3 force_N_;
+
+  [[nodiscard]] Vec3 ofPoint(std::size_t body) const noexcept {
+    const auto holding = state_.contact.surfaces();
+    Vec3 own(0);
+    Vec3 others(0);
+    for (std::size_t k = 1; k < holding.size(); ++k) {
+      if (holding[k].body == contact_.body) continue;
+      const Vec3 part = partOf(state_, k, force_N_) * heldNormal(state_, k);
+      others += part;
+      if (static_cast<std::size_t>(holding[k].body) == body) own += part;
+    }
+    return static_cast<std::size_t>(contact_.body) == body ? others - force_N_ : -own;
+  }
+};
+
+/// One push of both, at the place of the first.
+[[nodiscard]] Push sum(const Push& a, const Push& b) noexcept {
+  if (!a.any()) return b;
+  return {a.force_N + b.force_N, a.place_m, a.torque_Nm + b.torque_Nm + glm::cross(b.place_m - a.place_m, b.force_N)};
+}
+
+/// A body stands still while an edit under either hand brings it to its place.
+[[nodiscard]] bool standsStill(const HapticState& state, std::size_t moving) noexcept {
+  return state.objects[state.moving[moving].body].beingMoved || (state.otherHand.any && state.otherHand.awaits[moving]);
+}
+
+[[nodiscard]] Push pushOnto(const HapticState& state, const Reaction& reaction, std::size_t moving) noexcept {
+  const Push own = reaction.on(state.moving[moving].body);
+  return state.otherHand.any ? sum(own, state.otherHand.push[moving]) : own;
+}
+
+/// Calls pair(i, k) for each object that moves in both states: its index into a.moving, and into b.moving.
+template <class Pair>
+void forEachShared(const HapticState& a, const HapticState& b, Pair pair) noexcept {
+  std::size_t k = 0;  // both are in order of the objects' ids
+  for (std::size_t i = 0; i < a.moving.count; ++i) {
+    const std::uint64_t id = a.objects[a.moving[i].body].id;
+    while (k < b.moving.count && b.objects[b.moving[k].body].id < id) ++k;
+    if (k < b.moving.count && b.objects[b.moving[k].body].id == id) pair(i, k);
+  }
+}
+
+/// Attributes the work that a moving surface does on the hand with the force that is held meanwhile.
+void nameWork(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
+  const Pose& now = state.bodies[moving.body].current;
+  const Vec3 way = toWorld(poseOf(state.rigidBody(moving), moving.state), toLocal(now, push.place_m)) - push.place_m;
+  state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+}
+
+/// Bodies that meet one another, all in one tick.
+void moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
+                         const MotionAllowance& motion) noexcept {
+  std::array<Collider, kMaxColliders> colliders;
+  const std::size_t count = state.collidingCount;
+  for (std::size_t i = 0; i < count; ++i) {
+    CollidingBody& is = state.colliding[i];
+    const Body& body = state.bodies[is.body];
+    MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
+    colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
+    is.isPut = false;
+    if (moving == nullptr || standsStill(state, static_cast<std::size_t>(is.moving))) continue;
+    colliders[i].what = &state.rigidBody(*moving);
+    colliders[i].state = &moving->state;
+    colliders[i].pose = poseOf(*colliders[i].what, moving->state);
+    colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
+  }
+  CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
+  if (!moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance)) ++state.report.allowanceSpent;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (colliders[i].state == nullptr) continue;
+    MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
+    moving.moved = !(poseOf(*colliders[i].what, moving.state) == colliders[i].pose);
+    if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
+    if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
+  }
+}
+
+}  // namespace
+
+void takeMovedPoses(HapticState& state) noexcept {
+  for (std::size_t i = 0; i < state.moving.count; ++i) {
+    const MovingBody& moving = state.moving[i];
+    if (state.objects[moving.body].beingMoved) continue;
+    const Body& body = state.bodies[moving.body];
+    if (!moving.moved && !body.moving) continue;
+    const Pose previous = lastTestedPose(state, body);
+    state.place(moving.body, previous, moving.moved ? poseOf(state.rigidBody(moving), moving.state) : body.current);
+  }
+}
+
+std::int64_t unitsOfMotion(const HapticState& state) noexcept {
+  if (state.motion.follows) return 0;
+  std::int64_t units = 0;
+  for (std::size_t i = 0; i < state.moving.count; ++i) {
+    const MovingBody& moving = state.moving[i];
+    if (moving.state.condition == BodyCondition::kAwake)
+      units += leastMotionUnits(state.rigidBody(moving), moving.state);
+  }
+  if (state.collidingCount > 0) units += leastCollisionUnits(state.pairs);
+  return std::min(units, motionUnits(state));
+}
+
+void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
+  if (state.motion.follows) return;
+  const ContactResult& contact = result.contact;
+  const ForceComponents& force = result.force;
+  const Reaction reaction(state, contact, force.contact);
+  const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
+  MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
+  const double part = writtenFraction(force.written, force.contact);
+  if (state.collidingCount > 0) moveCollidingBodies(state, config, reaction, part, allowance);
+  std::size_t next = 0;
+  bool inTurn = false;
+  for (std::size_t k = 0; k < state.moving.count; ++k) {
+    const std::size_t i = (state.motion.next + k) % state.moving.count;
+    MovingBody& moving = state.moving[i];
+    if (state.collides[i]) continue;
+    moving.moved = false;
+    if (standsStill(state, i)) continue;
+    const Push push = pushOnto(state, reaction, i);
+    if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
+    if (k > 0 && !push.any() && allowance.least.left() < leastMotionUnits(state.rigidBody(moving), moving.state)) {
+      if (!inTurn) next = i;
+      inTurn = true;
+      ++moving.waited;
+      continue;
+    }
+    moveRigidBody(state.rigidBody(moving), moving.state, push, config.period_s * static_cast<double>(1 + moving.waited),
+                  allowance);
+    moving.waited = 0;
+    moving.moved = true;
+    if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
+    if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
+  }
+  state.motion.next = next;
+  state.otherHand.any = false;
+}
+
+void takePushes(HapticState& first, const HapticState& second, const ForceResult& secondResult) noexcept {
+  if (first.moving.count == 0) return;
+  OtherHand& other = first.otherHand;
+  other.any = true;
+  std::fill_n(other.push.begin(), first.moving.count, Push{});
+  std::fill_n(other.awaits.begin(), first.moving.count, false);
+  const Reaction reaction(second, secondResult.contact, secondResult.force.contact);
+  forEachShared(first, second, [&](std::size_t i, std::size_t k) {
+    const ObjectState& own = first.objects[first.moving[i].body];
+    const ObjectState& its = second.objects[second.moving[k].body];
+    other.push[i] = reaction.on(second.moving[k].body);
+    other.awaits[i] = its.beingMoved || its.poseRevision != own.poseRevision;
+  });
+}
+
+void followMovedBodies(const HapticState& first, HapticState& second, const ForceResult& secondResult) noexcept {
+  const ForceComponents& force = secondResult.force;
+  const Reaction reaction(second, secondResult.contact, force.contact);
+  const double part = writtenFraction(force.written, force.contact);
+  for (std::size_t k = 0; k < second.moving.count; ++k) second.moving[k].moved = false;
+  forEachShared(first, second, [&](std::size_t i, std::size_t k) {
+    const MovingBody& leads = first.moving[i];
+    MovingBody& follows = second.moving[k];
+    const bool isEdited = first.objects[leads.body].poseRevision != second.objects[follows.body].poseRevision ||
+                          first.objects[leads.body].beingMoved || second.objects[follows.body].beingMoved;
+    if (isEdited || &first.rigidBody(leads) != &second.rigidBody(follows)) return;
+    follows.state = leads.state;
+    follows.moved = !(poseOf(second.rigidBody(follows), follows.state) == second.bodies[follows.body].current);
+    if (const Push own = reaction.on(follows.body); follows.moved && own.any()) nameWork(second, follows, own, part);
+    if (isStopped(follows.state.condition)) second.makeUntouchable(follows.body);
+  });
+}
+
+bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
+  const std::size_t before = motion.bodyCount;
+  bool changed = false;
+  motion.bodyCount = 0;
+  const auto add = [&](std::size_t body, BodyCondition condition) {
+    const BodyState now{state.objects[body].id, state.bodies[body].current, condition};
+    changed = changed || !(now == motion.body[motion.bodyCount]);
+    motion.body[motion.bodyCount++] = now;
+  };
+  bool isToolDue = state.features.tool;
+  for (std::size_t i = 0; i < state.moving.count; ++i) {
+    const MovingBody& moving = state.moving[i];
+    if (isToolDue && state.tool.body < moving.body) add(state.tool.body, BodyCondition::kAwake);
+    isToolDue = isToolDue && state.tool.body > moving.body;
+    add(moving.body, moving.state.condition);
+  }
+  if (isToolDue) add(state.tool.body, BodyCondition::kAwake);
+  changed = describeTool(state, motion.tool) || changed;
+  changed = changed || before != motion.bodyCount;
+  if (changed) motion.tick = tick;
+  return changed;
+}
+
+}  // namespace haptics

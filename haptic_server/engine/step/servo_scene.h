@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "common/deform/soft_tissue.h"
+#include "common/maths/vec.h"
+#include "common/telemetry/motion_state.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
+#include "haptic_server/engine/motion/rigid_body.h"
+#include "haptic_server/engine/surface/surface_detail.h"
+#include "haptic_server/engine/tool/tool_shell.h"
+
+namespace haptics {
+
+struct ExplorationPlan;
+
+/// Which of the dents that the servo numbers an object's surface holds: the builder bakes in what stays.
+struct BakedDents {
+  std::uint64_t shape = 0;         ///< Another one where the shape at rest was edited: dents in the old one are gone.
+  std::uint64_t upTo = 0;          ///< The surface holds the dents up to this number; they end with the adoption.
+  std::uint64_t releasedUpTo = 0;  ///< Those up to this one that it does not hold may not stay: they go back.
+  bool operator==(const BakedDents&) const = default;
+};
+
+/// What the servo needs of one object. Aligned so that a tick finds one by a shift of its index.
+struct alignas(64) ServoObject {
+  std::uint64_t id = 0;
+  std::shared_ptr<const CollisionMesh> surface;
+  Pose pose;
+  double stiffness_N_per_m = 0;
+  double damping_Ns_per_m = 0;
+  /// Removed from the scene, but still here while the contact on it fades. Cannot be touched anew.
+  bool pendingRemoval = false;
+  /// What its surface feels like beyond its shape; null for nothing. The same pointer from scene to scene as long as it
+  /// is not edited.
+  std::shared_ptr<const SurfaceDetail> detail = nullptr;
+  /// What moves it; null for nothing: it stays where the scene has it. The same pointer likewise.
+  std::shared_ptr<const RigidBody> motion = nullptr;
+  /// Where it meets others; null: they pass through it. The same pointer likewise.
+  std::shared_ptr<const CollisionPoints> collision = nullptr;
+  /// The hand holds it; null: it lies in the scene. Of one object at most; the same pointer likewise.
+  std::shared_ptr<const Tool> tool = nullptr;
+  double torsion_Nm_per_rad =
+      0;  ///< Of the spring that turns the tool to where the device is turned; of a tool above 0.
+  /// Its sharp points at the tool's spacing, where the scene has a tool; null for none. The same pointer likewise.
+  std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
+  /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.
+  std::uint64_t poseRevision = 0;
+  /// What it yields like; null for a rigid one. The same pointer likewise.
+  std::shared_ptr<const SoftTissue> tissue = nullptr;
+  BakedDents baked = {};
+  /// Largest stiffness factor of the detail, where it has one: the device would be unstable above it.
+  double highestFactor = std::numeric_limits<double>::infinity();
+};
+
+/// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
+struct ServoScene {
+  /// Counts the scenes that are made for one servo, from 1: a recording names them so. 0: the empty one at the start.
+  std::uint64_t number = 0;
+  std::uint64_t revision = 0;
+  std::vector<ServoObject> objects;             ///< At most kMaxServoObjects, in order of id.
+  std::shared_ptr<const ExplorationPlan> plan;  ///< The device's; null unless a simulated hand explores.
+};
+
+/// Capacity of the per-object state in the servo; a transaction that would pass it is rejected.
+inline constexpr std::size_t kMaxServoObjects = 256;
+
+}  // namespace haptics

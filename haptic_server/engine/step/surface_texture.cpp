@@ -1,0 +1,132 @@
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_server/engine/step/material_map.h"
+#include "haptic_server/engine/step/separation_speed.h"
+#include "haptic_server/engine/step/surface_forces.h"
+#include "haptic_server/engine/surface/nearest_point.h"
+
+namespace haptics {
+namespace {
+
+/// Units (Allowance) of a texture's field: a sum of 64 waves.
+constexpr std::int64_t kField = 600;
+/// Of a surface's size, how much farther than its highest bump reaches its nearest point is looked for. Larger looks
+/// less often and farther each time.
+constexpr double kLookAhead = 0.02;
+
+/// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
+/// all, that is a steeper texture than anybody asked for: that step is EditSlew's.
+void rescaleAfterEdit(BumpState& watch, double height_m) noexcept {
+  const double part = watch.height_m / height_m;
+  watch.blendWeight = std::isfinite(part) ? std::clamp(part, 0.0, 1.0) : 0;
+}
+
+}  // namespace
+
+void SurfaceForceModel::computeBumpForces() noexcept {
+  for (std::size_t i = 0; i < state_.objects.count && count_ < kMaxTouches; ++i) {
+    if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].pendingRemoval) continue;
+    if (isTouched(i) && !severalBodiesHold(state_)) continue;
+    if (contact_.work.allowance.isSpent()) return state_.fallBehind(contact_.work);
+    SurfaceContact touch{};
+    touch.body = i;
+    if (!nearBumps(touch)) continue;
+    if (state_.features.varyingStiffness && !touch.heightOnly) varyBeside(touch);
+    addTextureHeight(touch, state_.bumps[i]);
+    if (!(touch.depth_m > 0)) continue;
+    // Where the polygons are touched next, shading goes on.
+    if (count_ == 0) memory_.fade = {.how = touch.shaded ? ShadingFade::How::kAlone : ShadingFade::How::kNot};
+    touches_[count_++] = touch;
+  }
+}
+
+/// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.
+bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
+  BumpState& watch = state_.bumps[touch.body];
+  const Body& body = state_.bodies[touch.body];
+  const CollisionMesh& surface = *body.surface;
+  // Of several triangles of a body always the same one, whatever order they are in.
+  const auto holding = state_.contact.surfaces();
+  std::size_t held = holding.size();
+  for (std::size_t k = 0; k < holding.size(); ++k) {
+    if (static_cast<std::size_t>(holding[k].body) != touch.body) continue;
+    if (held == holding.size() || holding[k].triangle < holding[held].triangle) held = k;
+  }
+  if (held < holding.size()) {
+    watch.triangle = touch.triangle = holding[held].triangle;
+    watch.clear_m = 0;
+    touch.heightOnly = true;
+    touch.normal = heldNormal(state_, held);
+    touch.geometric_m = partOf(state_, held, held_m_);
+    touch.from = state_.estimate.hip + held_m_ - touch.geometric_m * touch.normal;
+    return hasTexture(touch.body);
+  }
+  touch.from = contact_.touching ? contact_.ihip : state_.estimate.hip;
+  const Vec3 h = body.frame.toLocal(touch.from);
+  if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
+  const double highest_m = detail(touch.body)->highest_m();
+  const double reach_m = highest_m + kLookAhead * surface.radius_m();
+  const ClosestPoint foot = nearestPoint(surface, h, reach_m, watch.triangle, contact_.work.allowance);
+  if (contact_.work.allowance.isSpent()) return false;
+  const double distance_m = foot.triangle == kNoTriangle ? reach_m : std::sqrt(foot.squaredDistance);
+  watch.triangle = foot.triangle;
+  watch.seenFrom = h;
+  watch.clear_m = std::max(0.0, distance_m - highest_m);
+  if (distance_m >= highest_m) {
+    watch.blendWeight = 1;
+    return false;
+  }
+  if (surface.closed() && !surface.isOutside(foot, h)) {
+    watch.blendWeight = 0;  // got in without touching: the way out is free too
+    return false;
+  }
+  const Vec3 normal = surface.normal(foot);
+  const int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
+  touch.triangle = foot.triangle;
+  touch.geometric_m = -distance_m;
+  touch.normal = body.frame.rotate(exceedsRounding(distance_m, touch.body) ? (h - foot.point) / distance_m
+                                                                           : normal * double(side));
+  touch.shaded = hasShading(touch.body) && shadeAt(touch, foot, side);
+  return true;
+}
+
+/// Height and depth, and speed.
+void SurfaceForceModel::addTextureHeight(SurfaceContact& touch, BumpState& watch) noexcept {
+  const Body& body = state_.bodies[touch.body];
+  const double polygon_m = touch.geometric_m;
+  touch.geometric_m += touch.bulge_m * watch.blendWeight;
+  double full_m = 0;
+  if (hasTexture(touch.body) && (touch.heightOnly || !isTouched(touch.body) || !severalBodiesHold(state_))) {
+    contact_.work.allowance.spend(kField);
+    const Vec3 place = body.frame.toLocal(touch.ihip());
+    const HeightSample local = isDeformed(scene_, state_, touch.body) ? reliefOnMaterial(touch, place)
+                                                                      : detail(touch.body)->texture->at(place);
+    full_m = local.height_m;
+    if (state_.now.detailEdited && object(touch.body).id == state_.report.object) rescaleAfterEdit(watch, full_m);
+    touch.height_m = local.height_m * watch.blendWeight;
+    touch.gradient = body.frame.rotate(local.gradient) * watch.blendWeight;
+  }
+  touch.depth_m = texturedDepth(touch.height_m, -touch.geometric_m);
+  watch.height_m = touch.height_m;
+  const bool reaches = texturedDepth(full_m + touch.bulge_m, -polygon_m) > 0;
+  const double most = config_.period_s / BumpState::kFadeIn_s;
+  watch.blendWeight += reaches ? std::clamp(1 - watch.blendWeight, -most, most) : 1 - watch.blendWeight;
+  touch.speed_m_per_s =
+      separationSpeed(state_, static_cast<int>(touch.body), touch.ihip(), touch.normal, config_.period_s);
+}
+
+/// Height and gradient of the texture at the IHIP, in the object's frame.
+HeightSample SurfaceForceModel::reliefOnMaterial(const SurfaceContact& touch, const Vec3& place) noexcept {
+  const TextureDetail& texture = *detail(touch.body)->texture;
+  if (isTouched(touch.body) && state_.features.soft && state_.deformedContact.isLevel && !detail(touch.body)->material)
+    return texture.at(state_.deformedContact.foot);
+  now_ = shadedTriangle(scene_, state_, touch.body, touch.triangle);
+  nowBody_ = touch.body;
+  nowTriangle_ = touch.triangle;
+  const TriangleMap map = mapToMaterial(scene_, state_, touch.body, touch.triangle, now_);
+  const HeightSample relief = texture.at(map.place(place));
+  return {relief.height_m, map.gradient(relief.gradient)};
+}
+
+}  // namespace haptics

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+
+#include "common/telemetry/device_reading.h"
+#include "haptic_server/engine/motion/rigid_body.h"
+#include "haptic_server/engine/step/force_result.h"
+#include "haptic_server/engine/step/haptic_state.h"
+#include "haptic_server/engine/step/servo_scene.h"
+
+namespace haptics {
+
+/// The proxy is put where the device is.
+void attachTool(HapticState& state, const DeviceReading& device) noexcept;
+
+/// Contact and force of the tool that the hand holds, in place of those of the point (paper 3.2 and 3, for each of its
+/// points; ToolContact), and its torque, as the device is given it. `result.contact` is where it is held most; its allowance is what the tool may spend. Bodies are met
+/// as the scene has them, rigid and smooth.
+void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DeviceReading& device,
+              ForceResult& result) noexcept;
+
+/// The torque of a tick with a fault: it is ramped away.
+void limitTorque(HapticState& state, const ForceResult& result) noexcept;
+
+/// The torque of a tool that is not held any more: it goes at the rate of an edit.
+void fadeTorque(HapticState& state, const ForceResult& result) noexcept;
+
+/// For the device, of this tick.
+[[nodiscard]] inline Vec3 writtenTorque_Nm(const HapticState& state) noexcept {
+  return state.features.tool || state.features.torqueFades ? state.tool.torque.written_Nm() : Vec3(0);
+}
+
+/// What the tool gives a body.
+[[nodiscard]] Push pushOfTool(const HapticState& state, std::size_t body) noexcept;
+
+/// How it is held in this tick, 0 for no tool. True: otherwise than `tool` says.
+[[nodiscard]] bool describeTool(const HapticState& state, ToolState& tool) noexcept;
+
+}  // namespace haptics

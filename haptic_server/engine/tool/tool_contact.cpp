@@ -1,0 +1,485 @@
+#include "haptic_server/engine/tool/tool_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "common/maths/rotation.h"
+#include "haptic_server/engine/contact/neighborhood_watch.h"
+#include "haptic_server/engine/contact/tolerances.h"
+
+namespace haptics {
+namespace {
+
+/// Poses that are tried in a tick. More let a fast tool come nearer to where it is to be in the same tick.
+constexpr int kMaxPoseRounds = 16;
+/// Times that the planes are taken anew at the pose found for them: rotation is not linear.
+constexpr int kMaxTurns = 4;
+/// Of the points one in so many is asked how far everything is from it, each time that the tool moves.
+constexpr std::size_t kClearanceEvery = 8;
+/// In a tick after one that did not come to its end, as many as take this part of the allowance.
+constexpr double kForClearances = 0.4;
+/// A search for a pose above planes costs this, and this for each of them; units of the allowance.
+constexpr std::int64_t kStepUnits = 400, kStepUnitsOfPlane = 40;
+/// Of the bend of the turn before: more is no convergence, and the planes alone are kept from there on.
+constexpr double kConverging = 0.25;
+/// A round turns the proxy by no more than this, rad: the planes are taken anew then.
+constexpr double kMaxTurn_rad = 0.3;
+/// Parts of a way that are tried where the allowance does not last for all points on the whole of it.
+constexpr int kMaxHalvings = 10;
+constexpr double kMinPart = 1.0 / (1 << kMaxHalvings);
+/// Triangles that the search of a touching point may look at.
+constexpr int kTouchBudget = 64;
+/// A move that lowers the energy by less than this part of it is the last one of a tick.
+constexpr double kRest = 1e-3;
+/// Planes that a tick begins with: the lowest ones. Between two walls every point may have come to have planes on both, and to
+/// follow them takes the whole allowance.
+constexpr std::size_t kMaxPlanes = 128;
+/// A pose is gone to if it lowers the energy by at least this part of that of the way to it. Over planes that do not turn it
+/// falls by the whole.
+constexpr double kDescent = 0.8;
+/// So many skins farther from the device a pose may be than that: planes lift the points by a skin.
+constexpr double kLifts = 16;
+
+/// Of the two springs, twice; J.
+[[nodiscard]] double energy(const Pose& proxy, const Pose& device, const ToolCoupling& coupling) noexcept {
+  return coupling.stiffness_N_per_m * squaredLength(proxy.position - device.position) +
+         coupling.torsion_Nm_per_rad * squaredLength(rotationVector(proxy.rotation * glm::conjugate(device.rotation)));
+}
+
+/// How far a rotation takes a place that is a metre from its axis at most.
+[[nodiscard]] double chord(const Quat& from, const Quat& to) noexcept {
+  const Quat turn = to * glm::conjugate(from);
+  return 2 * glm::length(Vec3(turn.x, turn.y, turn.z));
+}
+
+/// The foot on a triangle's plane, as if it went on for ever.
+[[nodiscard]] ClosestPoint onPlaneOf(const CollisionMesh& surface, std::uint32_t triangle, Vec3 at) noexcept {
+  const Vec3 normal = surface.faceNormal(triangle);
+  const double height = glm::dot(normal, at - surface.triangle(triangle).corner(0));
+  return {triangle, Feature::kPolygon, 0, at - height * normal, height * height};
+}
+
+}  // namespace
+
+void ToolMemory::clear() noexcept {
+  cursor = wayTested = search = 0;
+  waited = isOnWay = false;
+  way = proxy = {};
+  moved = travelled = skin = 0;
+  bodiesPart = 1;
+  testCost = kFirstTestCost;
+  touches.count = bodies.count = clearTo.count = sharpClearTo.count = 0;
+}
+
+void ToolContact::hold(const Tool& tool) noexcept {
+  scratch_.tool = &tool;
+  memory_.clear();
+  memory_.clearTo.count = tool.shell.points.size();
+}
+
+/// @return How many of them are sharp points that are tested.
+std::size_t ToolContact::listSharp(std::span<const Obstacle> obstacles) noexcept {
+  std::size_t count = 0;
+  for (std::size_t b = 0; b < obstacles.size(); ++b) {
+    const std::span<const Vec3> sharp = obstacles[b].sharp;
+    scratch_.sharp[b] = {count + sharp.size() <= kMaxSharpPoints ? sharp : std::span<const Vec3>(), count};
+    count += scratch_.sharp[b].points.size();
+  }
+  return count;
+}
+
+bool ToolContact::connect(const Tool& tool, std::span<const Obstacle> obstacles) noexcept {
+  scratch_.tool = &tool;
+  return memory_.clearTo.count == tool.shell.points.size() && memory_.bodies.count == obstacles.size() &&
+         memory_.sharpClearTo.count == listSharp(obstacles);
+}
+
+void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
+  obstacles = obstacles.first(std::min(obstacles.size(), kMaxBodies));
+  const auto before = memory_.bodies;
+  bool isSame = obstacles.size() == before.count;
+  memory_.isOnWay = false;
+  memory_.bodies.count = obstacles.size();
+  for (std::size_t b = 0; b < obstacles.size(); ++b) {
+    const auto& [pose, sharp, origin] = obstacles[b];
+    memory_.bodies[b].at = origin < 0 ? pose : before[static_cast<std::size_t>(origin)].at;
+    isSame = isSame && origin == static_cast<int>(b);
+  }
+  memory_.sharpClearTo.count = listSharp(obstacles);
+  if (isSame) return;
+  const auto end = std::remove_if(touches().begin(), touches().end(), [&](Touch& touch) {
+    const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);
+    touch.body = static_cast<std::uint16_t>(now - obstacles.begin());
+    return now == obstacles.end();
+  });
+  memory_.touches.count = static_cast<std::size_t>(end - touches().begin());
+  memory_.cursor = 0;
+  forgetClearances();
+}
+
+void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexcept {
+  memory_.proxy = device;
+  memory_.touches.count = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) memory_.bodies[b].at = bodies[b].current;
+  memory_.waited = memory_.isOnWay = false;
+  memory_.bodiesPart = 1;
+  forgetClearances();
+}
+
+void ToolContact::forgetClearances() noexcept {
+  memory_.travelled = 0;
+  std::ranges::fill(memory_.clearTo.all(), -1.0);
+  std::ranges::fill(memory_.sharpClearTo.all(), -1.0);
+  for (ToolObstacleState& body : memory_.bodies.all()) body.travelled = 0;
+}
+
+ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                               Allowance allowance) noexcept {
+  const Pose start = memory_.proxy;
+  const double startEnergy = energy(start, device, coupling);
+  gather(bodies, device);
+  const bool bodiesRest = memory_.moved == 0;
+  if (memory_.moved > 0) {
+    ++memory_.search;
+    memory_.isOnWay = false;
+  }
+  ToolResult result;
+  if (memory_.waited && !memory_.isOnWay) {
+    const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
+    renewClearances(bodies, pointCount(), left, allowance);
+  }
+  const bool arrived = memory_.moved == 0 || (memory_.bodiesPart == 1 && canTest(0, allowance));
+  if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
+  bool settled = false, tried = memory_.isOnWay;
+  if (memory_.isOnWay) continueWay(bodies, device, coupling, allowance);
+  for (int round = 0; round < kMaxPoseRounds && !settled && !memory_.isOnWay && !allowance.isSpent(); ++round) {
+    const double reach = farthestMove(device);
+    refreshTouches(bodies, reach, allowance);
+    if (round == 0) forgetHighTouches();
+    Pose next = memory_.proxy;
+    if (!solve(device, coupling, next, result, allowance)) break;
+    double bound = farthestMove(next);
+    const Pose end = next;
+    double part = 1;
+    bool isThere = canTest(bound, allowance);
+    while (!isThere && part > kMinPart) {
+      part /= 2;
+      next = interpolate(memory_.proxy, end, part);
+      if (!canTest(farthestMove(next), allowance) || !keepAbovePlanes(coupling, next, allowance)) continue;
+      bound = farthestMove(next);
+      isThere = canTest(bound, allowance);
+    }
+    if (!isThere && memory_.moved == 0 && memory_.testCost == kCheapestTest) {
+      // No later tick can test it at once either: this one begins, and the next ones continue.
+      next = end;
+      bound = farthestMove(end);
+      part = 1;
+      isThere = true;
+    }
+    if (!isThere || (part < 1 && !descends(next, device, coupling))) break;
+    tried = true;
+    if (isClear(bodies, next, bound, allowance)) {
+      const double before = energy(memory_.proxy, device, coupling);
+      moveTo(bodies, next, bound, allowance);
+      settled =
+          part == 1 && (memory_.touches.count == 0 || energy(memory_.proxy, device, coupling) >= (1 - kRest) * before);
+    } else if (memory_.moved == 0 && scratch_.hitCount == 0) {  // the allowance is spent
+      memory_.isOnWay = true;
+      memory_.way = next;
+      memory_.wayTested = scratch_.tested;
+    } else if (!addHits()) {
+      // Half of the way to the hit, unless it is there already: so near to a surface rounding would take it through.
+      if (scratch_.lowestHit < memory_.skin / 2) break;
+      const Pose before = interpolate(memory_.proxy, next, scratch_.firstHit / 2);
+      const double partly = farthestMove(before);
+      if (!isClear(bodies, before, partly, allowance)) break;
+      moveTo(bodies, before, partly, allowance);
+    }
+  }
+  if (settled && bodiesRest && energy(memory_.proxy, device, coupling) > startEnergy) moveBackTo(start);
+  if (!tried)
+    memory_.testCost =
+        std::max(kCheapestTest, memory_.testCost / 2);  // too dear to be tried: it may have become cheaper
+  result.proxy = memory_.proxy;
+  result.force_N = coupling.stiffness_N_per_m * (memory_.proxy.position - device.position);
+  result.torque_Nm =
+      coupling.torsion_Nm_per_rad * rotationVector(memory_.proxy.rotation * glm::conjugate(device.rotation));
+  const Frame tool(memory_.proxy);
+  for (const Touch& touch : touches()) result.touching += height(touch, tool) < kTouchMargin * memory_.skin ? 1 : 0;
+  memory_.bodiesPart =
+      memory_.moved == 0 ? std::min(1.0, 2 * memory_.bodiesPart) : std::max(kMinPart, memory_.bodiesPart / 2);
+  result.waits = !settled || !arrived;
+  memory_.waited = result.waits;
+  if (!memory_.waited || memory_.proxy != start) ++memory_.search;
+  result.allowance = allowance;
+  return result;
+}
+
+/// Continues the test of a way that the last tick did not come to the end of, if it is one that the device still pulls to.
+void ToolContact::continueWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                              Allowance& allowance) noexcept {
+  const double bound = farthestMove(memory_.way);
+  memory_.isOnWay = descends(memory_.way, device, coupling);
+  if (!memory_.isOnWay) return;
+  const bool clear = isClear(bodies, memory_.way, bound, allowance, memory_.wayTested);
+  if (!clear && scratch_.hitCount == 0) {
+    memory_.wayTested = scratch_.tested;
+    return;
+  }
+  memory_.isOnWay = false;
+  if (clear)
+    moveTo(bodies, memory_.way, bound, allowance);
+  else
+    static_cast<void>(addHits());
+}
+
+/// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
+void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexcept {
+  double extent =
+      std::max(glm::length(device.position), glm::length(memory_.proxy.position)) + scratch_.tool->shell.radius_m;
+  memory_.moved = farthestMove(bodies);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!bodies[b].pendingRemoval && isNear(bodies[b], scratch_.bodyMoved[b]))
+      extent = std::max(extent, bodies[b].extent_m);
+  }
+  memory_.skin = kSkin * extent;
+}
+
+/// Was the body, on a way of this length to where it is, ever within what is looked for about the tool?
+bool ToolContact::isNear(const Body& body, double moved) const noexcept {
+  const double reach = body.surface->radius_m() + scratch_.tool->shell.radius_m + kFarthestClearance_m + moved;
+  return squaredLength(body.centre - memory_.proxy.position) < reach * reach;
+}
+
+/// Of the bodies that are near. The others leave what is known of the tool's points as it is: that is less than they are away.
+double ToolContact::farthestMove(std::span<const Body> bodies) noexcept {
+  double moved = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Body& body = bodies[b];
+    scratch_.bodyMoved[b] = 0;
+    if (body.pendingRemoval || body.current == memory_.bodies[b].at) continue;
+    scratch_.bodyMoved[b] = glm::distance(body.current.position, memory_.bodies[b].at.position) +
+                            chord(memory_.bodies[b].at.rotation, body.current.rotation) * body.surface->extent_m();
+    if (isNear(body, scratch_.bodyMoved[b])) moved = std::max(moved, scratch_.bodyMoved[b]);
+  }
+  return moved;
+}
+
+/// Where the allowance does not last for where the bodies have come, or no pose was found there in the last tick, they come a
+/// part of the way in this tick.
+std::span<const Body> ToolContact::takePartOfTheWay(std::span<const Body> bodies, const Allowance& allowance) noexcept {
+  for (double part = memory_.bodiesPart; part >= kMinPart; part /= 2) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      scratch_.here[b] = bodies[b];
+      scratch_.here[b].current = interpolate(memory_.bodies[b].at, bodies[b].current, part);
+      scratch_.here[b].update();
+    }
+    memory_.moved = farthestMove({scratch_.here.data(), bodies.size()});
+    if (canTest(memory_.moved, allowance)) break;  // the tool goes as far as they do
+  }
+  return {scratch_.here.data(), bodies.size()};
+}
+
+/// Follows the points that touch over the surfaces, and takes their planes. Those that are farther than the tool can come
+/// are let go of.
+void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept {
+  const Frame tool(memory_.proxy);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < memory_.touches.count; ++i) {
+    Touch touch = memory_.touches[i];
+    if (bodies[touch.body].pendingRemoval) continue;
+    if (!allowance.isSpent()) {
+      refreshTouch(bodies[touch.body], tool, touch, allowance);
+      if (height(touch, tool) > reach + kTouchMargin * memory_.skin) continue;
+      if (kept > 0 && memory_.touches[kept - 1].isOf(touch) && memory_.touches[kept - 1].triangle == touch.triangle)
+        continue;
+    }
+    memory_.touches[kept++] = touch;
+  }
+  memory_.touches.count = kept;
+}
+
+/// Keeps no more than kMaxPlanes. A point that is forgotten hits its plane again before it passes it.
+void ToolContact::forgetHighTouches() noexcept {
+  if (memory_.touches.count <= kMaxPlanes) return;
+  const Frame tool(memory_.proxy);
+  std::array<double, kMaxHalfSpaces> heights;
+  for (std::size_t i = 0; i < memory_.touches.count; ++i) heights[i] = height(memory_.touches[i], tool);
+  const auto heightsEnd = heights.begin() + static_cast<std::ptrdiff_t>(memory_.touches.count);
+  const auto highest = heights.begin() + kMaxPlanes;
+  std::nth_element(heights.begin(), highest, heightsEnd);
+  const auto end = std::remove_if(touches().begin(), touches().end(),
+                                  [&](const Touch& touch) { return height(touch, tool) >= *highest; });
+  memory_.touches.count = static_cast<std::size_t>(end - touches().begin());
+}
+
+void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept {
+  const CollisionMesh& surface = touch.ofBody ? *scratch_.tool->surface : *body.surface;
+  if (touch.ofBody) touch.place = body.frame.toWorld(scratch_.sharp[touch.body].points[touch.point]);
+  const Vec3 at =
+      touch.ofBody ? toLocal(memory_.proxy, touch.place) : body.frame.toLocal(tool.toWorld(point(touch.point)));
+  const auto budget =
+      static_cast<int>(std::min<std::int64_t>(kTouchBudget, 1 + allowance.left() / Allowance::kNearTriangle));
+  int looked = 0;
+  const ClosestPoint foot = touch.hitIn == memory_.search
+                                ? onPlaneOf(surface, touch.triangle, at)
+                                : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, budget).foot;
+  allowance.spend(Allowance::kNearTriangle * (looked + 1));
+  touch.triangle = foot.triangle;
+  const double distance = std::sqrt(foot.squaredDistance);
+  touch.normal = surface.faceNormal(foot.triangle) * static_cast<double>(touch.side);
+  if (foot.feature != Feature::kPolygon && distance > kTouchMargin * memory_.skin &&
+      surface.isOutside(foot, at, touch.side))
+    touch.normal = (at - foot.point) / distance;
+  touch.offset = glm::dot(touch.normal, foot.point);
+  if (touch.ofBody) return;
+  touch.normal = body.frame.rotate(touch.normal);
+  touch.offset = glm::dot(touch.normal, body.frame.toWorld(foot.point));
+}
+
+/// Of the point above its plane, with the tool there; m.
+double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept {
+  const Vec3 at = touch.ofBody ? tool.toLocal(touch.place) : tool.toWorld(point(touch.point));
+  return glm::dot(touch.normal, at) - touch.offset;
+}
+
+/// The pose nearest to the device's in which all that touch are a skin above their planes, or one on the way to it, and the
+/// points that hold it there. False: there is none, or it was not found.
+bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
+                        Allowance& allowance) noexcept {
+  LeastDistance held;
+  bool lifts = true;
+  Pose first = memory_.proxy;
+  double lastBend = std::numeric_limits<double>::infinity();
+  for (int turn = 0;; ++turn) {
+    Step step = stepTowards(device, coupling, next, lifts, allowance);
+    if (!step.nearest.exists && lifts) {  // jammed, in less room than a skin on every side
+      lifts = false;
+      step = stepTowards(device, coupling, next, lifts, allowance);
+    }
+    if (!step.nearest.exists) return false;
+    const double angle = glm::length(step.turn);
+    const double part = std::min(1.0, kMaxTurn_rad / angle);
+    const double bend = bendOf(part * angle);
+    const bool converges = bend <= kConverging * lastBend;
+    bool ends = false;
+    if (converges) {
+      held = step.nearest;
+      next = {glm::normalize(rotationBy(part * step.turn) * next.rotation), next.position + part * step.move};
+      if (turn == 0) first = next;
+      ends = bend < kConstraintTolerance * memory_.skin;
+    }
+    if (ends && descends(next, device, coupling)) break;
+    lastBend = bend;
+    if (!ends && converges && part == 1 && turn + 1 < kMaxTurns) continue;
+    double whole = 1;
+    while (!keepAbovePlanes(coupling, next, allowance) || !descends(next, device, coupling)) {
+      next = whole < kMinPart ? memory_.proxy : interpolate(memory_.proxy, first, whole);
+      if (whole < kMinPart) {
+        if (memory_.moved > 0) return false;
+        break;  // it is where it can be
+      }
+      whole /= 4;
+    }
+    break;
+  }
+  describeHeld(held, next, result);
+  return true;
+}
+
+/// Is the pose nearer to the device's than the proxy, by the energy, and no farther away than it has to be? Only bodies that
+/// move push the tool away from where the device pulls it. Far from the device the first order may, or take it across a flat
+/// valley of the energy.
+bool ToolContact::descends(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept {
+  if (memory_.moved > 0) return true;
+  const double most = std::sqrt(energy(memory_.proxy, device, coupling)) +
+                      kLifts * memory_.skin * std::sqrt(coupling.stiffness_N_per_m);
+  return energy(next, device, coupling) + kDescent * energy(next, memory_.proxy, coupling) <= most * most;
+}
+
+/// Moves a pose as little as brings all that touch a skin above their planes, or as high as they are now. False: that was not
+/// found.
+bool ToolContact::keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept {
+  const Pose target = pose;
+  double lastBend = std::numeric_limits<double>::infinity();
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const Step step = stepTowards(target, coupling, pose, false, allowance);
+    const double bend = bendOf(glm::length(step.turn));
+    if (!step.nearest.exists || bend > kConverging * lastBend) return false;
+    pose = {glm::normalize(rotationBy(step.turn) * pose.rotation), pose.position + step.move};
+    if (bend < kConstraintTolerance * memory_.skin) return true;
+    lastBend = bend;
+  }
+  return false;
+}
+
+/// From a pose to the one nearest to the target's, by the coupling's energy, that is above all planes: to first order.
+/// @param lifts  By a skin; else by no more than the proxy is.
+/// @return None, too, where the allowance does not last for it.
+ToolContact::Step ToolContact::stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose,
+                                           bool lifts, Allowance& allowance) noexcept {
+  const std::int64_t units = kStepUnits + kStepUnitsOfPlane * static_cast<std::int64_t>(memory_.touches.count);
+  if (units > allowance.left()) return {{.exists = false}, Vec3(0), Vec3(0)};
+  allowance.spend(units);
+  const double perMove = 1 / std::sqrt(coupling.stiffness_N_per_m);
+  const double perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad);
+  const Vec3 move = target.position - pose.position;
+  const Vec3 turn = rotationVector(target.rotation * glm::conjugate(pose.rotation));
+  const Frame frame(pose), now(memory_.proxy);
+  for (std::size_t i = 0; i < memory_.touches.count; ++i) {
+    const Touch& touch = memory_.touches[i];
+    const Vec3 arm = touch.ofBody ? touch.place - pose.position : frame.rotate(point(touch.point));
+    const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;  // on the tool
+    const Vec3 lever = glm::cross(arm, push);
+    const Vec3 a = push * perMove, b = lever * perTurn;
+    const double least = lifts ? memory_.skin : std::min(memory_.skin, height(touch, now));
+    scratch_.halfSpaces[i] = {{a.x, a.y, a.z, b.x, b.y, b.z},
+                              least - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, turn)};
+  }
+  const LeastDistance nearest = leastDistance(std::span(scratch_.halfSpaces).first(memory_.touches.count));
+  return {nearest, move + perMove * Vec3(nearest.x[0], nearest.x[1], nearest.x[2]),
+          turn + perTurn * Vec3(nearest.x[3], nearest.x[4], nearest.x[5])};
+}
+
+/// In the coordinates of solve() a multiplier is the force along its normal: K_t (p - p_d) = sum of m_i n_i.
+void ToolContact::describeHeld(const LeastDistance& nearest, const Pose& next, ToolResult& result) const noexcept {
+  const Frame frame(next);
+  result.heldCount = static_cast<std::size_t>(nearest.tightCount);
+  for (std::size_t i = 0; i < result.heldCount; ++i) {
+    const Touch& touch = memory_.touches[nearest.tight[i]];
+    const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;
+    result.held[i] = {touch.body, touch.ofBody ? kNoTriangle : touch.triangle,
+                      touch.ofBody ? touch.place : frame.toWorld(point(touch.point)), nearest.multiplier[i] * push};
+  }
+}
+
+double ToolContact::farthestMove(const Pose& next) const noexcept {
+  return glm::distance(memory_.proxy.position, next.position) +
+         chord(memory_.proxy.rotation, next.rotation) * scratch_.tool->shell.radius_m;
+}
+
+void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
+  memory_.proxy = next;
+  memory_.travelled += memory_.moved + bound;
+  memory_.moved = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    memory_.bodies[b].at = bodies[b].current;
+    memory_.bodies[b].travelled += scratch_.bodyMoved[b] + bound;
+    scratch_.bodyMoved[b] = 0;
+  }
+  const std::size_t all = pointCount();
+  renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
+}
+
+/// To where it has come from in this tick, on the same way: planes lift the points by a skin, and without this a tool between
+/// two edges would be lifted by the one and the other for ever. While the device rests the energy falls, until the tool does.
+void ToolContact::moveBackTo(const Pose& start) noexcept {
+  const double bound = farthestMove(start);
+  memory_.travelled += bound;
+  for (std::size_t b = 0; b < memory_.bodies.count; ++b) memory_.bodies[b].travelled += bound;
+  memory_.proxy = start;
+}
+
+}  // namespace haptics

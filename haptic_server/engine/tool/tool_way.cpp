@@ -1,0 +1,212 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "haptic_server/engine/tool/tool_contact.h"
+
+// Which points a way may take into something, and the test of those.
+
+namespace haptics {
+namespace {
+
+/// Of what tests cost, as margin; and of the estimate, from one way to the next where they cost less.
+constexpr double kTestMargin = 1.5, kTestDecay = 0.95;
+
+/// Of a place from a triangle's plane.
+[[nodiscard]] double heightOver(const CollisionMesh& surface, std::uint32_t triangle, Vec3 at) noexcept {
+  return std::abs(glm::dot(surface.faceNormal(triangle), at - surface.triangle(triangle).corner(0)));
+}
+
+/// Of a place from a surface, as far as `farthest`; a lower bound, 0 once the allowance is spent.
+[[nodiscard]] double distanceFrom(const CollisionMesh& surface, Vec3 at, double farthest,
+                                  Allowance& allowance) noexcept {
+  constexpr double kNearEnough = 0.64;  // of the squared distance: what is hardly nearer is not looked for
+  double nearest = farthest * farthest / kNearEnough;
+  allowance.spend(Allowance::kQuery);
+  surface.hierarchy().visitNear(
+      at, allowance,
+      [&](std::uint32_t begin, std::uint32_t end) noexcept {
+        allowance.spend(Allowance::kNearTriangle * (end - begin));
+        for (std::uint32_t t = begin; t < end; ++t)
+          nearest = std::min(nearest, closestOn(surface.triangle(t), t, at).squaredDistance);
+        return kNearEnough * nearest;
+      },
+      kNearEnough * nearest);
+  return allowance.isSpent() ? 0 : std::sqrt(kNearEnough * nearest);
+}
+
+}  // namespace
+
+/// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else scratch_.hits are the first
+/// ones found; or there are none, and the allowance was spent before the point scratch_.tested.
+/// @param from  The points before it have been tested on this way.
+bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance,
+                          std::size_t from) noexcept {
+  const std::int64_t before = allowance.left();
+  scratch_.tested = from;
+  scratch_.hitCount = 0;
+  scratch_.firstHit = 1;
+  scratch_.lowestHit = std::numeric_limits<double>::infinity();
+  const Frame frame(next);
+  std::int64_t tests = testPoints(bodies, frame, bound, allowance);
+  if (!allowance.isSpent()) tests += testBodysPoints(bodies, frame, bound, allowance);
+  learnTestCost(tests, before - allowance.left());
+  return scratch_.hitCount == 0 && !allowance.isSpent();
+}
+
+/// The tool's points from scratch_.tested on, against the surfaces of bodies; how many needed it.
+std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                     Allowance& allowance) noexcept {
+  const double travelled = memory_.travelled + memory_.moved + bound;
+  const Frame now(memory_.proxy);
+  std::int64_t tests = 0;
+  for (; scratch_.tested < memory_.clearTo.count; ++scratch_.tested) {
+    if (travelled < memory_.clearTo[scratch_.tested]) continue;
+    ++tests;
+    const Vec3 here = now.toWorld(point(scratch_.tested)), there = tool.toWorld(point(scratch_.tested));
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const Body& body = bodies[b];
+      const double radius = body.surface->radius_m() + bound + scratch_.bodyMoved[b];
+      if (body.pendingRemoval || squaredLength(there - body.centre) > radius * radius) continue;
+      const Vec3 from = toLocal(memory_.bodies[b].at, here);
+      const Vec3 to = body.frame.toLocal(there);
+      const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
+      if (allowance.isSpent()) return tests;
+      if (!crossing) continue;
+      const auto point = static_cast<std::uint16_t>(scratch_.tested), of = static_cast<std::uint16_t>(b);
+      addHit({0, point, of, crossing.triangle, crossing.side, memory_.search, {}, {}, 0}, crossing.time,
+             heightOver(*body.surface, crossing.triangle, from));
+    }
+  }
+  return tests;
+}
+
+/// The sharp points of bodies from scratch_.tested on, against the tool's own surface; how many needed it.
+std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                          Allowance& allowance) noexcept {
+  std::int64_t tests = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Body& body = bodies[b];
+    const auto& [points, first] = scratch_.sharp[b];
+    const double travelled = memory_.bodies[b].travelled + scratch_.bodyMoved[b] + bound;
+    const double reach = scratch_.tool->shell.radius_m + bound + scratch_.bodyMoved[b];
+    if (points.empty() || body.pendingRemoval) continue;
+    if (glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
+    const std::size_t begin = memory_.clearTo.count + first;
+    for (std::size_t j = std::max(scratch_.tested, begin) - begin; j < points.size(); ++j) {
+      double& clearTo = memory_.sharpClearTo[first + j];
+      if (travelled < clearTo) continue;
+      const Vec3 place = body.frame.toWorld(points[j]);
+      const double beyond = glm::distance(place, tool.origin) - reach;
+      if (beyond > 0) {
+        clearTo = memory_.bodies[b].travelled + beyond;
+        continue;
+      }
+      ++tests;
+      scratch_.tested = begin + j;
+      const Vec3 from = toLocal(memory_.proxy, toWorld(memory_.bodies[b].at, points[j]));
+      const Crossing crossing = scratch_.tool->surface->firstCrossing(from, tool.toLocal(place), allowance);
+      if (allowance.isSpent()) return tests;
+      if (!crossing) continue;
+      const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
+      addHit({1, point, of, crossing.triangle, crossing.side, memory_.search, place, {}, 0}, crossing.time,
+             heightOver(*scratch_.tool->surface, crossing.triangle, from));
+    }
+  }
+  return tests;
+}
+
+void ToolContact::addHit(const Touch& hit, double time, double height) noexcept {
+  scratch_.firstHit = std::min(scratch_.firstHit, time);
+  scratch_.lowestHit = std::min(scratch_.lowestHit, height);
+  if (scratch_.hitCount < ToolScratch::kMaxHits) scratch_.hits[scratch_.hitCount++] = hit;
+}
+
+/// False: no new one is among them, and the planes that are known do not keep the points where they are to be.
+bool ToolContact::addHits() noexcept {
+  bool added = false;
+  for (const Touch& hit : std::span(scratch_.hits).first(scratch_.hitCount)) {
+    std::size_t end = memory_.touches.count;  // behind the last one of the same point
+    while (end > 0 && !memory_.touches[end - 1].isOf(hit)) --end;
+    const bool known = std::any_of(touches().begin(), touches().begin() + static_cast<std::ptrdiff_t>(end),
+                                   [&](const Touch& t) { return t.isOf(hit) && t.triangle == hit.triangle; });
+    if (known || memory_.touches.count == kMaxHalfSpaces) continue;
+    const std::size_t place = end == 0 ? memory_.touches.count : end;  // those of a point one after another
+    const auto last = memory_.touches.items.begin() + static_cast<std::ptrdiff_t>(memory_.touches.count);
+    std::copy_backward(memory_.touches.items.begin() + static_cast<std::ptrdiff_t>(place), last, last + 1);
+    memory_.touches[place] = hit;
+    ++memory_.touches.count;
+    added = true;
+  }
+  return added;
+}
+
+/// How many points would have to be tested on a way of this length.
+std::int64_t ToolContact::testsWithin(double bound) const noexcept {
+  const auto countDue = [](const double* clearTo, std::size_t count, double travelled) {
+    return std::count_if(clearTo, clearTo + count, [=](double until) { return until <= travelled; });
+  };
+  auto due = countDue(memory_.clearTo.items.data(), memory_.clearTo.count, memory_.travelled + memory_.moved + bound);
+  for (std::size_t b = 0; b < memory_.bodies.count; ++b) {
+    due += countDue(memory_.sharpClearTo.items.data() + scratch_.sharp[b].first, scratch_.sharp[b].points.size(),
+                    memory_.bodies[b].travelled + scratch_.bodyMoved[b] + bound);
+  }
+  return due;
+}
+
+/// Does the allowance last for the tests of a way of this length?
+bool ToolContact::canTest(double bound, const Allowance& allowance) const noexcept {
+  return static_cast<double>(allowance.left()) >= memory_.testCost * static_cast<double>(testsWithin(bound));
+}
+
+void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent) noexcept {
+  if (tests == 0) return;
+  const double measured = static_cast<double>(spent) / static_cast<double>(tests);
+  memory_.testCost = std::max({kCheapestTest, kTestDecay * memory_.testCost, kTestMargin * measured});
+}
+
+/// Asks the next `count` points, in turn, how far everything was from them when the proxy moved last, those that may have met
+/// something by then; as long as the allowance has more than `keep` left.
+void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
+                                  Allowance& allowance) noexcept {
+  const std::size_t all = pointCount();
+  const Frame tool(memory_.proxy);
+  for (std::size_t i = 0; i < count && allowance.left() > keep; ++i) {
+    std::size_t at = memory_.cursor;
+    memory_.cursor = memory_.cursor + 1 == all ? 0 : memory_.cursor + 1;
+    if (at < memory_.clearTo.count) {
+      if (memory_.travelled >= memory_.clearTo[at])
+        memory_.clearTo[at] = memory_.travelled + clearance(bodies, tool.toWorld(point(at)), allowance);
+      continue;
+    }
+    at -= memory_.clearTo.count;
+    double& clearTo = memory_.sharpClearTo[at];
+    const auto end = scratch_.sharp.begin() + static_cast<std::ptrdiff_t>(memory_.bodies.count);
+    const auto next = std::upper_bound(scratch_.sharp.begin(), end, at,
+                                       [](std::size_t p, const ToolScratch::Sharp& s) { return p < s.first; });
+    const auto b = static_cast<std::size_t>(next - scratch_.sharp.begin()) - 1;
+    if (memory_.bodies[b].travelled < clearTo) continue;
+    const Vec3 place =
+        tool.toLocal(toWorld(memory_.bodies[b].at, scratch_.sharp[b].points[at - scratch_.sharp[b].first]));
+    const double arm = glm::length(place), radius = scratch_.tool->shell.radius_m;
+    const double distance = distanceFrom(*scratch_.tool->surface, place, kFarthestClearance_m, allowance);
+    // Beyond the tool's sphere a turn takes it farther than the tool's own points.
+    clearTo = memory_.bodies[b].travelled + std::max(arm - radius, distance * std::min(1.0, radius / (arm + distance)));
+  }
+}
+
+/// How far the place may move before it can meet anything; a lower bound.
+double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept {
+  double clear = kFarthestClearance_m;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b].pendingRemoval) continue;
+    const CollisionMesh& surface = *bodies[b].surface;
+    const Vec3 at = toLocal(memory_.bodies[b].at, place);
+    if (glm::distance(at, surface.centre()) - surface.radius_m() < clear)
+      clear = distanceFrom(surface, at, clear, allowance);
+  }
+  return clear;
+}
+
+}  // namespace haptics

@@ -1,0 +1,234 @@
+#include <gmock/gmock.h>
+
+#include <deque>
+#include <vector>
+
+#include "common/maths/rotation.h"
+#include "common/mesh/generators.h"
+#include "haptic_server/engine/collision/moving_together.h"
+#include "haptic_server/engine/motion/rigid_motion.h"
+#include "tests/haptic_server/engine/motion/bodies.h"
+
+namespace haptics::test::collision_test {
+namespace {
+
+/// Bodies that meet one another, in ticks of 1 ms.
+class World {
+ public:
+  std::size_t add(const TriMesh& mesh, double mass_kg, const Pose& pose, double friction = 0.5) {
+    Part& part = parts_.emplace_back();
+    part.surface = buildCollisionMesh(mesh.vertices, mesh.triangles);
+    part.points = makeCollisionPoints(*part.surface);
+    part.points.friction = friction;
+    part.pose = pose;
+    if (mass_kg > 0) {
+      part.body = bodyOf(mesh, mass_kg);
+      part.state = restingAt(part.body, pose);
+    }
+    part.moves = mass_kg > 0;
+    return parts_.size() - 1;
+  }
+  RigidBody& body(std::size_t i) { return parts_[i].body; }
+  RigidState& state(std::size_t i) { return parts_[i].state; }
+  [[nodiscard]] Pose pose(std::size_t i) const {
+    return parts_[i].moves ? poseOf(parts_[i].body, parts_[i].state) : parts_[i].pose;
+  }
+  void put(std::size_t i, const Pose& pose) { parts_[i].pose = pose; }
+  void push(std::size_t i, const Push& push) { parts_[i].push = push; }
+  void tick() {
+    std::vector<Collider> colliders;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      Part& p = parts_[i];
+      colliders.push_back(
+          {p.surface.get(), &p.points, pose(i), p.moves ? &p.body : nullptr, p.moves ? &p.state : nullptr, p.push});
+    }
+    CollisionAllowance allowance{search_, {}};
+    waits_ += moveTogether(colliders, pairs_, kPeriod_s, allowance) ? 0 : 1;
+    searched_ = search_.left() - allowance.search.left();
+  }
+  void allowForSearch(std::int64_t units) { search_ = Allowance(units); }
+  void run(double seconds) {
+    for (int i = 0; i < std::lround(seconds / kPeriod_s); ++i) tick();
+  }
+  [[nodiscard]] bool allAsleep() const {
+    return std::ranges::all_of(parts_,
+                               [](const Part& p) { return !p.moves || p.state.condition == BodyCondition::kAsleep; });
+  }
+  [[nodiscard]] double energy() const {
+    double sum = 0;
+    for (const Part& p : parts_) sum += p.moves ? energyOf(p.body, p.state) : 0;
+    return sum;
+  }
+  [[nodiscard]] Vec3 momentum() const {
+    Vec3 sum(0);
+    for (const Part& p : parts_) sum += p.state.momentum_Ns;
+    return sum;
+  }
+  [[nodiscard]] int waits() const { return waits_; }
+  [[nodiscard]] std::int64_t searched() const { return searched_; }  ///< In the last tick, units.
+  [[nodiscard]] const BodyPairs& pairs() const { return pairs_; }
+
+ private:
+  struct Part {
+    std::shared_ptr<const CollisionMesh> surface;
+    CollisionPoints points;
+    Pose pose;
+    bool moves = false;
+    RigidBody body;
+    RigidState state;
+    Push push;
+  };
+  std::deque<Part> parts_;
+  BodyPairs pairs_;
+  Allowance search_;
+  std::int64_t searched_ = 0;
+  int waits_ = 0;
+};
+
+[[nodiscard]] Pose at(Vec3 place) { return {{1, 0, 0, 0}, place}; }
+const TriMesh kBrick = makeBox({0.06, 0.03, 0.02}, 2).value();
+const TriMesh kTable = makeBox({0.5, 0.5, 0.02}, 1).value();
+
+TEST(Collision, BrickComesToRestOnATable) {
+  World world;
+  world.add(kTable, 0, at({0, 0, -0.01}));
+  const std::size_t brick = world.add(kBrick, 0.1, at({0.003, 0, 0.03}));
+  world.run(2);
+  EXPECT_NEAR(world.pose(brick).position.z, 0.01, 2e-5);
+  EXPECT_LT(glm::distance(world.pose(brick).position, Vec3(0.003, 0, 0.01)), 1e-4);
+  EXPECT_TRUE(world.allAsleep());
+}
+
+TEST(Collision, FiveBricksStandOnOneAnother) {
+  World world;
+  world.add(kTable, 0, at({0, 0, -0.01}));
+  std::vector<std::size_t> bricks;
+  for (int i = 0; i < 5; ++i) bricks.push_back(world.add(kBrick, 0.1, at({0.001 * (i % 2), 0, 0.01 + 0.02 * i})));
+  world.run(5);
+  for (int i = 0; i < 5; ++i) {
+    const Vec3 place = world.pose(bricks[static_cast<std::size_t>(i)]).position;
+    EXPECT_NEAR(place.z, 0.01 + 0.02 * i, 1e-4);
+    EXPECT_NEAR(place.x, 0.001 * (i % 2), 1e-4);
+  }
+  EXPECT_TRUE(world.allAsleep());
+}
+
+TEST(Collision, SlidesDownAPlankThatIsSteeperThanItsFriction) {
+  for (const double friction : {0.3, 0.7}) {
+    World world;
+    const double angle = 0.5;  // tan: 0.546
+    const Quat tilt = rotationBy({0, angle, 0});
+    world.add(makeBox({1, 0.5, 0.02}, 1).value(), 0, {tilt, tilt * Vec3(0, 0, -0.01)}, friction);
+    const std::size_t brick = world.add(kBrick, 0.1, {tilt, tilt * Vec3(-0.2, 0, 0.01)}, friction);
+    world.run(0.5);
+    const double way = glm::distance(world.pose(brick).position, tilt * Vec3(-0.2, 0, 0.01));
+    const double slides = 9.81 * (std::sin(angle) - friction * std::cos(angle));
+    EXPECT_NEAR(way, slides > 0 ? 0.5 * slides * 0.25 : 0, 1e-3) << friction;
+  }
+}
+
+TEST(Collision, MarblesPassTheirMomentumOn) {
+  World world;
+  const TriMesh marble = makeSphere(0.01, 16).value();
+  const std::size_t a = world.add(marble, 0.02, at({0, 0, 0})), b = world.add(marble, 0.02, at({0.03, 0.004, 0}));
+  world.body(a).gravity_m_per_s2 = world.body(b).gravity_m_per_s2 = Vec3(0);
+  world.state(a).momentum_Ns = {0.01, 0, 0};
+  const double before = world.energy();
+  world.run(0.3);
+  EXPECT_LT(glm::distance(world.momentum(), Vec3(0.01, 0, 0)), 1e-12);
+  EXPECT_GT(world.state(b).momentum_Ns.x, 0.004);
+  EXPECT_LE(world.energy(), before);
+}
+
+/// Two bricks whose faces are 20 mm apart, without weight.
+struct TwoApart {
+  World world;
+  std::size_t a, b;
+  explicit TwoApart(const TriMesh& mesh = kBrick)
+      : a(world.add(mesh, 0.1, at({0, 0, 0}))), b(world.add(kBrick, 0.1, at({0, 0, 0.04}))) {
+    for (const std::size_t i : {a, b}) world.body(i).gravity_m_per_s2 = Vec3(0);
+  }
+  [[nodiscard]] const BodyPair& pair() const { return world.pairs().places[0]; }
+};
+
+TEST(Collision, APairThatIsApartIsLookedAtAgainOnlyWhereItMayHaveMet) {
+  TwoApart two;
+  two.world.state(two.a).momentum_Ns = {0, 0, 0.1 * 0.1};
+  two.world.tick();
+  const Pose looked = two.pair().relative;
+  EXPECT_GT(two.pair().range_m, 0.01);
+  EXPECT_LT(two.pair().range_m, 0.0201);
+  two.world.run(0.09);
+  EXPECT_EQ(two.pair().relative, looked);
+  two.world.run(0.3);
+  EXPECT_GT(two.world.state(two.b).momentum_Ns.z, 0.004);
+  EXPECT_LT(glm::distance(two.world.momentum(), Vec3(0, 0, 0.1 * 0.1)), 1e-12);
+}
+
+TEST(Collision, ABarThatTurnsIntoWhatWasApartMeetsIt) {
+  TwoApart two(makeBox({0.08, 0.01, 0.004}, 2).value());
+  two.world.state(two.a).angularMomentum_Nms = {0, 2e-4, 0};
+  two.world.tick();
+  EXPECT_GT(two.pair().range_m, 0.01);
+  two.world.run(0.3);
+  EXPECT_GT(glm::length(two.world.state(two.b).momentum_Ns), 1e-3);
+}
+
+TEST(Collision, ASleepingBodyIsNoWallForWhatHitsIt) {
+  for (const double speed_m_per_s : {0.003, 0.05, 0.2, 1.0}) {
+    World world;
+    const std::size_t a = world.add(kBrick, 0.1, at({0, 0, 0})), b = world.add(kBrick, 0.1, at({0.063, 0.004, 0}));
+    for (const std::size_t i : {a, b}) world.body(i).gravity_m_per_s2 = Vec3(0);
+    world.run(1);
+    ASSERT_TRUE(world.allAsleep());
+    world.state(a).condition = BodyCondition::kAwake;
+    world.state(a).still_s = 0;
+    world.state(a).momentum_Ns = {0.1 * speed_m_per_s, 0, 0};
+    world.run(0.006 / speed_m_per_s);
+    EXPECT_LT(glm::distance(world.momentum(), Vec3(0.1 * speed_m_per_s, 0, 0)), 1e-12) << speed_m_per_s;
+    EXPECT_GT(world.state(b).momentum_Ns.x, 0.04 * speed_m_per_s);
+  }
+}
+
+TEST(Collision, OverlapGoesSlowly) {
+  World world;
+  const std::size_t a = world.add(kBrick, 0.1, at({0, 0, 0})), b = world.add(kBrick, 0.1, at({0.001, 0, 0.012}));
+  for (const std::size_t i : {a, b}) world.body(i).gravity_m_per_s2 = Vec3(0);
+  for (int i = 0; i < 500; ++i) {
+    world.tick();
+    EXPECT_LT(glm::length(world.state(a).momentum_Ns) / 0.1, 0.11);
+  }
+  for (const BodyPair& pair : world.pairs().all()) EXPECT_LT(pair.depth_m, 1e-5);
+  EXPECT_LT(glm::length(world.momentum()), 1e-12);
+}
+
+TEST(Collision, MoveInTheNextTickWhereManyContactsWereFoundByALongSearch) {
+  World world;
+  world.add(kTable, 0, at({0, 0, -0.01}));
+  for (int i = 0; i < 12; ++i) {
+    const std::size_t brick = world.add(kBrick, 0.1, at({0.1 * (i % 4), 0.1 * (i / 4), 0.01}), 0.1);
+    world.state(brick).momentum_Ns = {0.03, 0.02, 0};
+  }
+  constexpr std::int64_t kUnits = 20'000;
+  world.allowForSearch(kUnits);
+  int moved = 0, leftToTheNext = 0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const bool isLeft = world.pairs().isFound;
+    const Pose before = world.pose(1);
+    world.tick();
+    const bool moves = !(world.pose(1) == before);
+    if (isLeft) {
+      EXPECT_TRUE(moves);
+    }
+    if (moves) {
+      EXPECT_LE(world.searched(), kUnits / 2);
+    }
+    moved += moves ? 1 : 0;
+    leftToTheNext += isLeft ? 1 : 0;
+  }
+  EXPECT_GT(moved, 100);
+  EXPECT_GT(leftToTheNext, 10);
+}
+
+}  // namespace
+}  // namespace haptics::test::collision_test

@@ -1,0 +1,316 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "common/maths/rotation.h"
+#include "common/mesh/generators.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
+#include "haptic_server/engine/motion/solid.h"
+#include "haptic_server/engine/step/moving_bodies.h"
+#include "haptic_server/engine/step/tool_step.h"
+#include "haptic_server/recording/state_image.h"
+#include "haptic_server/servo/allocation_tripwire.h"
+#include "tests/haptic_server/engine/step/virtual_servo.h"
+
+namespace haptics::fixture::held_tool_tests {
+namespace {
+
+constexpr double kSpacing_m = 0.004;
+constexpr double kStiffness_N_per_m = 800;
+const StepConfig kConfig{.maxForce_N = 20};
+const TriMesh kBar = makeBox({0.04, 0.02, 0.01}, 2).value();
+
+ServoObject toolOf(std::uint64_t id, const TriMesh& mesh, double spacing_m = kSpacing_m,
+                   const Quat& turned = {1, 0, 0, 0}) {
+  ServoObject object = objectOf(id, surfaceOf(mesh), {}, kStiffness_N_per_m);
+  object.pose.rotation = turned;
+  object.tool = std::make_shared<const Tool>(Tool{object.surface, makeToolShell(*object.surface, spacing_m).value()});
+  object.torsion_Nm_per_rad = 1;
+  return object;
+}
+
+ServoObject obstacle(std::uint64_t id, const TriMesh& mesh, Vec3 at) {
+  ServoObject object = objectOf(id, surfaceOf(mesh), at);
+  object.sharp = std::make_shared<const std::vector<Vec3>>(sharpPoints(*object.surface, kSpacing_m, kMaxToolPoints));
+  return object;
+}
+
+/// Its top is z = 0.
+ServoObject floorOf(std::uint64_t id) { return obstacle(id, makeBox({0.4, 0.4, 0.1}, 4).value(), {0, 0, -0.05}); }
+
+ServoObject brick(std::uint64_t id, Vec3 at, double mass_kg) {
+  const TriMesh mesh = makeBox({0.06, 0.04, 0.03}, 1).value();
+  ServoObject object = obstacle(id, mesh, at);
+  const Solid solid = solidOf(mesh.vertices, mesh.triangles);
+  RigidBody body;
+  EXPECT_EQ(spreadMass(mass_kg, solid.centre, mass_kg / solid.volume_m3 * solid.inertia, body.mass), MassDefect::kNone);
+  body.gravity_m_per_s2 = Vec3(0);
+  object.motion = std::make_shared<const RigidBody>(body);
+  return object;
+}
+
+VirtualServo::Trajectory path(Vec3 from, Vec3 to, double seconds) {
+  return [=](std::uint64_t tick) {
+    return from + std::min(1.0, 1e-3 * static_cast<double>(tick) / seconds) * (to - from);
+  };
+}
+
+Pose proxyOf(const VirtualServo& servo, std::size_t tool) { return servo.state().bodies[tool].current; }
+
+void expectSame(const TelemetrySample& a, const TelemetrySample& b, int tick) {
+  ASSERT_EQ(a.force.written, b.force.written) << tick;
+  ASSERT_EQ(a.ihip, b.ihip) << tick;
+  ASSERT_EQ(a.object, b.object) << tick;
+}
+
+TEST(HeldTool, PressesWithItsFace) {
+  VirtualServo servo(path({0, 0, 0.02}, {0.01, 0, 0.002}, 0.4), kConfig, sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+  const TelemetrySample sample = servo.run(600);
+  EXPECT_EQ(sample.object, 1U);
+  EXPECT_NEAR(proxyOf(servo, 1).position.z, 0.005, 1e-6);
+  EXPECT_NEAR(sample.force.written.z, kStiffness_N_per_m * 0.003, 1e-2);
+  EXPECT_NEAR(sample.surfaceNormal.z, 1, 1e-9);
+  MotionState motion;
+  EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+  ASSERT_EQ(motion.bodyCount, 1U);
+  EXPECT_EQ(motion.body[0].object, 2U);
+  EXPECT_EQ(motion.body[0].pose, proxyOf(servo, 1));
+  EXPECT_EQ(motion.tool.object, 2U);
+  Vec3 sum(0);
+  for (const ToolState::Point& point : motion.tool.points()) sum += point.force_N;
+  EXPECT_NEAR(glm::distance(sum, sample.force.spring), 0, 1e-3);
+}
+
+TEST(HeldTool, IsTurnedAsTheSceneHasIt) {
+  const Quat upright = glm::angleAxis(std::numbers::pi / 2, Vec3(0, 1, 0));
+  VirtualServo servo(path({0, 0, 0.04}, {0, 0, 0.012}, 0.4), kConfig,
+                     sceneOf(1, {floorOf(1), toolOf(2, kBar, kSpacing_m, upright)}));
+  servo.run(600);
+  EXPECT_NEAR(proxyOf(servo, 1).position.z, 0.02, 1e-5);
+}
+
+TEST(HeldTool, PushesWhatMovesAndGivesItItsTorque) {
+  VirtualServo servo(path({-0.08, 0.015, 0.1}, {-0.02, 0.015, 0.1}, 0.3), kConfig,
+                     sceneOf(1, {brick(1, {0, 0, 0.1}, 0.1), toolOf(2, makeBox({0.02, 0.02, 0.02}, 2).value())}));
+  servo.run(300);
+  const RigidState& state = servo.state().moving[0].state;
+  EXPECT_GT(state.momentum_Ns.x, 0.005);
+  EXPECT_LT(state.angularMomentum_Nms.z, -1e-5) << "pushed on the side of +y, it turns about -z";
+}
+
+TEST(HeldTool, NeitherAllocatesNorStepsTheForceAcrossEdits) {
+  const ServoObject bar = toolOf(3, kBar), wider = toolOf(3, kBar, 2 * kSpacing_m);
+  ServoObject softer = bar;
+  softer.stiffness_N_per_m = 300;
+  ServoObject turned = bar;
+  turned.pose.rotation = glm::angleAxis(0.3, Vec3(0, 0, 1));
+  ServoObject noTool = bar;
+  noTool.tool = nullptr;
+  noTool.pose.position = {0, 0, 0.3};
+  ServoObject raised = floorOf(1);
+  raised.pose.position.z += 0.001;
+  const ServoObject plain = floorOf(1), other = obstacle(2, makeSphere(0.02, 8).value(), {0.1, 0, 0.02});
+  VirtualServo servo(path({0, 0, 0.02}, {0.02, 0.01, 0.003}, 3), kConfig, sceneOf(1, {plain, bar}));
+  Vec3 before = servo.run(300).force.written;
+  double largest_N = 0;
+  std::uint64_t revision = 1;
+  const std::uint64_t allocations = AllocationTripwire::count();
+  for (const auto& objects : std::vector<std::vector<ServoObject>>{{plain, softer},
+                                                                   {plain, bar},
+                                                                   {plain, other, bar},
+                                                                   {plain, other, wider},
+                                                                   {raised, other, wider},
+                                                                   {raised, bar},
+                                                                   {raised, turned},
+                                                                   {plain, noTool},
+                                                                   {plain, bar},
+                                                                   {bar},
+                                                                   {plain, bar}}) {
+    servo.adopt(sceneOf(++revision, objects));
+    for (int i = 0; i < 500; ++i) {
+      std::optional<AllocationTripwire> armed;
+      if (servo.adopted()) armed.emplace();
+      const TelemetrySample sample = servo.step();
+      armed.reset();
+      ASSERT_EQ(sample.fault, Fault::kNone);
+      largest_N = std::max(largest_N, glm::distance(sample.force.written, before));
+      before = sample.force.written;
+    }
+  }
+  EXPECT_LT(largest_N, 0.1);
+  EXPECT_EQ(AllocationTripwire::count(), allocations);
+}
+
+/// Of a device that turns.
+StepConfig turningConfig(bool stabilised = false) {
+  StepConfig config = kConfig;
+  config.rotation.maxTorque_Nm = 0.02;
+  if (stabilised) {
+    config.observer = ObserverSettings{.mass_kg = 0.3, .viscousFriction_Ns_per_m = 0.5, .delay_s = 1e-3};
+    config.rotation.observer = config.observer;
+  }
+  return config;
+}
+
+DeviceReading turnedTo(Vec3 position, Vec3 angle) { return {position, DeviceState::kReady, {}, rotationBy(angle)}; }
+
+TEST(HeldTool, TurnsWithTheDeviceAndGivesItTheTorqueOfWhatHoldsIt) {
+  for (const bool stabilised : {false, true}) {
+    VirtualServo servo(nullptr, turningConfig(stabilised), sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+    for (int i = 0; i <= 400; ++i) (void)servo.stepWith(turnedTo({0, 0, 0.05}, {0, 0, 0.001 * i}));
+    // Free: as the device, at 1 rad/s; with the stabiliser where it will be in a tick and a half.
+    EXPECT_NEAR(rotationVector(proxyOf(servo, 1).rotation).z, 0.4 + (stabilised ? 1.5e-3 : 0),
+                stabilised ? 1e-4 : 1e-9);
+    EXPECT_NEAR(glm::length(writtenTorque_Nm(servo.state())), 0, 1e-9);
+    // Pressed flat on the floor with 2 N, and turned about y by less than what tips it.
+    for (int i = 0; i <= 1500; ++i) {
+      const double down = std::min(1.0, i / 500.0), turned = std::min(1.0, std::max(0, i - 500) / 500.0);
+      (void)servo.stepWith(turnedTo({0, 0, 0.05 - down * 0.0475}, {0, turned * 0.01, 0.4 * (1 - down)}));
+    }
+    EXPECT_NEAR(glm::length(rotationVector(proxyOf(servo, 1).rotation)), 0, 1e-4) << "it lies flat";
+    const Vec3 torque_Nm = writtenTorque_Nm(servo.state());
+    EXPECT_NEAR(glm::distance(torque_Nm, Vec3(0, -0.01, 0)), 0, 2e-4) << "1 Nm/rad turns the hand back";
+    MotionState motion;
+    EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+    EXPECT_EQ(motion.tool.written_Nm, torque_Nm);
+    EXPECT_EQ(motion.tool.deviceRotation, rotationBy({0, 0.01, 0}));
+  }
+}
+
+TEST(HeldTool, GivesNoMoreTorqueThanTheDeviceAndNoneToOneThatGivesNone) {
+  for (const double limit_Nm : {0.02, 0.0}) {
+    StepConfig config = turningConfig();
+    config.rotation.maxTorque_Nm = limit_Nm;
+    VirtualServo servo(nullptr, config, sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+    for (int i = 0; i <= 1000; ++i) {
+      const double part = std::min(1.0, i / 500.0);
+      (void)servo.stepWith(turnedTo({0, 0, 0.02 - part * 0.035}, {0, part * 0.06, 0}));
+      ASSERT_LE(glm::length(writtenTorque_Nm(servo.state())), limit_Nm * (1 + 1e-12));
+    }
+    EXPECT_NEAR(glm::length(writtenTorque_Nm(servo.state())), limit_Nm, 1e-12);
+    EXPECT_GT(glm::length(servo.state().toolFelt.torque_Nm), 0.03);
+  }
+}
+
+TEST(HeldTool, RampsTheTorqueAwayOnARotationThatIsNoneAndFadesItWhenTheToolGoes) {
+  const ServoObject plain = floorOf(1), bar = toolOf(2, kBar);
+  VirtualServo servo(nullptr, turningConfig(), sceneOf(1, {plain, bar}));
+  constexpr double kMostInATick_Nm = RateLimitedStiffness::kRate_N_per_s * 0.05 * 1e-3;
+  const auto press = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) (void)servo.stepWith(turnedTo({0, 0, 0.0025}, {0, 0.01, 0}));
+  };
+  for (int i = 0; i <= 300; ++i)
+    (void)servo.stepWith(turnedTo({0, 0, 0.02 - i * 0.0175 / 300}, {0, i * 0.01 / 300, 0}));
+  press(300);
+  ASSERT_NEAR(glm::length(writtenTorque_Nm(servo.state())), 0.01, 2e-4);
+
+  DeviceReading none = turnedTo({0, 0, 0.0025}, Vec3(0));
+  none.rotation = Quat(std::nan(""), 0, 0, 0);
+  const Vec3 before = writtenTorque_Nm(servo.state());
+  EXPECT_EQ(servo.stepWith(none).fault, Fault::kNonFiniteInput);
+  EXPECT_LT(glm::length(writtenTorque_Nm(servo.state())), glm::length(before));
+  EXPECT_GT(glm::length(writtenTorque_Nm(servo.state())), 0.9 * glm::length(before));
+  for (int i = 0; i < 30; ++i) (void)servo.stepWith(none);
+  EXPECT_EQ(writtenTorque_Nm(servo.state()), Vec3(0));
+
+  // Attached on the floor it is let out; pressed anew it feels the torque again.
+  for (int i = 0; i <= 300; ++i)
+    (void)servo.stepWith(turnedTo({0, 0, 0.02 - i * 0.0175 / 300}, {0, i * 0.01 / 300, 0}));
+  press(300);
+  ASSERT_NEAR(glm::length(writtenTorque_Nm(servo.state())), 0.01, 2e-4);
+  ServoObject gone = bar;
+  gone.tool = nullptr;
+  gone.pose.position = {0, 0, 0.3};
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(2, {plain, gone}));
+  servo.adopt(scene);
+  Vec3 last = writtenTorque_Nm(servo.state());
+  for (int i = 0; i < 300; ++i) {
+    press(1);
+    const Vec3 now = writtenTorque_Nm(servo.state());
+    ASSERT_LE(glm::distance(now, last), kMostInATick_Nm + 1e-12) << i;
+    last = now;
+  }
+  EXPECT_EQ(last, Vec3(0));
+  EXPECT_FALSE(servo.state().features.torqueFades);
+  EXPECT_FALSE(servo.state().features.hasUntouchable);
+}
+
+TEST(HeldTool, TakesAnEditOfItsTorsionWithoutAStepOfTheTorque) {
+  const ServoObject plain = floorOf(1), bar = toolOf(2, kBar);
+  ServoObject twisted = bar;
+  twisted.torsion_Nm_per_rad = 2;
+  VirtualServo servo(nullptr, turningConfig(), sceneOf(1, {plain, bar}));
+  for (int i = 0; i <= 300; ++i)
+    (void)servo.stepWith(turnedTo({0, 0, 0.02 - i * 0.0175 / 300}, {0, i * 0.004 / 300, 0}));
+  const auto hold = [&] { (void)servo.stepWith(turnedTo({0, 0, 0.0025}, {0, 0.004, 0})); };
+  for (int i = 0; i < 200; ++i) hold();
+  Vec3 last = writtenTorque_Nm(servo.state());
+  ASSERT_NEAR(glm::length(last), 0.004, 1e-4);
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(2, {plain, twisted}));
+  servo.adopt(scene);
+  for (int i = 0; i < 200; ++i) {
+    hold();
+    const Vec3 now = writtenTorque_Nm(servo.state());
+    ASSERT_LE(glm::distance(now, last), RateLimitedStiffness::kRate_N_per_s * 0.05 * 1e-3 + 1e-9) << i;
+    last = now;
+  }
+  EXPECT_NEAR(glm::length(last), 0.008, 2e-4);
+}
+
+TEST(HeldTool, GoesOnFromACopyAndFromAnImageAlike) {
+  const auto scene = [] { return sceneOf(1, {floorOf(1), brick(2, {0, 0.02, 0.02}, 0.1), toolOf(3, kBar)}); };
+  const auto circle = [](std::uint64_t tick) {
+    const double angle = 2e-3 * static_cast<double>(tick);
+    return Vec3(0.03 * std::cos(angle), 0.03 * std::sin(angle),
+                std::max(0.004, 0.02 - 4e-5 * static_cast<double>(tick)));
+  };
+  const auto shared = std::shared_ptr<const ServoScene>(scene());
+  VirtualServo servo(circle, kConfig, shared);
+  servo.run(700);
+  const std::string image = stateImage(servo.state());
+  auto fromImage = stateFrom(image, *shared, kConfig);
+  ASSERT_TRUE(fromImage) << fromImage.error().reason;
+  EXPECT_EQ(stateImage(**fromImage), image);
+  const auto copied = std::make_unique<HapticState>(kConfig);
+  copied->copyInUse(servo.state());
+  int touching = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const StepInput input{servo.tick(), 0, {circle(servo.tick()), DeviceState::kReady, {}}};
+    const TelemetrySample sample = servo.step();
+    touching += sample.object != 0 ? 1 : 0;
+    expectSame(hapticStep(*shared, *copied, kConfig, input), sample, i);
+    expectSame(hapticStep(*shared, **fromImage, kConfig, input), sample, i);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(touching, 500);
+}
+
+TEST(HeldTool, IsRefusedAnImageThatNamesWhatIsNotThere) {
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+  VirtualServo servo(path({0, 0, 0.02}, {0.01, 0, 0.002}, 0.2), kConfig, scene);
+  servo.run(400);
+  const std::string image = stateImage(servo.state());
+  const auto shorter = std::shared_ptr<const ServoScene>(sceneOf(1, {floorOf(1), toolOf(2, kBar, 3 * kSpacing_m)}));
+  EXPECT_FALSE(stateFrom(image, *shorter, kConfig));
+  const auto without = std::shared_ptr<const ServoScene>(sceneOf(1, {floorOf(1), floorOf(2)}));
+  EXPECT_FALSE(stateFrom(image, *without, kConfig));
+}
+
+TEST(HeldTool, FadesOnFaultsAndComesBackWhereTheDeviceIs) {
+  VirtualServo servo(path({0, 0, 0.02}, {0, 0, 0.002}, 0.2), kConfig, sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+  ASSERT_GT(servo.run(400).force.written.z, 2);
+  TelemetrySample sample;
+  for (int i = 0; i < 400; ++i) sample = servo.stepAt(Vec3(std::nan("")), DeviceState::kReady);
+  EXPECT_EQ(glm::length(sample.force.written), 0);
+  sample = servo.stepAt({0, 0, 0.1}, DeviceState::kReady);
+  EXPECT_EQ(sample.fault, Fault::kNone);
+  EXPECT_NEAR(proxyOf(servo, 1).position.z, 0.1, 1e-9);
+}
+
+}  // namespace
+}  // namespace haptics::fixture::held_tool_tests
