@@ -205,9 +205,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   }
 
   [[nodiscard]] Result<void> startRecording() {
-    std::vector<StepConfig> steps{step_};
-    if (secondStep_) steps.push_back(*secondStep_);
-    flight_.emplace(rate_Hz_, steps);
+    flight_.emplace(rate_Hz_, secondStep_ ? 2 : 1);
     servo_.recordInto(*flight_);
     watchdog_.emplace(
         Watchdog::Options{

@@ -30,7 +30,7 @@ template <class T>
 class Word {
  public:
   constexpr Word(T value = T{}) noexcept : value_(static_cast<std::uint64_t>(value)) {}
-  constexpr operator T() const noexcept { return static_cast<T>(value_); }  // NOLINT: a T, but for its size
+  constexpr operator T() const noexcept { return static_cast<T>(value_); }
 
   [[nodiscard]] constexpr bool isValid() const noexcept {
     if constexpr (std::is_enum_v<T>) {
@@ -62,22 +62,18 @@ namespace fields {
 template <class T>
 struct Kind {
   static constexpr bool isLeaf = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
-  static constexpr std::size_t scalars = 0;
 };
 template <class T>
 struct Kind<Word<T>> {
   static constexpr bool isLeaf = true;
-  static constexpr std::size_t scalars = 0;
 };
 template <glm::length_t L, class T, glm::qualifier Q>
 struct Kind<glm::vec<L, T, Q>> {
   static constexpr bool isLeaf = sizeof(glm::vec<L, T, Q>) == L * sizeof(T);
-  static constexpr std::size_t scalars = L;
 };
 template <class T, glm::qualifier Q>
 struct Kind<glm::qua<T, Q>> {
   static constexpr bool isLeaf = sizeof(glm::qua<T, Q>) == 4 * sizeof(T);
-  static constexpr std::size_t scalars = 4;
 };
 
 template <class T>
@@ -92,6 +88,18 @@ template <class T>
 struct IsWord : std::false_type {};
 template <class T>
 struct IsWord<Word<T>> : std::true_type {};
+
+template <class T>
+inline constexpr bool kIsList = IsArray<T>::value || IsSequence<T>::value;
+
+/// Those in use.
+[[nodiscard]] constexpr auto itemsOf(auto& list) noexcept {
+  if constexpr (IsSequence<std::remove_cvref_t<decltype(list)>>::value) {
+    return list.all();
+  } else {
+    return std::span(list);
+  }
+}
 
 [[nodiscard]] constexpr auto fieldsOf(auto& value) noexcept {
   return std::remove_cvref_t<decltype(value)>::fieldsOf(value);
@@ -180,11 +188,10 @@ template <class T>
 void copyInUse(T& to, const T& from) noexcept {
   if constexpr (!fields::hasSequence<T>()) {
     to = from;
-  } else if constexpr (fields::IsSequence<T>::value) {
-    to.count = from.count;
-    for (std::size_t i = 0; i < from.count; ++i) copyInUse(to.items[i], from.items[i]);
-  } else if constexpr (fields::IsArray<T>::value) {
-    for (std::size_t i = 0; i < to.size(); ++i) copyInUse(to[i], from[i]);
+  } else if constexpr (fields::kIsList<T>) {
+    if constexpr (fields::IsSequence<T>::value) to.count = from.count;
+    const auto items = fields::itemsOf(from);
+    for (std::size_t i = 0; i < items.size(); ++i) copyInUse(to[i], items[i]);
   } else {
     fields::forEachMember([](std::size_t, auto& a, const auto& b) { copyInUse(a, b); }, to, from);
   }
@@ -196,11 +203,9 @@ void putFields(std::string& image, const T& value) {
   static_assert(fields::isListed<T>());
   if constexpr (!fields::hasSequence<T>()) {
     image.append(reinterpret_cast<const char*>(&value), sizeof value);
-  } else if constexpr (fields::IsSequence<T>::value) {
-    putFields(image, value.count);
-    for (const auto& item : value.all()) putFields(image, item);
-  } else if constexpr (fields::IsArray<T>::value) {
-    for (const auto& item : value) putFields(image, item);
+  } else if constexpr (fields::kIsList<T>) {
+    if constexpr (fields::IsSequence<T>::value) putFields(image, value.count);
+    for (const auto& item : fields::itemsOf(value)) putFields(image, item);
   } else {
     fields::forEachMember([&](std::size_t, const auto& field) { putFields(image, field); }, value);
   }
@@ -213,10 +218,8 @@ template <class T>
     return value.isValid();
   } else if constexpr (fields::Kind<T>::isLeaf) {
     return true;
-  } else if constexpr (fields::IsSequence<T>::value) {
-    return std::ranges::all_of(value.all(), [](const auto& item) { return areValid(item); });
-  } else if constexpr (fields::IsArray<T>::value) {
-    return std::ranges::all_of(value, [](const auto& item) { return areValid(item); });
+  } else if constexpr (fields::kIsList<T>) {
+    return std::ranges::all_of(fields::itemsOf(value), [](const auto& item) { return areValid(item); });
   } else {
     bool valid = true;
     fields::forEachMember([&](std::size_t, const auto& field) { valid = valid && areValid(field); }, value);
@@ -232,11 +235,11 @@ template <class T>
     std::memcpy(static_cast<void*>(&value), image.data(), sizeof value);
     image.remove_prefix(sizeof value);
     return areValid(value);
-  } else if constexpr (fields::IsSequence<T>::value) {
-    if (!takeFields(image, value.count) || value.count > value.capacity()) return false;
-    return std::ranges::all_of(value.all(), [&](auto& item) { return takeFields(image, item); });
-  } else if constexpr (fields::IsArray<T>::value) {
-    return std::ranges::all_of(value, [&](auto& item) { return takeFields(image, item); });
+  } else if constexpr (fields::kIsList<T>) {
+    if constexpr (fields::IsSequence<T>::value) {
+      if (!takeFields(image, value.count) || value.count > value.capacity()) return false;
+    }
+    return std::ranges::all_of(fields::itemsOf(value), [&](auto& item) { return takeFields(image, item); });
   } else {
     bool taken = true;
     fields::forEachMember([&](std::size_t, auto& field) { taken = taken && takeFields(image, field); }, value);
@@ -250,18 +253,11 @@ template <class T>
 [[nodiscard]] std::string firstDifference(const T& a, const T& b) {
   if constexpr (fields::Kind<T>::isLeaf) {
     return std::memcmp(&a, &b, sizeof a) == 0 ? "" : fields::valueOf(a) + ',' + fields::valueOf(b);
-  } else if constexpr (fields::IsSequence<T>::value || fields::IsArray<T>::value) {
-    if constexpr (fields::IsSequence<T>::value) {
-      if (a.count != b.count) return ".count";
-    }
-    std::size_t end = 0;
-    if constexpr (fields::IsSequence<T>::value) {
-      end = a.count;
-    } else {
-      end = a.size();
-    }
-    for (std::size_t i = 0; i < end; ++i) {
-      if (const std::string in = firstDifference(a[i], b[i]); !in.empty()) return '[' + std::to_string(i) + ']' + in;
+  } else if constexpr (fields::kIsList<T>) {
+    const auto x = fields::itemsOf(a), y = fields::itemsOf(b);
+    if (x.size() != y.size()) return ".count";
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (const std::string in = firstDifference(x[i], y[i]); !in.empty()) return '[' + std::to_string(i) + ']' + in;
     }
     return "";
   } else {

@@ -272,7 +272,7 @@ class Replay {
     Computed computed;
     if (oldest.computed.valid()) computed = oldest.computed.get();
     if (!computed.servo || !meetsNext_ || (servo_ && computed.count.differing > 0)) {
-      if (computed.servo) addAside(oldest.stretch);
+      if (computed.servo) countDifferingState(oldest.stretch);
       computed = compute(oldest.stretch, std::move(servo_));
     } else if (servo_) {
       outcome_.ticksAhead += computed.count.ticks;
@@ -296,10 +296,10 @@ class Replay {
   }
 
   /// The state before this stretch.
-  void addAside(const Stretch& stretch) {
-    if (outcome_.statesAside++ > 0) return;
-    outcome_.firstAside = stretch.ticks.front().recorded[0].input.tick;
-    outcome_.fieldAside = differsIn_;
+  void countDifferingState(const Stretch& stretch) {
+    if (outcome_.differingStates++ > 0) return;
+    outcome_.firstDifferingState = stretch.ticks.front().recorded[0].input.tick;
+    outcome_.differingField = differsIn_;
   }
 
   [[nodiscard]] bool handOver(const Stretch& stretch, const Computed& computed) const {

@@ -34,10 +34,10 @@ struct ReplayOutcome : ReplayCount {
   RecordingFacts facts;
   std::uint64_t ticksAhead = 0;  ///< Of them computed ahead of those before them, from a state in the recording.
   /// States in the recording that the ticks before did not come to, or from which those after went another way.
-  std::uint64_t statesAside = 0;
+  std::uint64_t differingStates = 0;
   /// The first of them: the tick that follows it, and in which field it is another one.
-  std::uint64_t firstAside = 0;
-  std::string fieldAside;
+  std::uint64_t firstDifferingState = 0;
+  std::string differingField;
   bool sameStep = false;         ///< The step's sources are those that made the recording.
   std::uint64_t scenes = 0;      ///< That the servo was given.
   bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.

@@ -12,7 +12,8 @@ namespace {
   return at == objects.end() || at->id() != id ? nullptr : &*at;
 }
 
-/// But for whether it is leaving, which is told beside. Binds every member: a new one is recorded, or derived, by decision.
+/// But for whether it is leaving, which RecordedScene lists. Binds every member: a new one does not compile until it is
+/// recorded, or known to follow from the others.
 [[nodiscard]] bool isSame(const ServoObjectSource& a, const ServoObjectSource& b) {
   const auto& [record, assets, poseRevision, pendingRemoval, baked] = a;
   return *record == *b.record && poseRevision == b.poseRevision && baked == b.baked;

@@ -174,7 +174,7 @@ class SceneService {
   bool enqueue(SessionId session, std::size_t size_bytes, Lanes::Task task);
   void askToStop();
   void run();
-  void build(std::vector<Job> jobs);
+  void runRound(std::vector<Job> jobs);
   void work();
   void ended();
   std::vector<Job> takeJobs();

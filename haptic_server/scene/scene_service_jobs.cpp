@@ -126,14 +126,14 @@ void SceneService::run() {
     if (lanes_.next() == nullptr && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
-    build(std::move(jobs));
+    runRound(std::move(jobs));
     lock.lock();
   }
   ended();
 }
 
 /// One round of the builder.
-void SceneService::build(std::vector<Job> jobs) {
+void SceneService::runRound(std::vector<Job> jobs) {
   const bool idle = jobs.empty();
   try {
     followServo();
@@ -156,7 +156,7 @@ void SceneService::carryOutAll() {
     std::unique_lock lock(queueMutex_);
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
-    build(std::move(jobs));
+    runRound(std::move(jobs));
     for (lock.lock(); lanes_.anyAside();) {
       Job job = *lanes_.takeAside();
       lock.unlock();

@@ -16,12 +16,12 @@ constexpr double kSlack_s = 2;
 
 }  // namespace
 
-FlightRing::FlightRing(double rate_Hz, std::span<const StepConfig> configs)
+FlightRing::FlightRing(double rate_Hz, std::size_t hands)
     : FlightRing([&] {
         const auto slots = static_cast<std::uint64_t>(std::ceil((kSeconds + kSlack_s) * rate_Hz));
-        auto memory = SharedMemory::make("flight ring", bytesFor(configs.size(), slots));
+        auto memory = SharedMemory::make("flight ring", bytesFor(hands, slots));
         if (!memory) throw std::bad_alloc();
-        std::construct_at(reinterpret_cast<Shared*>(memory->bytes().data()), configs.size(), slots,
+        std::construct_at(reinterpret_cast<Shared*>(memory->bytes().data()), hands, slots,
                           static_cast<std::uint64_t>(std::ceil(rate_Hz)));
         return *std::move(memory);
       }()) {

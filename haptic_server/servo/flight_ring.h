@@ -46,8 +46,8 @@ class FlightRing {
   /// How far back one can always look: a reader that is later than this has lost ticks.
   static constexpr double kSeconds = 10;
 
-  /// Of as many hands as there are configs, at most kMaxHands. Throws std::bad_alloc where the system has no such memory.
-  FlightRing(double rate_Hz, std::span<const StepConfig> configs);
+  /// @param hands  At most kMaxHands. Throws std::bad_alloc where the system has no such memory.
+  FlightRing(double rate_Hz, std::size_t hands);
   /// For a reader in another process. Refused: memory of a build whose ring looks different.
   [[nodiscard]] static Result<FlightRing> attach(FileHandle memory);
 

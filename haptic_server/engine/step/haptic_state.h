@@ -307,7 +307,7 @@ struct HapticState : StateFields {
   void release() noexcept {
     for (BodyDent& dent : dents.all()) dent.pressed = false;
   }
-  /// Puts a body's poses.
+  /// Sets a body's poses (world), and what follows from them.
   void place(std::size_t i, const Pose& previous, const Pose& current) noexcept {
     objects[i].previous = bodies[i].previous = previous;
     objects[i].current = bodies[i].current = current;

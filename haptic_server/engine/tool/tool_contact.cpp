@@ -97,7 +97,7 @@ bool ToolContact::connect(const Tool& tool, std::span<const Obstacle> obstacles)
 }
 
 void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
-  obstacles = obstacles.first(std::min(obstacles.size(), kMaxBodies));
+  obstacles = obstacles.first(std::min(obstacles.size(), kMaxObstacles));
   const auto before = memory_.bodies;
   bool isSame = obstacles.size() == before.count;
   memory_.isOnWay = false;

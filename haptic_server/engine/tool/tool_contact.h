@@ -40,6 +40,8 @@ struct ToolResult {
       held;  ///< Their forces add up to the force, their torques to the torque.
 };
 
+/// Bodies that a tool may meet.
+inline constexpr std::size_t kMaxObstacles = 256;
 /// Sharp points of all bodies together; those of further bodies are left out.
 inline constexpr std::size_t kMaxSharpPoints = 16'384;
 
@@ -88,7 +90,7 @@ struct ToolMemory {
   std::uint64_t search = 0;          ///< Counts; goes on through ticks in which neither the proxy nor a body moves.
   double skin = 0;                   ///< m
   Sequence<ToolTouch, kMaxHalfSpaces> touches;
-  Sequence<ToolObstacleState, 256> bodies;
+  Sequence<ToolObstacleState, kMaxObstacles> bodies;
   Sequence<double, kMaxToolPoints> clearTo;        ///< `travelled` until which a point can meet nothing.
   Sequence<double, kMaxSharpPoints> sharpClearTo;  ///< Of a body likewise.
 
@@ -110,15 +112,15 @@ struct ToolScratch {
   static constexpr std::size_t kMaxHits = 64;
 
   const Tool* tool = nullptr;
-  std::array<Sharp, 256> sharp;
+  std::array<Sharp, kMaxObstacles> sharp;
 
   std::size_t tested = 0;  ///< Points of a way, those that need no test too.
   std::size_t hitCount = 0;
   double firstHit = 1;   ///< Fraction of the way.
   double lowestHit = 0;  ///< Of the points that hit, above what they hit, before; m.
   std::array<ToolTouch, kMaxHits> hits;
-  std::array<double, 256> bodyMoved;  ///< m, at most, since the proxy moved last.
-  std::array<Body, 256> here;         ///< Bodies that come a part of their way.
+  std::array<double, kMaxObstacles> bodyMoved;  ///< m, at most, since the proxy moved last.
+  std::array<Body, kMaxObstacles> here;         ///< Bodies that come a part of their way.
   std::array<HalfSpace6, kMaxHalfSpaces> halfSpaces;
 };
 
@@ -146,7 +148,7 @@ class ToolContact {
   /// The tool and its obstacles' sharp points, as hold() and adopt() have them: for a memory that goes on from a copy.
   /// @return False: they are not as many as those of the memory.
   [[nodiscard]] bool connect(const Tool& tool, std::span<const Obstacle> obstacles) noexcept;
-  /// The obstacles are these from now on, at most 256, whose sharp points have to live as long.
+  /// The obstacles are these from now on, at most kMaxObstacles, whose sharp points have to live as long.
   void adopt(std::span<const Obstacle> obstacles) noexcept;
   /// The proxy is put there, and touches nothing. Bodies as for follow().
   void reset(const Pose& device, std::span<const Body> bodies) noexcept;
@@ -159,7 +161,6 @@ class ToolContact {
  private:
   using Touch = ToolTouch;
 
-  static constexpr std::size_t kMaxBodies = 256;
   static constexpr double kFarthestClearance_m = 0.05;  // nothing is looked for farther away
   static constexpr double kCheapestTest = 100;  // what a point's test is taken to cost at least; units of the allowance
 

@@ -23,8 +23,6 @@ constexpr std::array kRates_Hz{1000.0, 500.0, 2000.0, 4000.0};
 constexpr std::array kKinds{"add",     "remove",   "move",     "turn",    "stiffness", "damping", "remesh",
                             "lattice", "softness", "friction", "texture", "shading",   "motion"};
 
-bool chance(Random& random, double part) { return random.between(0, 1) < part; }
-
 }  // namespace
 
 EditScene::EditScene(std::uint64_t seed) : random_(seed), drive_(chosenRun()), judge_(run_) {
@@ -69,7 +67,7 @@ std::size_t EditScene::someObject() {
 
 std::size_t EditScene::touchedOrSome() {
   const auto touched = std::ranges::find(objects_, drive_.sample().object, &FuzzObject::id);
-  const bool takeTouched = touched != objects_.end() && chance(random_, 0.75);
+  const bool takeTouched = touched != objects_.end() && random_.chance(0.75);
   return takeTouched ? static_cast<std::size_t>(touched - objects_.begin()) : someObject();
 }
 
@@ -143,7 +141,7 @@ void EditScene::pullLattice(FuzzObject& object) {
   }
   Lattice lattice{Vec3(low), Vec3(high - low), {3, 3, 3}, {}};
   lattice.control_m = FreeForm::atRest(lattice.low_m, lattice.size_m, lattice.points);
-  const double pull = chance(random_, 0.5) ? kPull : kPull / 10;
+  const double pull = random_.chance(0.5) ? kPull : kPull / 10;
   for (Vec3f& point : lattice.control_m) {
     const double part = random_.between(0, pull);
     point += Vec3f(part * random_.direction() * lattice.size_m);
@@ -159,7 +157,7 @@ bool EditScene::tryEdit(int kind) {
   const std::string name = kKinds[static_cast<std::size_t>(kind)];
   if (name == "add") {
     Pose pose = somePose();
-    if (chance(random_, 0.6)) pose.position = hip_ + 0.01 * normalVector(random_);
+    if (random_.chance(0.6)) pose.position = hip_ + 0.01 * normalVector(random_);
     add(pose);
     return true;
   }
@@ -169,7 +167,7 @@ bool EditScene::tryEdit(int kind) {
     if (std::ranges::count(objects_, false, &FuzzObject::pendingRemoval) < 2) return false;
     object.pendingRemoval = true;
   } else if (name == "move") {
-    const double far_m = chance(random_, 0.6) ? 0.0003 : 0.01;
+    const double far_m = random_.chance(0.6) ? 0.0003 : 0.01;
     setPose(object, {object.pose.rotation, object.pose.position + far_m * normalVector(random_)});
   } else if (name == "turn") {
     const double angle = random_.between(0, 0.3);
@@ -178,7 +176,7 @@ bool EditScene::tryEdit(int kind) {
   } else if (name == "stiffness") {
     object.stiffness_N_per_m = random_.between(100, 3100);
   } else if (name == "damping") {
-    object.damping_Ns_per_m = chance(random_, 0.3) ? 0 : random_.between(0, 5);
+    object.damping_Ns_per_m = random_.chance(0.3) ? 0 : random_.between(0, 5);
   } else if (name == "remesh") {
     setMesh(object, someMesh(object.mass_kg > 0));
   } else if (name == "lattice") {
@@ -186,17 +184,17 @@ bool EditScene::tryEdit(int kind) {
     pullLattice(object);
   } else if (name == "softness") {
     if (!features_.soft) return false;
-    if (object.tissue && chance(random_, 0.5)) {
+    if (object.tissue && random_.chance(0.5)) {
       object.tissue.reset();
     } else {
       object.tissue = someTissue();
     }
   } else if (name == "friction") {
     if (!features_.friction) return false;
-    object.friction = object.friction > 0 && chance(random_, 0.5) ? 0 : random_.between(0.1, 1);
+    object.friction = object.friction > 0 && random_.chance(0.5) ? 0 : random_.between(0.1, 1);
   } else if (name == "texture") {
     if (!features_.texture) return false;
-    const bool off = object.textureAmplitude_m > 0 && chance(random_, 0.5);
+    const bool off = object.textureAmplitude_m > 0 && random_.chance(0.5);
     object.textureAmplitude_m = off ? 0 : random_.between(0.00005, 0.0003);
     object.textureWavelength_m = random_.between(0.002, 0.006);
     object.bumpMapped = random_.below(2) == 0;

@@ -120,7 +120,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, double duration_s, const std::filesyste
   const bool warms = random_.chance(0.3);  // takes two thirds of a tick's time, and changes no force
   loop_ = std::make_unique<ServoLoop>(devices_[0], mailbox_, steps[0], warms);
   if (setup_.hands > 1) loop_->addHand(devices_[1], steps[1]);
-  ring_ = std::make_unique<FlightRing>(setup_.rate_Hz, steps);
+  ring_ = std::make_unique<FlightRing>(setup_.rate_Hz, setup_.hands);
   loop_->recordInto(*ring_);
 
   FlightRecorder::Options options;

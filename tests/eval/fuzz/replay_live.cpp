@@ -38,9 +38,9 @@ struct Replayed {
                   replayed->largestDifference_Nm, static_cast<unsigned long long>(replayed->first->tick));
     return text;
   }
-  if (replayed->statesAside > 0)
-    return std::to_string(replayed->statesAside) + " states are not those of the ticks beside, the first in " +
-           replayed->fieldAside + " before tick " + std::to_string(replayed->firstAside);
+  if (replayed->differingStates > 0)
+    return std::to_string(replayed->differingStates) + " states are not those of the ticks beside, the first in " +
+           replayed->differingField + " before tick " + std::to_string(replayed->firstDifferingState);
   return "";
 }
 

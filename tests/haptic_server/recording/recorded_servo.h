@@ -196,7 +196,7 @@ class RecordedServo {
                                   .observer = ObserverSettings{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.5}},
                      .rise_s = 0.5};
   int hands_;
-  FlightRing ring_{kRate_Hz, std::vector<StepConfig>(static_cast<std::size_t>(hands_), config_)};
+  FlightRing ring_{kRate_Hz, static_cast<std::size_t>(hands_)};
   int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;
   SceneMailbox mailbox_;

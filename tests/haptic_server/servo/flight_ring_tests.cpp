@@ -12,7 +12,7 @@
 namespace haptics::flight_ring_tests {
 namespace {
 
-constexpr std::array kConfig{StepConfig()};
+constexpr StepConfig kConfig;
 constexpr double kRate_Hz = 100;
 
 /// Of a ring of one hand.
@@ -36,7 +36,7 @@ void expectTick(const OneTick& ofOne, std::uint64_t number) {
 }
 
 TEST(FlightRing, HoldsAtLeastTheLastTenSecondsAndKnowsWhatItHasOverwritten) {
-  FlightRing ring(kRate_Hz, kConfig);
+  FlightRing ring(kRate_Hz, 1);
   constexpr std::uint64_t kTicks = 5000;
   for (std::uint64_t i = 0; i < kTicks; ++i) ring.add(tickOf(i));
   EXPECT_EQ(ring.end(), kTicks);
@@ -50,7 +50,7 @@ TEST(FlightRing, HoldsAtLeastTheLastTenSecondsAndKnowsWhatItHasOverwritten) {
 }
 
 TEST(FlightRing, NeverGivesATickThatIsBeingOverwritten) {
-  FlightRing ring(kRate_Hz, kConfig);
+  FlightRing ring(kRate_Hz, 1);
   std::atomic<bool> stop{false};
   std::thread servo([&] {
     for (std::uint64_t i = 0; !stop; ++i) ring.add(tickOf(i));
@@ -77,8 +77,8 @@ TEST(FlightRing, NeverGivesATickThatIsBeingOverwritten) {
 }
 
 TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
-  FlightRing ring(kRate_Hz, kConfig);
-  HapticState state(kConfig[0]);
+  FlightRing ring(kRate_Hz, 1);
+  HapticState state(kConfig);
   for (std::uint64_t i = 0; i < 2950; ++i) {
     state.adoption.fadeOut_s = static_cast<double>(i);
     ring.beginTick(std::array{StateMoment{&state, 4, 5}});
@@ -95,8 +95,8 @@ TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
 }
 
 TEST(FlightRing, TakesNoKeyframeWhileTheyAreHeldAndOneAsSoonAsTheyAreNot) {
-  FlightRing ring(kRate_Hz, kConfig);
-  HapticState state(kConfig[0]);
+  FlightRing ring(kRate_Hz, 1);
+  HapticState state(kConfig);
   const auto run = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) {
       ring.beginTick(std::array{StateMoment{&state, 0, 0}});
@@ -125,9 +125,9 @@ void runAndKill(const FlightRing& ring, const Run& run) {
 
 TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
   for (int i = 0; i < 50; ++i) {
-    FlightRing made(kRate_Hz, kConfig);
+    FlightRing made(kRate_Hz, 1);
     runAndKill(made, [&] {
-      HapticState state(kConfig[0]);
+      HapticState state(kConfig);
       for (std::uint64_t number = 0;; ++number) {
         state.adoption.fadeOut_s = static_cast<double>(number);
         state.report.depenetratedFrom = number;
@@ -154,8 +154,8 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
 }
 
 TEST(FlightRing, OfAServoThatEndedBetweenTwoTicksNothingIsLost) {
-  FlightRing ring(kRate_Hz, kConfig);
-  HapticState state(kConfig[0]);
+  FlightRing ring(kRate_Hz, 1);
+  HapticState state(kConfig);
   for (std::uint64_t i = 0; i < 2000; ++i) {
     ring.beginTick(std::array{StateMoment{&state, 0, 0}});
     ring.add(tickOf(i));
