@@ -171,14 +171,13 @@ class Client:
         return awaited(upload.held, timeout_s, lambda: self._trouble)
 
     def samples(self, seconds=None):
-        """Telemetry as it comes, oldest first, until the client is closed. Ticks that the server did not send, or that nobody
-        took here for some seconds, are missing: latest wins. Of a client with every_tick, each that is missing is in gaps."""
+        """Telemetry as it comes, oldest first, until the client is closed or the time is over; of 0 s what has come already.
+        Ticks that the server did not send, or that nobody took here for some seconds, are missing: latest wins. Of a client with
+        every_tick, each that is missing is in gaps."""
         end = None if seconds is None else time.monotonic() + seconds
-        while True:
+        left = seconds
+        while left is None or left >= 0:
             with self._changed:
-                left = None if end is None else end - time.monotonic()
-                if left is not None and left <= 0:
-                    return
                 self._changed.wait_for(lambda: self._samples or self._closing or self._end, left)
                 ready = list(self._samples)
                 self._samples.clear()
@@ -191,6 +190,8 @@ class Client:
                 if self._subscribe.every_tick:
                     self._note_gap(sample)
                 yield sample
+            if end is not None:
+                left = end - time.monotonic()
 
     def _note_gap(self, sample):
         if self._last and sample.tick > self._last[0] + 1:

@@ -31,6 +31,8 @@ constexpr milliseconds kPoll{500};
 /// A worker says so often that it is at work; after the other a part is given to another one.
 constexpr milliseconds kAlive{1000}, kLeft{5000};
 constexpr std::uint64_t kMaxTries = 3;
+constexpr int kMakingTries = 50;
+constexpr std::int64_t kBetweenTries_ms = 20;
 /// Without a result or a worker for so long, the user reads how to start one.
 constexpr std::chrono::seconds kNobody{5};
 constexpr std::int64_t kNanoseconds = 1'000'000;                                   // in a millisecond
@@ -59,8 +61,13 @@ void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetent
   config.Retention = retention;
   config.MaxAge = kKept;
   jsErrCode error{};
-  if (js_AddStream(nullptr, &stream, &config, nullptr, &error) != NATS_OK && error != JSStreamNameExistErr)
-    must(NATS_ERR, std::string("the stream ") + name + " cannot be made; is JetStream on, and not full?");
+  // While another makes the same stream the server says that their subjects overlap.
+  for (int tries = 0; tries < kMakingTries; ++tries) {
+    if (js_AddStream(nullptr, &stream, &config, nullptr, &error) == NATS_OK || error == JSStreamNameExistErr) return;
+    if (error != JSStreamSubjectOverlapErr) break;
+    nats_Sleep(kBetweenTries_ms);
+  }
+  must(NATS_ERR, std::string("the stream ") + name + " cannot be made; is JetStream on, and not full?");
 }
 
 [[nodiscard]] Connected connect(const NatsServer& server) {

@@ -116,7 +116,7 @@ class Table1 {
 
   /// One block of the complete step. False when it was interrupted: it does not count.
   bool measureBlock(std::size_t object, double seconds) {
-    constexpr double kSettle_s = 0.1;
+    constexpr double kSettle_s = 0.02;
     const bool held = viewer_.holds(server_.show(objects_[object].mesh), kViewerPatience_s);
     interruption_.sleep(kSettle_s);
     const ServoStatistics& statistics = server_.statistics();

@@ -24,7 +24,7 @@ constexpr int kHunted = 8192;  ///< Triangles: of files that are hunted.
 constexpr std::array kSizes{8192, 16'384, 32'768, 65'536};
 /// Rounds over the sizes, of which the shortest time of each counts: a busy machine only adds to a time. Rounds after the
 /// least ones are made as long as a limit is exceeded.
-constexpr int kMinRounds = 2;
+constexpr int kMinRounds = 1;
 constexpr int kMaxRounds = 8;
 
 using ImportGenes = std::array<double, ImportFamily::kGenes>;

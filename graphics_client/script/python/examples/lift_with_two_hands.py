@@ -20,23 +20,23 @@ SECONDS_TO_CLOSE, SECONDS_TO_LIFT = 1.0, 1.5
 
 
 def lead(client, hands, begin, end, seconds):
-    """Leads both hands on straight ways, in a time. Returns the samples felt."""
-    felt, began, share = [], time.monotonic(), 0
+    """Leads both hands on straight ways, in a time."""
+    began, share = time.monotonic(), 0
     while share < 1:
         share = min((time.monotonic() - began) / seconds, 1)
         for hand, a, b in zip(hands, begin, end):
             hand.aim([x + (y - x) * share for x, y in zip(a, b)])
-        felt += client.samples(STEP_S)
-    return felt
+        time.sleep(STEP_S)
 
 
 def height_of(client, name):
     return client.bodies()[name].pose.position.z
 
 
-def grip_of(client, name, felt):
+def grip_of(client, name):
     """Of the places where friction sticks, above the object's middle: it changes where the object slides."""
-    return felt[-1].sticking_point.z - height_of(client, name)
+    list(client.samples(0))  # what came meanwhile is old
+    return next(client.samples()).sticking_point.z - height_of(client, name)
 
 
 def back_to_its_place(state):
@@ -62,12 +62,12 @@ def lift(client, state, arguments):
         lead(client, hands, above, beside, 1.0)
         lead(client, hands, beside, inside, SECONDS_TO_CLOSE)
         lead(client, hands, inside, raised, SECONDS_TO_LIFT)
-        grip = grip_of(client, state.name, lead(client, hands, raised, raised, 0.5))
-        height, slid = height_of(client, state.name), 0
+        lead(client, hands, raised, raised, 0.5)
+        grip, height, slid = grip_of(client, state.name), height_of(client, state.name), 0
         end = time.monotonic() + arguments.seconds
         while time.monotonic() < end:
-            felt = lead(client, hands, raised, raised, 0.1)
-            slid = max(slid, abs(grip_of(client, state.name, felt) - grip))
+            lead(client, hands, raised, raised, 0.1)
+            slid = max(slid, abs(grip_of(client, state.name) - grip))
         lead(client, hands, raised, inside, SECONDS_TO_LIFT)
         lead(client, hands, inside, beside, SECONDS_TO_CLOSE)
         lead(client, hands, beside, above, 0.5)

@@ -338,7 +338,8 @@ class Bounds(ClientTest):
                 tick=tick, dent=[telemetry_pb2.Dent(centre=[0.5] * (size // 4))])) for tick in range(1, 101)]
             _, client = self.live(*greeting(), *samples)
             self.until(lambda: client._tick == 100)
-            self.assertEqual([sample.tick for sample in client.samples(0.2)], [*range(101 - kept, 101)])
+            self.assertEqual([sample.tick for sample in client.samples(0)], [*range(101 - kept, 101)])
+            self.assertEqual(list(client.samples(0)), [])
 
     def test_of_every_tick_those_that_nobody_takes_are_named(self):
         self.patch(haptic_client, "MAX_KEPT_SAMPLES", 50)
