@@ -44,7 +44,7 @@ class Peg:
         yield "beside the hole", hand.press(self._at(BESIDE_M, 0), Z, FORCE_N, 0.5)
         yield "to the hole", hand.stroke([self._at(BESIDE_M, 0), self._at(0, 0)], Z, FORCE_N, 0.02)
         yield "upright", hand.turn(UPRIGHT, 0.8)
-        yield "in", hand.move_to(self._at(0, -self._in_m), DOWN_SPEED)
+        yield "in", [*hand.move_to(self._at(0, -self._in_m), DOWN_SPEED), *hand.turn(UPRIGHT, 0.3)]  # the peg comes after
         for angle in (turn_deg, -turn_deg):
             yield f"turned by {angle:g} degrees", hand.turn(turned(angle, Z), 1.2)
         yield "tilted", hand.turn(turned(TILT_IN_DEG, X), 1.2)
