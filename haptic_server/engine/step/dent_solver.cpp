@@ -141,23 +141,25 @@ bool DentSolver::yield() noexcept {
   Vec3 parts(0);  // of the smooth foot
   if (shading_ != nullptr) shadeFoot(at, others, parts);
   if (isPlastic()) moveOn(at.point);
+  BodyDent& pressedDent = dent();
   const double depth = glm::distance(pressed_.h, at.point);
   const Vec3 direction = depth > 0 ? (pressed_.h - at.point) * (1 / depth) : Vec3(0);
-  dent().dent.centre = Vec3f(at.point);
+  pressedDent.dent.centre = Vec3f(at.point);
   const bool isSmooth = smooth_.weight == 1 && others.count == 0;
-  const double seen =
-      isSmooth ? seenOn(body_.surface->triangle(at.triangle), parts, dent().dent) : seenOn(others, at, dent().dent);
-  const double yielded = tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s,
-                                         pressed_.softness);
-  const double stays = std::max(remainingDepth_m(dent().rest, at.point), remainingDepth_m(dent().begun, at.point));
+  const double seen = isSmooth ? seenOn(body_.surface->triangle(at.triangle), parts, pressedDent.dent)
+                               : seenOn(others, at, pressedDent.dent);
+  const double yielded = tissue_.yield_m(seen * depth_m(pressedDent.dent), depth, pressed_.contact_N_per_m,
+                                         config_.period_s, pressed_.softness);
+  const double stays =
+      std::max(remainingDepth_m(pressedDent.rest, at.point), remainingDepth_m(pressedDent.begun, at.point));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
   const double now_m = std::clamp(wanted, 0.0, room_m());
-  dent().dent.displacement = Vec3f(direction * now_m);
-  if (wanted <= stays) dent().kept_m = stays;
-  const double kept_m = std::min(dent().kept_m, stays);
+  pressedDent.dent.displacement = Vec3f(direction * now_m);
+  if (wanted <= stays) pressedDent.kept_m = stays;
+  const double kept_m = std::min(pressedDent.kept_m, stays);
   smooth_.depth_m -= seen * now_m * pressed_.side;
   elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
-  if (isPlastic()) remember(dent());
+  if (isPlastic()) remember(pressedDent);
   return true;
 }
 

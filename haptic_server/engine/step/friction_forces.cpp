@@ -128,8 +128,10 @@ class HeldFrictions {
     if (state_.now.detailEdited && force_N > 0) {
       blendWeight = std::min(glm::length(state_.surface.frictionForce_N) / force_N, SurfaceMemory::kMaxFrictionWeight);
     }
-    const double most = config_.period_s / BumpState::kFadeIn_s;
-    blendWeight += std::clamp(1 - blendWeight, -most, most);
+    if (blendWeight != 1) [[unlikely]] {
+      const double most = config_.period_s / BumpState::kFadeIn_s;
+      blendWeight += std::clamp(1 - blendWeight, -most, most);
+    }
     return blendWeight;
   }
 
