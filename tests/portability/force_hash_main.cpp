@@ -1,5 +1,5 @@
 // One hash for all forces and torques of each scene, and one of all: the same on every processor and with every C library.
-// Usage: force_hash [--ticks N] [--folder DIR]... SCENE...; models are looked for beside the scene and in the folders.
+// Usage: force_hash [--ticks N] [--drop-caches] [--folder DIR]... SCENE...; models are looked for beside the scene and in the folders.
 
 #include <array>
 #include <bit>
@@ -95,10 +95,11 @@ struct Stage {
 
   /// With a new state.
   template <class Read, class Write>
-  void play(std::uint64_t ticks, Felt& felt, Read read, Write write) const {
+  void play(std::uint64_t ticks, bool dropsCaches, Felt& felt, Read read, Write write) const {
     const auto state = std::make_unique<HapticState>(config);
     (void)adoptScene(*scene, *state, 0);  // nothing is in contact
     for (std::uint64_t tick = 0; tick < ticks; ++tick) {
+      if (dropsCaches && tick > 0 && !state->connect(*scene)) std::abort();
       const TelemetrySample sample = hapticStep(*scene, *state, config, {tick, 0, read(tick, *state)});
       const Vec3 torque_Nm = writtenTorque_Nm(*state);
       write(sample.force.written, torque_Nm);
@@ -107,17 +108,19 @@ struct Stage {
   }
 };
 
-Result<Felt> feel(const std::string& file, const std::vector<std::filesystem::path>& folders, std::uint64_t ticks) {
+Result<Felt> feel(const std::string& file, const std::vector<std::filesystem::path>& folders, std::uint64_t ticks,
+                  bool dropsCaches) {
   Stage stage;
   if (const auto loaded = stage.load(file, folders); !loaded) return tl::unexpected(loaded.error());
   Felt felt;
   ScriptedHand scripted(*stage.scene);
   stage.play(
-      ticks / 2, felt, [&](std::uint64_t tick, const HapticState& state) { return scripted.at(tick, state); },
-      [](Vec3, Vec3) {});
+      ticks / 2, dropsCaches, felt,
+      [&](std::uint64_t tick, const HapticState& state) { return scripted.at(tick, state); }, [](Vec3, Vec3) {});
   stage.device.follow(stage.scene->plan.get());
   stage.play(
-      ticks - ticks / 2, felt, [&](std::uint64_t tick, const HapticState&) { return stage.device.read(tick); },
+      ticks - ticks / 2, dropsCaches, felt,
+      [&](std::uint64_t tick, const HapticState&) { return stage.device.read(tick); },
       [&](Vec3 force_N, Vec3 torque_Nm) {
         stage.device.writeTorque(torque_Nm);
         stage.device.write(force_N);
@@ -127,6 +130,7 @@ Result<Felt> feel(const std::string& file, const std::vector<std::filesystem::pa
 
 int run(std::span<char*> arguments) {
   std::uint64_t ticks = 100'000;
+  bool dropsCaches = false;
   std::vector<std::filesystem::path> folders;
   std::vector<std::string> scenes;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -136,18 +140,20 @@ int run(std::span<char*> arguments) {
       ticks = std::strtoull(arguments[++i], nullptr, 10);
     } else if (argument == "--folder" && hasValue) {
       folders.emplace_back(arguments[++i]);
+    } else if (argument == "--drop-caches") {
+      dropsCaches = true;
     } else {
       scenes.emplace_back(argument);
     }
   }
   if (scenes.empty()) {
-    std::fputs("usage: force_hash [--ticks N] [--folder DIR]... SCENE...\n", stderr);
+    std::fputs("usage: force_hash [--ticks N] [--drop-caches] [--folder DIR]... SCENE...\n", stderr);
     return 2;
   }
   Hash all;
   for (const std::string& scene : scenes) {
     const std::string name = std::filesystem::path(scene).stem().string();
-    const auto felt = feel(scene, folders, ticks);
+    const auto felt = feel(scene, folders, ticks, dropsCaches);
     if (!felt) {
       std::fprintf(stderr, "%s: %s\n", name.c_str(), felt.error().text().c_str());
       return 1;
