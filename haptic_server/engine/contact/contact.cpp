@@ -26,7 +26,10 @@ using Mode = ContactState::Mode;
 [[gnu::noinline]] void followOffSurface(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                         ContactResult& result) noexcept {
   if (state.clear.radius_m > 0 && staysClear(bodies, state, hip)) {
+    const Vec3 before = state.hip;
     state.hip = state.ihip = result.ihip = hip;
+    if (isNearRim(state.clear, hip)) [[unlikely]]
+      lookForClearance(bodies, state, before, result.work.allowance);
     return;
   }
   const Vec3 before = state.hip;
@@ -34,7 +37,7 @@ using Mode = ContactState::Mode;
   followGuarded(bodies, state, hip, result);
   const bool settled = !result.work.allowanceSpent && !result.work.depenetrated && !state.containmentUnchecked;
   if (wasFree && settled && state.mode == Mode::kFree) {
-    lookForClearance(bodies, state, glm::distance(before, state.hip), result.work.allowance);
+    lookForClearance(bodies, state, before, result.work.allowance);
   }
 }
 

@@ -105,10 +105,11 @@ class BoundingHierarchy {
   void setWide(bool wide) noexcept { wide_ = wide && hasAvx(); }
 
   /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared
-  /// distance (m^2) beyond which nothing is of interest, negative to stop. `bound` is the one to begin with.
-  template <class Visit>
-  void visitNear(Vec3 h, Allowance& allowance, Visit visit,
-                 double bound = std::numeric_limits<double>::infinity()) const noexcept;
+  /// distance (m^2) beyond which nothing is of interest, negative to stop. `bound` is the one to begin with. leaveOut is
+  /// called with a squared distance that no triangle of a box left out is nearer than.
+  template <class Visit, class LeaveOut = decltype([](double) noexcept {})>
+  void visitNear(Vec3 h, Allowance& allowance, Visit visit, double bound = std::numeric_limits<double>::infinity(),
+                 LeaveOut leaveOut = {}) const noexcept;
 
   [[nodiscard]] std::span<const Node> nodes() const noexcept { return nodes_; }
   [[nodiscard]] bool hasCells() const noexcept { return !listEnds_.empty(); }
@@ -334,8 +335,9 @@ void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowa
 }
 #endif
 
-template <class Visit>
-void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, double bound) const noexcept {
+template <class Visit, class LeaveOut>
+void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, double bound,
+                                  LeaveOut leaveOut) const noexcept {
   constexpr float kSlack = 1 - 0x1p-20F;  // distances are rounded to float: never leaves out a box for that
   const Vec3f at(h);
   std::array<Ranked, kStackSize> stack;
@@ -343,7 +345,10 @@ void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, dou
   stack[top++] = {0, Child::node(0)};
   while (top > 0 && !allowance.isSpent()) {
     const Ranked here = stack[--top];
-    if (here.squaredDistance * kSlack >= bound) continue;
+    if (here.squaredDistance * kSlack >= bound) {
+      leaveOut(here.squaredDistance * kSlack);
+      continue;
+    }
     if (here.child.isLeaf()) {
       bound = enterLeaf(here.child, allowance, visit);
       if (bound < 0) return;
@@ -357,7 +362,11 @@ void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, dou
     const std::size_t base = top;
     for (std::size_t i = 0; i < kWidth; ++i) {
       const bool empty = node.bounds[0][0][i] > node.bounds[1][0][i];
-      if (empty || distance[i] * kSlack >= bound) continue;
+      if (empty) continue;
+      if (distance[i] * kSlack >= bound) {
+        leaveOut(distance[i] * kSlack);
+        continue;
+      }
       std::size_t place = top++;
       for (; place > base && stack[place - 1].squaredDistance < distance[i]; --place) stack[place] = stack[place - 1];
       stack[place] = {distance[i], node.child[i]};

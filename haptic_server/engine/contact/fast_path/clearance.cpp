@@ -21,23 +21,24 @@ constexpr std::uint32_t kLongestPause = 256;
 constexpr double kSure = 1 - 0x1p-18;
 /// Fraction of the squared distance that is found, at least: of the many triangles of a fine surface that are nearly
 /// the nearest the search leaves most out.
-constexpr double kShareFound = 0.64;
+constexpr double kShareFound = 0.25;
 
 /// At most the squared distance from h (body frame) to the nearest triangle, and at least kShareFound of it; `bound`
 /// where that is less; m^2. Not looked for any farther once it is below `least`.
 [[nodiscard]] double withinNearest2(const CollisionMesh& surface, Vec3 h, double bound, double least,
                                     Allowance& allowance) noexcept {
+  double nearest = bound, leftOut = bound;
   surface.hierarchy().visitNear(
       h, allowance,
       [&](std::uint32_t begin, std::uint32_t end) noexcept {
         allowance.spend(Allowance::kNearTriangle * (end - begin));
         for (std::uint32_t t = begin; t < end; ++t) {
-          bound = std::min(bound, kShareFound * closestOn(surface.triangle(t), t, h).squaredDistance);
+          nearest = std::min(nearest, closestOn(surface.triangle(t), t, h).squaredDistance);
         }
-        return bound < least ? -1.0 : bound;
+        return nearest < least ? -1.0 : std::min(bound, kShareFound * nearest);
       },
-      bound);
-  return bound;
+      bound, [&](double squared) noexcept { leftOut = std::min(leftOut, squared); });
+  return std::min(nearest, leftOut);
 }
 
 }  // namespace
@@ -48,13 +49,14 @@ double largestMotion_m(const Body& body) noexcept {
   return centre + 2 * body.surface->radius_m() * glm::length(Vec3(turn.x, turn.y, turn.z));
 }
 
-void lookForClearance(std::span<const Body> bodies, ContactState& state, double step_m, Allowance& allowance) noexcept {
+void lookForClearance(std::span<const Body> bodies, ContactState& state, const Vec3& before,
+                      Allowance& allowance) noexcept {
   Clearance& clear = state.clear;
   if (clear.pause > 0) {
     --clear.pause;
     return;
   }
-  const double step = std::max(step_m, kMinStep_m);
+  const double step = std::max(glm::distance(before, state.hip), kMinStep_m);
   const double least2 = kMinSteps * step * (kMinSteps * step);
   double near2 = kMaxClearanceSteps * step * (kMaxClearanceSteps * step);
   for (const Body& body : bodies) {
@@ -63,7 +65,8 @@ void lookForClearance(std::span<const Body> bodies, ContactState& state, double 
     const double gap2 = squaredLength(glm::max(glm::max(s.low() - h, h - s.high()), Vec3(0)));
     if (gap2 >= near2) continue;
     // Inside of a body it is not clear, however far the surface is: the next tick may have to put the IHIP out.
-    if (gap2 == 0 && s.closed() && !body.pendingRemoval && windingNumber(s, h, allowance) > 0) near2 = 0;
+    const bool mayBeInside = gap2 == 0 && s.closed() && !body.pendingRemoval && clear.radius_m == 0;
+    if (mayBeInside && windingNumber(s, h, allowance) > 0) near2 = 0;
     near2 = withinNearest2(s, h, near2, least2, allowance);
     if (near2 < least2 || allowance.isSpent()) break;
   }

@@ -25,9 +25,16 @@ namespace haptics {
   return false;
 }
 
+/// Is the HIP of this tick, which stays in its clearance, about to leave it?
+[[nodiscard]] inline bool isNearRim(const Clearance& clear, const Vec3& hip) noexcept {
+  constexpr double kRim = 0.75;  // of the squared radius: a HIP as slow as a clearance is looked for comes by
+  return squaredLength(hip - clear.centre) > kRim * (clear.radius_m * clear.radius_m);
+}
+
 /// After a tick that ended free: sets the clearance to the distance of the nearest triangle, where the HIP, as fast as
 /// in this tick, needs a while to get there.
-/// @param step_m  That the HIP went in the tick.
-void lookForClearance(std::span<const Body> bodies, ContactState& state, double step_m, Allowance& allowance) noexcept;
+/// @param before  Where the HIP was in the last tick.
+void lookForClearance(std::span<const Body> bodies, ContactState& state, const Vec3& before,
+                      Allowance& allowance) noexcept;
 
 }  // namespace haptics
