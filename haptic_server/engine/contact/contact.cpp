@@ -55,6 +55,7 @@ void releaseContact(ContactState& state) noexcept {
   state.reached = before.reached;
   state.stride = before.stride;
   state.containmentUnchecked = before.containmentUnchecked;
+  state.unfinished = before.unfinished;
   state.reprojected = true;
 }
 

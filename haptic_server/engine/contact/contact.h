@@ -44,6 +44,8 @@ struct ContactState {
   Word<bool> reprojected = false;  ///< By an adoption since the last tick.
   /// The last tick had no allowance left to see whether the IHIP is inside of a body.
   Word<bool> containmentUnchecked = false;
+  /// The last tick left something to a general one: a part of the path, or whether the IHIP is inside of a body.
+  Word<bool> unfinished = false;
   /// Unless free, the first one is that to which the contact belongs.
   std::array<ContactSurface, kMaxHolding> holding;
   /// kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
@@ -58,8 +60,8 @@ struct ContactState {
   double stride = 1;
   Clearance clear;  ///< Free.
 
-  HAPTICS_FIELDS(self.mode, self.feature, self.reprojected, self.containmentUnchecked, self.holding, self.holdingCount,
-                 self.hip, self.ihip, self.local, self.reached, self.stride, self.clear);
+  HAPTICS_FIELDS(self.mode, self.feature, self.reprojected, self.containmentUnchecked, self.unfinished, self.holding,
+                 self.holdingCount, self.hip, self.ihip, self.local, self.reached, self.stride, self.clear);
 
   /// The surfaces that the contact involves: none when free, else at least the first.
   [[nodiscard]] std::span<const ContactSurface> surfaces() const noexcept {

@@ -101,8 +101,13 @@ void followDented(ContactState& state, const Body& body) noexcept {
   const CollisionMesh& s = *body.surface;
   const Vec3 h = body.frame.toLocal(state.hip);
   int spent = 0;
-  const ClosestPoint foot = neighborhoodWatch(s, state.holding[0].triangle, h, nullptr, spent).foot;
-  if (s.isOutside(foot, h, state.holding[0].side)) return resetContact(state, state.hip);
+  const auto [foot, converged] = neighborhoodWatch(s, state.holding[0].triangle, h, nullptr, spent);
+  if (converged && s.isOutside(foot, h, state.holding[0].side)) {
+    const bool unchecked = state.containmentUnchecked;
+    resetContact(state, state.hip);
+    state.containmentUnchecked = state.unfinished = unchecked;
+    return;
+  }
   state.holding[0].triangle = foot.triangle;
   state.feature = foot.feature;
   state.local = foot.point;
@@ -138,7 +143,7 @@ bool reprojectContact(ContactState& state, std::span<const Body> bodies, std::sp
     }
   }
   if (allowance.isSpent()) {
-    state.containmentUnchecked = true;
+    state.containmentUnchecked = state.unfinished = true;
   } else if (!settled) {
     proxy.escape(bodies);
   }

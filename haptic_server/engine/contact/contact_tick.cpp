@@ -72,6 +72,8 @@ ContactResult ContactTick::run() noexcept {
   endSteps(now);
   tick_.work.allowance.spend(-depenetrationReserve);
   leaveEnclosingBody();  // 7 enclosed?
+  const ContactState& state = tick_.state;
+  tick_.state.unfinished = state.reached < 1 || state.stride < 1 || state.containmentUnchecked;
   return result();
 }
 
@@ -129,7 +131,7 @@ void ContactTick::moveFree(double now, WalkStep& step) noexcept {
     step.end = 1;
     step.hip = tick_.hip;
     tick_.setTime(1);
-    if (tick_.state.mode == Mode::kSeveralSurfaces) return solvePlanes(tick_, step.hip);
+    if (tick_.state.mode == Mode::kSeveralSurfaces) return solveAndWalk(step);
     searchAnew(tick_, step);
     walk(step, kMaxReentries);
   }
@@ -251,13 +253,14 @@ ContactResult ContactTick::result() noexcept {
   }
   const ContactSurface& held = tick_.held();
   const NearBodies::Near& near = tick_.nearOf(held);
-  const Vec3 toIhip = state.ihip - tick_.hip;
+  const Vec3 toIhip = state.ihip - tick_.goal;
   result.touching = true;
   result.body = held.body;
   if (state.mode == Mode::kOneSurface) {
-    result.alongNormal = tick_.footConverged && tick_.foot.feature == Feature::kPolygon;
+    // Of a path that is not gone to its end the HIP may be outside of the plane already.
+    result.alongNormal = tick_.footConverged && tick_.foot.feature == Feature::kPolygon && !tick_.work.allowanceSpent;
     result.penetration_m =
-        result.alongNormal ? distanceFrom(near.surface->triangle(tick_.foot.triangle), near.frame.toLocal(tick_.hip))
+        result.alongNormal ? distanceFrom(near.surface->triangle(tick_.foot.triangle), near.frame.toLocal(tick_.goal))
                            : glm::length(toIhip);
     result.normal = near.frame.rotate(near.surface->normal(tick_.foot) * static_cast<double>(held.side));
   } else {

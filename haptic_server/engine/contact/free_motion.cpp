@@ -54,8 +54,10 @@ double advanceFree(TickContext& tick, double now, double end, Vec3 hip) noexcept
     tick.setFree(hip);
     return end;
   }
+  const double time = now + (end - now) * hit.crossing.time;
+  tick.setTime(time);
   touch(tick, hit, to);
-  return now + (end - now) * hit.crossing.time;
+  return time;
 }
 
 /// Tested in the same tick: the path may lead into another tooth of a comb, or another body. The frame of a turning

@@ -36,6 +36,7 @@ struct TickContext {
         bodies(sceneBodies),
         state(contactState),
         stride(contactState.stride),
+        goal(hipAtEnd),
         hip(stride < 1 ? glm::mix(contactState.hip, hipAtEnd, stride) : hipAtEnd),
         near(switches.segmentTest) {
     work.allowance = allowance;
@@ -100,7 +101,8 @@ struct TickContext {
   std::span<const Body> bodies;
   ContactState& state;
   double stride;  ///< The fraction of the HIP's path and of the bodies' motions that this tick sets out to cover.
-  Vec3 hip;       ///< At the end of it, world.
+  Vec3 goal;      ///< The HIP, world: where its path leads.
+  Vec3 hip;       ///< Where the covered path leads, world.
   NearBodies near;
   ContactWork work;
   ClosestPoint foot;           ///< kOneSurface: of the IHIP.

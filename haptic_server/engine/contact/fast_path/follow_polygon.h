@@ -102,19 +102,25 @@ struct Minimum {
   return true;
 }
 
-/// The most common tick: one body, at rest, whose polygon holds the IHIP and is in the cache. False, and nothing
-/// written but to the cache, when there is more to it. Of a HIP that is usable.
+/// Puts the polygon that holds the contact into the cache. False where a body has to be looked at as a whole.
+[[nodiscard]] bool loadHeld(const Body& body, const ContactState& state, ContactCache& cache) noexcept;
+
+/// The most common tick: one body, at rest, whose polygon holds the IHIP. False, and nothing written but to the cache and
+/// the allowance, when there is more to it. Of a HIP that is usable.
 [[nodiscard, gnu::always_inline]] inline bool stayOnPolygon(std::span<const Body> bodies, ContactState& state,
                                                             const Vec3& hip, ContactResult& result,
                                                             ContactCache& cache) noexcept {
-  if (bodies.size() != 1 || state.feature != Feature::kPolygon) return false;
+  if (bodies.size() != 1 || state.feature != Feature::kPolygon || state.unfinished) return false;
   const ContactSurface& holding = state.holding[0];
   const Body& body = bodies.front();
   if (body.moving) return false;
   const CachedTriangle* polygon = &cache.polygon;
   if (!polygon->is(*body.surface, holding.triangle)) {
     polygon = cache.ahead != nullptr ? cache.ahead->find(*body.surface, holding.triangle) : nullptr;
-    if (polygon == nullptr) return false;
+    if (polygon == nullptr) {
+      if (!loadHeld(body, state, cache)) return false;
+      polygon = &cache.polygon;
+    }
   }
   return followOnTriangle(body, state, *polygon, hip, result, cache, nullptr);
 }

@@ -115,19 +115,24 @@ bool stepOverTriangles(const Body& body, ContactState& state, const CachedTriang
   return true;
 }
 
+bool loadHeld(const Body& body, const ContactState& state, ContactCache& cache) noexcept {
+  const std::uint32_t triangle = state.holding[0].triangle;
+  if (body.surface->anySelfIntersecting() || body.surface->triangle(triangle).zeroArea()) return false;
+  cache.polygon.load(*body.surface, triangle);
+  return true;
+}
+
 bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
                      ContactCache& cache) noexcept {
   const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
   const CollisionMesh& surface = *body.surface;
-  if (body.moving || surface.anySelfIntersecting() || surface.triangle(state.holding[0].triangle).zeroArea())
+  const std::uint32_t held = state.holding[0].triangle;
+  if (body.moving || state.unfinished || surface.anySelfIntersecting() || surface.triangle(held).zeroArea())
     return false;
-  // Where the whole path takes more than the allowance, or it is to be seen whether the IHIP is inside of another body.
-  if (state.stride < 1 || state.containmentUnchecked) return false;
   NearbyBodies others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others, result.work.allowance)) return false;
-  if (state.feature == Feature::kPolygon) {
-    const std::uint32_t triangle = state.holding[0].triangle;
-    if (!cache.polygon.is(surface, triangle)) cache.polygon.load(surface, triangle);
+  if (state.feature == Feature::kPolygon && bodies.size() > 1) {  // of one body stayOnPolygon() has tried
+    if (!cache.polygon.is(surface, held)) cache.polygon.load(surface, held);
     const NearbyBodies* const beside = others.count > 0 ? &others : nullptr;
     if (followOnTriangle(body, state, cache.polygon, hip, result, cache, beside)) return true;
   }

@@ -69,7 +69,7 @@ TEST(Allowance, SpentBeforeTheContainmentCheckDefersItToTheNextTick) {
   world.tick({0, 0, 0.049});
   ASSERT_EQ(world.state().mode, ContactState::Mode::kOneSurface);
   world.add(shapes::sphere(0.03, 20), Vec3(0, 0, 0.05));  // an adoption puts bodies anywhere
-  world.state().containmentUnchecked = true;
+  world.state().containmentUnchecked = world.state().unfinished = true;
   ASSERT_GT(world.depthInside(world.state().ihip), 0.02);
   world.tick({0, 0, 0.049});
   EXPECT_FALSE(world.state().containmentUnchecked);
@@ -92,12 +92,45 @@ TEST(Allowance, SpentKeepsTheIhipOnTheContactSide) {
         const ContactResult result = bounded.tick(hip);
         ASSERT_GT(result.ihip.z, -1e-6) << units << " units, " << hip.z;
         ASSERT_GE(result.work.allowance.left(), -40'000) << "what a step takes once it is over";
+        ASSERT_GE(result.penetration_m, 0);
+        if (result.touching && !result.alongNormal) {
+          ASSERT_NEAR(result.penetration_m, glm::distance(result.ihip, hip), 1e-12)
+              << "of the HIP, not of a point before";
+        }
       }
     }
     if (units < 30'000) {
       EXPECT_GT(bounded.behind(), 100) << units;
     }
   }
+}
+
+TEST(Allowance, SpentIsFollowedAlikeWithTheCacheAndWithoutIt) {
+  World kept(shapes::bumpy(0.05, 40)), dropped(shapes::bumpy(0.05, 40));
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> within(-0.05, 0.05);
+  Vec3 hip(0, 0, 0.08);
+  kept.place(hip);
+  dropped.place(hip);
+  int behind = 0, touching = 0;
+  for (int target = 0; target < 400; ++target) {
+    const Vec3 from = hip, to(within(random), within(random), within(random));
+    const int steps = target % 2 == 0 ? 40 : 4;
+    for (int i = 1; i <= steps; ++i) {
+      hip = glm::mix(from, to, static_cast<double>(i) / steps);
+      const std::int64_t units = random() % 3 == 0 ? 40 << random() % 8 : 1'000'000;
+      Bounded cached(kept, units);
+      const ContactResult result = cached.tick(hip);
+      dropped.cache() = {};
+      const ContactResult expected = Bounded(dropped, units).tick(hip);
+      ASSERT_EQ(result.ihip, expected.ihip) << target << ' ' << i;
+      ASSERT_EQ(result.penetration_m, expected.penetration_m);
+      behind += cached.behind();
+      touching += result.touching ? 1 : 0;
+    }
+  }
+  EXPECT_GT(behind, 100);
+  EXPECT_GT(touching, 1000);
 }
 
 TEST(Allowance, SpentDefersTheRestOfThePathToTheNextTicks) {
