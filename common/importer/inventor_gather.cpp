@@ -208,7 +208,6 @@ Result<PolygonSoup> gatherInventor(std::string_view file, const IncludeReader& r
   gather(root, gathering);
   root->unref();
   if (!gathering.fault.empty()) return refused("", gathering.fault);
-  gathering.found.verticesInFile = gathering.found.vertices.size();
   return std::move(gathering.found);
 }
 

@@ -6,8 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "common/mesh/openmesh_reader.h"
-#include "common/mesh/plain_file.h"
+#include "common/mesh/mesh_readers.h"
 #include "common/mesh/topology.h"
 
 namespace haptics {
@@ -24,18 +23,18 @@ constexpr std::array<FormatName, 6> kFormats{{{MeshFormat::kObj, "obj"},
                                               {MeshFormat::kOm, "om"},
                                               {MeshFormat::kInventor, "iv"}}};
 
-Result<PlainFile> plainFile(std::string_view file, MeshFormat format) {
+Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
   switch (format) {
     case MeshFormat::kObj:
-      return plainObj(file);
+      return readObj(file);
     case MeshFormat::kPly:
-      return plainPly(file);
+      return readPly(file);
     case MeshFormat::kStl:
-      return plainStl(file);
+      return readStl(file);
     case MeshFormat::kOff:
-      return plainOff(file);
+      return readOff(file);
     case MeshFormat::kOm:
-      return plainOm(file);
+      return readOm(file);
     case MeshFormat::kInventor:
       break;
   }
@@ -55,20 +54,16 @@ Result<MeshFormat> meshFormatOf(const std::filesystem::path& file) {
 }
 
 Result<ImportedMesh> importMesh(std::string_view file, MeshFormat format, const ImportOptions& options) {
-  const auto at = std::ranges::find(kFormats, format, &FormatName::format);
-  return plainFile(file, format)
-      .and_then([&](PlainFile plain) { return readWithOpenMesh(std::move(plain), at->name); })
-      .and_then([&](PolygonSoup soup) { return importSoup(std::move(soup), options); });
+  return readSoup(file, format).and_then([&](PolygonSoup soup) { return importSoup(std::move(soup), options); });
 }
 
 Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) {
   const std::uint64_t taken = soup.triangles.size();
   const std::uint64_t leftOut = soup.degenerate + soup.outOfRange;
-  const std::uint64_t joined = soup.verticesInFile - soup.vertices.size();  // by OpenMesh's STL reader
   if (taken == 0 && leftOut > 0) {
     return refused("", "holds no usable triangle: " + std::to_string(soup.degenerate) + " are degenerate, " +
                            std::to_string(soup.outOfRange) + " name a vertex that is not there (of " +
-                           std::to_string(soup.verticesInFile) + ')');
+                           std::to_string(soup.vertices.size()) + ')');
   }
   if (taken == 0 && soup.shapesSkipped > 0) {
     return refused("", "holds nothing but NURBS shapes or files that are not beside it, which are not read");
@@ -76,8 +71,6 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   auto imported = canonicalise(soup.vertices, std::move(soup.triangles), options);
   if (!imported) return imported;
   MeshReport& report = imported->report;
-  report.verticesInFile += joined;
-  report.verticesWelded += joined;
   report.trianglesInFile += leftOut;
   report.droppedDegenerate += soup.degenerate;
   report.droppedOutOfRange += soup.outOfRange;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,7 +15,6 @@ namespace haptics {
 struct PolygonSoup {
   std::vector<Vec3> vertices;
   std::vector<TriangleIndices> triangles;
-  std::uint64_t verticesInFile = 0;
   std::uint64_t polygonsTriangulated = 0;
   std::uint64_t degenerate = 0;  ///< Triangles that were not even taken over: fewer than three different corners.
   std::uint64_t outOfRange = 0;  ///< Triangles of polygons that name a vertex that is not there.
@@ -22,6 +22,11 @@ struct PolygonSoup {
   std::uint64_t headerLinesSkipped = 0;
   std::uint64_t bytesAtEnd = 0;
 
+  /// For addPolygon(), of a file's number from 0: one that is not in `vertices` where it is not.
+  [[nodiscard]] std::uint32_t numbered(std::int64_t vertex) const {
+    const bool isThere = vertex >= 0 && vertex < static_cast<std::int64_t>(vertices.size());
+    return isThere ? static_cast<std::uint32_t>(vertex) : std::numeric_limits<std::uint32_t>::max();
+  }
   /// Cuts the polygon into triangles and appends them, each with the polygon's winding. A polygon that names a vertex
   /// that is not (yet) in `vertices` is counted instead.
   void addPolygon(std::span<const std::uint32_t> corners);

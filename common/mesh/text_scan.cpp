@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace haptics {
@@ -50,19 +51,29 @@ std::optional<std::int64_t> asInteger(std::string_view word) {
   return value;
 }
 
-Result<double> coordinate(std::string_view word, std::uint64_t vertex) {
-  if (const auto value = asNumber(word)) return coordinate(*value, vertex);
-  return refused("",
-                 "vertex " + std::to_string(vertex) + " (from 0) has " +
-                     (word.empty() ? "fewer than three coordinates" : inQuotes(word) + " where a number should be"));
-}
-
-Result<double> coordinate(double value, std::uint64_t vertex) {
+Result<float> coordinate(double value, std::uint64_t vertex) {
   if (!std::isfinite(value)) return refused("", "vertex " + std::to_string(vertex) + " (from 0) is not finite");
   if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
     return refused("", "vertex " + std::to_string(vertex) + " (from 0) does not fit into float32");
   }
-  return value;
+  return static_cast<float>(value);
+}
+
+Result<Vec3> nextPoint(std::string_view& rest, std::uint64_t vertex) {
+  Vec3 point;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string_view word = nextWord(rest);
+    const auto value = asNumber(word);
+    if (!value) {
+      return refused(
+          "", "vertex " + std::to_string(vertex) + " (from 0) has " +
+                  (word.empty() ? "fewer than three coordinates" : inQuotes(word) + " where a number should be"));
+    }
+    if (auto ok = coordinate(*value, vertex); !ok) return tl::unexpected(std::move(ok).error());
+    // Rounded once: by way of a double, a number between two floats may come out as the other one.
+    point[axis] = static_cast<double>(std::strtof(std::string(word).c_str(), nullptr));
+  }
+  return point;
 }
 
 std::string inQuotes(std::string_view word) {

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/error/error.h"
+#include "common/maths/vec.h"
 
 namespace haptics {
 
@@ -19,9 +20,10 @@ namespace haptics {
 [[nodiscard]] std::optional<double> asNumber(std::string_view word);
 [[nodiscard]] std::optional<std::int64_t> asInteger(std::string_view word);
 
-/// Refused, naming the vertex, if the coordinate is missing, not a number, not finite or too large for float32.
-[[nodiscard]] Result<double> coordinate(std::string_view word, std::uint64_t vertex);
-[[nodiscard]] Result<double> coordinate(double value, std::uint64_t vertex);
+/// As float32. Refused, naming the vertex, if it is not finite or too large.
+[[nodiscard]] Result<float> coordinate(double value, std::uint64_t vertex);
+/// The next three words of `rest`, likewise. Refused too if one is missing or not a number.
+[[nodiscard]] Result<Vec3> nextPoint(std::string_view& rest, std::uint64_t vertex);
 
 /// A word for an error message: quoted, shortened, without control characters.
 [[nodiscard]] std::string inQuotes(std::string_view word);

@@ -1,4 +1,6 @@
-#include "common/mesh/plain_file.h"
+#include <vector>
+
+#include "common/mesh/mesh_readers.h"
 #include "common/mesh/text_scan.h"
 
 namespace haptics {
@@ -42,52 +44,29 @@ Result<OffCounts> readOffHeader(std::string_view& rest) {
   return OffCounts{static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*faces)};
 }
 
-Result<void> addOffVertex(std::string_view line, PlainFile& plain) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::string_view word = nextWord(line);
-    if (auto ok = coordinate(word, plain.vertices); !ok) return tl::unexpected(std::move(ok).error());
-    (plain.bytes += word) += axis < 2 ? ' ' : '\n';
-  }
-  ++plain.vertices;
-  return {};
-}
-
-Result<void> addFace(std::string_view line, std::uint64_t number, std::string& faces, PlainFile& plain) {
+Result<void> addFace(std::string_view line, std::uint64_t number, PolygonSoup& soup) {
   const auto bad = [number](const std::string& why) {
     return refused("", "face " + std::to_string(number) + " (from 0) " + why);
   };
-  const auto corners = asInteger(nextWord(line));
+  const auto count = asInteger(nextWord(line));
   // Two characters a corner is the least that it takes.
-  if (!corners || *corners < 0 || static_cast<std::uint64_t>(*corners) > line.size() / 2) {
+  if (!count || *count < 0 || static_cast<std::uint64_t>(*count) > line.size() / 2) {
     return bad("should begin with the number of its corners and then name as many vertices");
   }
-  std::string face = std::to_string(*corners);
-  bool inRange = true;
-  for (std::int64_t k = 0; k < *corners; ++k) {
+  std::vector<std::uint32_t> corners;
+  for (std::int64_t k = 0; k < *count; ++k) {
     const std::string_view word = nextWord(line);
     const auto vertex = asInteger(word);
     if (!vertex) return bad(word.empty() ? "has fewer corners than it says" : "has " + inQuotes(word) + " as a corner");
-    inRange = inRange && *vertex >= 0 && static_cast<std::uint64_t>(*vertex) < plain.vertices;
-    (face += ' ') += word;
+    corners.push_back(soup.numbered(*vertex));
   }
-  if (*corners < 3) {
-    ++plain.degenerate;
-    return {};
-  }
-  const auto triangles = static_cast<std::uint64_t>(*corners) - 2;
-  if (!inRange) {
-    plain.outOfRange += triangles;
-    return {};
-  }
-  ++plain.polygons;
-  plain.triangles += triangles;
-  (faces += face) += '\n';
+  soup.addPolygon(corners);
   return {};
 }
 
 }  // namespace
 
-Result<PlainFile> plainOff(std::string_view file) {
+Result<PolygonSoup> readOff(std::string_view file) {
   auto counts = readOffHeader(file);
   if (!counts) return tl::unexpected(std::move(counts).error());
   constexpr std::uint64_t kMinVertex = 6, kMinFace = 2;  // characters of "0 0 0\n" and "0\n"
@@ -95,25 +74,24 @@ Result<PlainFile> plainOff(std::string_view file) {
     return refused("", "its header claims " + std::to_string(counts->vertices) + " vertices and " +
                            std::to_string(counts->faces) + " faces, more than its length can hold");
   }
-  PlainFile plain;
+  PolygonSoup soup;
   for (std::uint64_t i = 0; i < counts->vertices; ++i) {
-    const std::string_view line = nextContent(file);
+    std::string_view line = nextContent(file);
     if (line.empty()) {
       return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->vertices) + " vertices");
     }
-    if (auto ok = addOffVertex(line, plain); !ok) return tl::unexpected(std::move(ok).error());
+    const auto point = nextPoint(line, i);
+    if (!point) return tl::unexpected(point.error());
+    soup.vertices.push_back(*point);
   }
-  std::string faces;
   for (std::uint64_t i = 0; i < counts->faces; ++i) {
     const std::string_view line = nextContent(file);
     if (line.empty()) {
       return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->faces) + " faces");
     }
-    if (auto ok = addFace(line, i, faces, plain); !ok) return tl::unexpected(std::move(ok).error());
+    if (auto ok = addFace(line, i, soup); !ok) return tl::unexpected(std::move(ok).error());
   }
-  plain.bytes =
-      "OFF\n" + std::to_string(plain.vertices) + ' ' + std::to_string(plain.polygons) + " 0\n" + plain.bytes + faces;
-  return plain;
+  return soup;
 }
 
 }  // namespace haptics

@@ -1,11 +1,10 @@
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <cmath>
 #include <optional>
 #include <vector>
 
-#include "common/mesh/canonical_bytes.h"
-#include "common/mesh/plain_file.h"
+#include "common/mesh/mesh_readers.h"
 #include "common/mesh/text_scan.h"
 
 namespace haptics {
@@ -158,11 +157,11 @@ class Values {
   Format format_;
 };
 
-/// Rewrites the body, element by element: vertices as three floats, faces as an int count and int corners.
+/// Reads the body, element by element.
 class Body {
  public:
   Body(std::string_view body, const PlyHeader& header) : values_(body, header.format) {
-    plain_.headerLinesSkipped = header.linesSkipped;
+    soup_.headerLinesSkipped = header.linesSkipped;
   }
 
   Result<void> take(const Element& element) {
@@ -179,14 +178,7 @@ class Body {
     return {};
   }
 
-  [[nodiscard]] PlainFile finish() && {
-    plain_.binary = true;
-    plain_.bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(plain_.vertices) +
-                   "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
-                   std::to_string(plain_.polygons) + "\nproperty list int int vertex_indices\nend_header\n" +
-                   vertexBytes_ + faceBytes_;
-    return std::move(plain_);
-  }
+  [[nodiscard]] PolygonSoup finish() && { return std::move(soup_); }
 
  private:
   /// The values of one property: one, or the list's. Nothing at the end of the file.
@@ -212,11 +204,11 @@ class Body {
       const auto* value = next(property);
       if (value == nullptr) return false;
       if (property.listCount || (property.name != "x" && property.name != "y" && property.name != "z")) continue;
-      if (auto ok = coordinate(value->front(), plain_.vertices); !ok) return tl::unexpected(std::move(ok).error());
-      point_[static_cast<std::size_t>(property.name[0] - 'x')] = static_cast<float>(value->front());
+      const auto coordinate = haptics::coordinate(value->front(), soup_.vertices.size());
+      if (!coordinate) return tl::unexpected(coordinate.error());
+      point_[property.name[0] - 'x'] = static_cast<double>(*coordinate);
     }
-    append(vertexBytes_, point_);
-    ++plain_.vertices;
+    soup_.vertices.push_back(point_);
     return true;
   }
 
@@ -234,27 +226,18 @@ class Body {
                        [this](const Property& property) { return next(property) != nullptr; });
   }
 
-  void addFace(const std::vector<double>& corners) {
-    if (corners.size() < 3) {
-      ++plain_.degenerate;
-      return;
-    }
-    const auto there = [this](double v) { return v >= 0 && v < static_cast<double>(plain_.vertices); };
-    if (!std::all_of(corners.begin(), corners.end(), there)) {
-      plain_.outOfRange += corners.size() - 2;
-      return;
-    }
-    plain_.triangles += corners.size() - 2;
-    ++plain_.polygons;
-    append(faceBytes_, static_cast<std::int32_t>(corners.size()));
-    for (const double v : corners) append(faceBytes_, static_cast<std::int32_t>(v));
+  void addFace(const std::vector<double>& vertices) {
+    corners_.clear();
+    for (const double vertex : vertices)
+      corners_.push_back(soup_.numbered(std::abs(vertex) < 1e18 ? static_cast<std::int64_t>(std::floor(vertex)) : -1));
+    soup_.addPolygon(corners_);
   }
 
   Values values_;
-  PlainFile plain_;
-  std::string vertexBytes_, faceBytes_;
-  std::array<float, 3> point_{};
+  PolygonSoup soup_;
+  Vec3 point_{0};
   std::vector<double> list_;
+  std::vector<std::uint32_t> corners_;
 };
 
 Result<void> checkElements(const PlyHeader& header, std::size_t bodySize) {
@@ -286,7 +269,7 @@ Result<void> checkElements(const PlyHeader& header, std::size_t bodySize) {
 
 }  // namespace
 
-Result<PlainFile> plainPly(std::string_view file) {
+Result<PolygonSoup> readPly(std::string_view file) {
   const auto header = readPlyHeader(file);
   if (!header) return tl::unexpected(header.error());
   if (auto ok = checkElements(*header, file.size()); !ok) return tl::unexpected(std::move(ok).error());

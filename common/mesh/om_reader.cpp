@@ -1,8 +1,9 @@
 #include <bit>
 #include <cstring>
 #include <optional>
+#include <vector>
 
-#include "common/mesh/plain_file.h"
+#include "common/mesh/mesh_readers.h"
 #include "common/mesh/text_scan.h"
 
 namespace haptics {
@@ -116,37 +117,73 @@ bool skipName(std::string_view& rest) {
   return true;
 }
 
-Result<void> checkPositions(const Chunk& chunk, const OmHeader& header, std::string_view data) {
+Result<void> readPositions(const Chunk& chunk, const OmHeader& header, std::string_view data, PolygonSoup& soup) {
   if (!chunk.isFloat || chunk.dimension != 3 || chunk.bits > 1) {
     return refused("", "its vertices should be three float32 or float64 each");
   }
-  for (std::uint64_t i = 0; i < 3 * header.vertices; ++i) {
-    const double x = chunk.bits == 0 ? static_cast<double>(*take<float>(data)) : *take<double>(data);
-    if (auto ok = coordinate(x, i / 3); !ok) return tl::unexpected(std::move(ok).error());
+  for (std::uint64_t i = 0; i < header.vertices; ++i) {
+    Vec3& point = soup.vertices.emplace_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto x = coordinate(chunk.bits == 0 ? static_cast<double>(*take<float>(data)) : *take<double>(data), i);
+      if (!x) return tl::unexpected(x.error());
+      point[axis] = static_cast<double>(*x);
+    }
   }
   return {};
 }
 
-/// Vertex positions, corners of faces and half-edges make the surface; all else is left out.
-bool isGeometry(const Chunk& chunk) {
-  return (chunk.entity == kVertex && chunk.type == kPosition) || (chunk.entity == kFace && chunk.type == kTopology) ||
-         (chunk.entity == kHalfedge && chunk.type == kTopology);
+/// Of 1, 2 or 4 bytes.
+struct Numbers {
+  std::string_view rest;
+  unsigned bits = 0;
+
+  std::uint32_t next() {
+    return bits == 0 ? *take<std::uint8_t>(rest) : bits == 1 ? *take<std::uint16_t>(rest) : *take<std::uint32_t>(rest);
+  }
+};
+
+/// Before version 2.0: the corners of each face.
+void readCorners(Numbers faces, const OmHeader& header, PolygonSoup& soup) {
+  std::vector<std::uint32_t> corners;
+  for (std::uint64_t f = 0; f < header.faces; ++f) {
+    corners.resize(header.meshKind == 'P' ? *take<std::uint16_t>(faces.rest) : header.meshKind == 'T' ? 3 : 4);
+    for (std::uint32_t& corner : corners) corner = faces.next();
+    soup.addPolygon(corners);
+  }
+}
+
+/// Then a half-edge of each face, and of each half-edge the next one round the face, the vertex that it leads to, and the face.
+Result<void> readRings(Numbers faces, Numbers halfedges, const OmHeader& header, PolygonSoup& soup) {
+  std::vector<std::uint32_t> next(2 * header.edges), to(next.size()), corners;
+  for (std::size_t h = 0; h < next.size(); ++h) {
+    next[h] = halfedges.next();
+    to[h] = halfedges.next();
+    (void)halfedges.next();
+  }
+  std::size_t sides = 0;  // over all faces: in a mesh, each half-edge belongs to one ring at most
+  for (std::uint64_t f = 0; f < header.faces; ++f) {
+    corners.clear();
+    const std::uint32_t start = faces.next();
+    std::uint32_t h = start;
+    do {
+      if (h >= next.size() || ++sides > next.size()) return refused("", "has faces whose half-edges do not close");
+      corners.push_back(to[h]);
+      h = next[h];
+    } while (h != start);
+    soup.addPolygon(corners);
+  }
+  return {};
 }
 
 }  // namespace
 
-Result<PlainFile> plainOm(std::string_view file) {
-  const std::string_view whole = file;
+Result<PolygonSoup> readOm(std::string_view file) {
   const auto header = readOmHeader(file);
   if (!header) return tl::unexpected(header.error());
-  PlainFile plain;
-  plain.binary = true;
-  plain.vertices = header->vertices;
-  plain.polygons = header->faces;
-  plain.bytes = whole.substr(0, kHeaderSize);
-  unsigned seen = 0;  // a bit for each entity whose geometry was found
+  PolygonSoup soup;
+  std::optional<Numbers> faces, halfedges;
+  bool hasPositions = false;
   while (!file.empty()) {
-    std::string_view start = file;
     const auto word = take<std::uint16_t>(file);
     if (!word) return cutOff();
     const Chunk chunk(*word);
@@ -154,23 +191,34 @@ Result<PlainFile> plainOm(std::string_view file) {
     if (chunk.named && !(skipName(file) && (header->version < kNamedTypeVersion || skipName(file)))) return cutOff();
     const auto size = dataSize(chunk, *header, file);
     if (!size || *size > file.size()) return cutOff();
-    if (isGeometry(chunk)) {
-      if (chunk.named || (seen & 1U << chunk.entity) != 0) return refused("", "gives the same part of the mesh twice");
-      seen |= 1U << chunk.entity;
-      if (chunk.type == kPosition) {
-        if (auto ok = checkPositions(chunk, *header, file); !ok) return tl::unexpected(std::move(ok).error());
-      } else if (chunk.bits > 2) {
-        return refused("", "numbers its parts with 64 bits; 32 are taken");
-      }
-      plain.bytes += start.substr(0, sizeof *word + *size);
-    }
+    const std::string_view data = file.substr(0, *size);
     file.remove_prefix(*size);
+    const bool isPositions = chunk.entity == kVertex && chunk.type == kPosition;
+    const bool isTopology = (chunk.entity == kFace || chunk.entity == kHalfedge) && chunk.type == kTopology;
+    if (!isPositions && !isTopology) continue;
+    std::optional<Numbers>& numbers = chunk.entity == kFace ? faces : halfedges;
+    if (chunk.named || (isPositions ? hasPositions : numbers.has_value())) {
+      return refused("", "gives the same part of the mesh twice");
+    }
+    if (isPositions) {
+      hasPositions = true;
+      if (auto ok = readPositions(chunk, *header, data, soup); !ok) return tl::unexpected(std::move(ok).error());
+    } else if (chunk.bits > 2) {
+      return refused("", "numbers its parts with 64 bits; 32 are taken");
+    } else {
+      numbers = Numbers{data, chunk.bits};
+    }
   }
-  const bool halfedges = header->version >= kHalfedgeVersion;
-  if (seen != (1U << kVertex | 1U << kFace | (halfedges ? 1U << kHalfedge : 0U))) {
+  const bool hasRings = header->version >= kHalfedgeVersion;
+  if (!hasPositions || !faces || halfedges.has_value() != hasRings) {
     return refused("", "is cut off or incomplete: vertices, faces or half-edges are missing");
   }
-  return plain;
+  if (!hasRings) {
+    readCorners(*faces, *header, soup);
+  } else if (auto ok = readRings(*faces, *halfedges, *header, soup); !ok) {
+    return tl::unexpected(std::move(ok).error());
+  }
+  return soup;
 }
 
 }  // namespace haptics
