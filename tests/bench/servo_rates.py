@@ -69,9 +69,9 @@ def cyclictest_figures(report, rate_hz):
             "p50_us": quantile(0.5), "p99_us": quantile(0.99)}
 
 
-def run_both(options, rate_hz, cpus, folder):
+def run_both(options, rate_hz, cpus, folder, more=()):
     summary, report = folder / "server.json", folder / "cyclictest.json"
-    server = start_server(options, rate_hz, cpus[0], summary)
+    server = start_server(options, rate_hz, cpus[0], summary, more)
     cyclictest = start_cyclictest(options, rate_hz, cpus[1], report)
     for process in (cyclictest, server):
         if process.wait() != 0:

@@ -1,18 +1,21 @@
-"""Does the server miss ticks when the machine is under attack that a bare real-time thread would not? While stress-ng
-loads every processor and haptic_stress runs servers, viewers and editors across a bad network, haptic_server (FIFO, pinned)
-and cyclictest (rt-tests), with the same period and priority, run in the same instant, each on a processor of its own; from
-block to block they change places. Compared are wake-ups later than a period, as Poisson counts. Prints JSON; exits with 1
-when the two can hardly be of one rate (p <= 0.001), or when the servo touched the heap, with 2 when the machine cannot
-tell.
+"""Does the server miss ticks that a bare real-time thread would not? haptic_server (FIFO, pinned) and cyclictest (rt-tests),
+with the same period and priority, run in the same instant, each on a processor of its own; from block to block they change
+places. Meanwhile stress-ng loads every processor and haptic_stress runs servers, viewers and editors across a bad network; or,
+with --soup, the machine is idle and the scene holds what no tree sorts well, too: random triangles each as long as the cube of
+0.1 m that they lie in, which the simulated hand explores. Compared are wake-ups later than a period, as Poisson counts. Prints
+JSON; exits with 1 when the two can hardly be of one rate (p <= 0.001), a fault came up, or the servo touched the heap, with 2
+when the machine cannot tell.
 
-usage: servo_under_attack.py BIN SCENE [--seconds N] [--blocks N] [--rate HZ] [--assets FOLDER]
+usage: servo_beside_cyclictest.py BIN SCENE [--soup TRIANGLES] [--seconds N] [--blocks N] [--rate HZ] [--assets FOLDER]
 """
 
 import argparse
 import json
 import math
 import os
+import random
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -24,6 +27,10 @@ import servo_rates
 LEAST_P = 0.001
 CANNOT_TELL = 2  # exit code
 WARM_UP_S = 3  # until the attack is under way
+SOUP = """
+operations {{ add {{ name: "soup" mesh {{ file: "{file}" }}
+                     pose {{ position {{ x: 0.045 y: 0.02 z: 0.1 }} }} material {{ stiffness_N_per_m: 600 }} }} }}
+"""
 
 
 def poisson_p(a, exposure_a, b, exposure_b):
@@ -35,6 +42,15 @@ def poisson_p(a, exposure_a, b, exposure_b):
     log_p = [math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1) + k * math.log(share) +
              (n - k) * math.log1p(-share) for k in range(n + 1)]
     return min(1.0, sum(math.exp(p) for p in log_p if p <= log_p[a] + 1e-9))
+
+
+def write_soup(file, triangles, edge_m=0.1):
+    """Binary STL: corners anywhere in a cube about the origin."""
+    draw = random.Random(1)
+    with open(file, "wb") as out:
+        out.write(bytes(80) + struct.pack("<I", triangles))
+        for _ in range(triangles):
+            out.write(struct.pack("<12fH", 0, 0, 0, *(draw.uniform(-edge_m / 2, edge_m / 2) for _ in range(9)), 0))
 
 
 class Attack:
@@ -72,44 +88,36 @@ def late_ticks(recording):
 
 def run_block(options, cpus, folder):
     """Figures of server and cyclictest over the same seconds."""
-    recording = folder / "ticks"
-    summary, report = folder / "server.json", folder / "cyclictest.json"
-    server = servo_rates.start_server(options, options.rate, cpus[0], summary, ["--record", recording])
-    cyclictest = servo_rates.start_cyclictest(options, options.rate, cpus[1], report)
-    for process in (cyclictest, server):
-        if process.wait() != 0:
-            raise subprocess.CalledProcessError(process.returncode, process.args)
-    server.stdout.close()
-    ours = servo_rates.server_figures(summary)
-    ours["late"] = late_ticks(recording)
-    run = json.loads(summary.read_text())
+    ours, theirs = servo_rates.run_both(options, options.rate, cpus, folder, ["--record", folder / "ticks"])
+    run = json.loads((folder / "server.json").read_text())
     ours.update({key: run[key] for key in ("allowance_spent", "contact_ticks", "faults")}, fifo=run["realtime"]["fifo"],
-                tick_max_us=run["tick_ns"]["max"] / 1e3)
-    theirs = servo_rates.cyclictest_figures(report, options.rate)
+                late=late_ticks(folder / "ticks"), tick_max_us=run["tick_ns"]["max"] / 1e3)
     theirs["late"] = theirs["late_wake_ups"]
     return ours, theirs
 
 
-def result_of(options, blocks, attacked):
+def result_of(options, blocks):
     ours, theirs = ([pair[i] for pair in blocks] for i in (0, 1))
     total = lambda side, key: sum(block[key] for block in side)
     p = poisson_p(total(ours, "late"), total(ours, "ticks"), total(theirs, "late"), total(theirs, "wake_ups"))
-    return {"rate_hz": options.rate, "blocks": len(blocks), "seconds_each": options.seconds,
-            "attacked_throughout": attacked, "fifo": all(block["fifo"] for block in ours),
-            "server_ticks": total(ours, "ticks"), "server_late": total(ours, "late"),
-            "server_missed": total(ours, "missed"), "server_allocations": total(ours, "allocations"),
-            "cyclictest_wake_ups": total(theirs, "wake_ups"), "cyclictest_late": total(theirs, "late"),
-            "cyclictest_missed": total(theirs, "missed"), "poisson_p": p,
-            "server_late_in_each_block": [block["late"] for block in ours],
-            "cyclictest_late_in_each_block": [block["late"] for block in theirs],
-            "pass": p > LEAST_P and total(ours, "allocations") == 0}
+    result = {"rate_hz": options.rate, "soup_triangles": options.soup, "blocks": len(blocks), "seconds_each": options.seconds,
+              "fifo": all(block["fifo"] for block in ours), "poisson_p": p,
+              **{f"server_{key}": total(ours, key)
+                 for key in ("ticks", "late", "missed", "allowance_spent", "contact_ticks", "faults", "allocations")},
+              **{f"cyclictest_{key}": total(theirs, key) for key in ("wake_ups", "late", "missed")},
+              **{f"server_{key}": max(block[key] for block in ours) for key in ("tick_p99_us", "tick_max_us")},
+              "server_late_in_each_block": [block["late"] for block in ours],
+              "cyclictest_late_in_each_block": [block["late"] for block in theirs]}
+    result["pass"] = p > LEAST_P and result["server_faults"] == 0 and result["server_allocations"] == 0
+    return result
 
 
 def parse():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("bin", type=Path, help="folder of the programs")
-    parser.add_argument("scene")
+    parser.add_argument("scene", type=Path)
     parser.add_argument("--assets", default="/usr/share/inventor/data")
+    parser.add_argument("--soup", type=int, default=0, metavar="TRIANGLES", help="added to the scene, in place of the attack")
     parser.add_argument("--seconds", type=int, default=10, help="of each block")
     parser.add_argument("--blocks", type=int, default=20, help="an even number is fair to both")
     parser.add_argument("--rate", type=int, default=1000, help="Hz")
@@ -122,24 +130,29 @@ def parse():
 def main():
     options = parse()
     cpus = sorted(os.sched_getaffinity(0))[:2]
-    missing = [name for name in ("stress-ng", "cyclictest") if not shutil.which(name)]
-    if len(cpus) < 2 or missing:
-        print("needs two processors, stress-ng and cyclictest (rt-tests)", file=sys.stderr)
+    needed = ("cyclictest",) if options.soup else ("cyclictest", "stress-ng")
+    if len(cpus) < 2 or not all(map(shutil.which, needed)):
+        print("needs two processors,", "rt-tests and", *needed, file=sys.stderr)
         return CANNOT_TELL
-    blocks, attacked = [], True
+    blocks, attack, attacked = [], None, True
     with tempfile.TemporaryDirectory() as folder:
-        whole_s = options.blocks * (options.seconds + 2) + 3 * WARM_UP_S
-        attack = Attack(options.bin, whole_s, folder)
+        if options.soup:
+            soup = Path(folder) / "soup.stl"
+            write_soup(soup, options.soup)
+            text, options.scene = options.scene.read_text(), soup.with_suffix(".scene")
+            options.scene.write_text(text + SOUP.format(file=soup.name))
+        else:
+            attack = Attack(options.bin, options.blocks * (options.seconds + 2) + 3 * WARM_UP_S, folder)
         try:
-            time.sleep(WARM_UP_S)
+            time.sleep(WARM_UP_S if attack else 0)
             for i in range(options.blocks):
                 blocks.append(run_block(options, cpus[::-1] if i % 2 else cpus, Path(folder)))
-                attacked = attacked and attack.running()
-                print(f"block {i + 1}: server {blocks[-1][0]['late']} late, cyclictest {blocks[-1][1]['late']}",
-                      file=sys.stderr)
+                attacked = attacked and (not attack or attack.running())
+                print(f"block {i + 1}: server {blocks[-1][0]['late']} late, cyclictest {blocks[-1][1]['late']}", file=sys.stderr)
         finally:
-            attack.end()
-    result = result_of(options, blocks, attacked)
+            if attack:
+                attack.end()
+    result = result_of(options, blocks)
     print(json.dumps(result, indent=2))
     if not result["fifo"] or not attacked:
         print("the servo was not real-time, or the attack ended early: this tells nothing", file=sys.stderr)
