@@ -31,6 +31,7 @@ install_programs(viewer STARTED graphics_client)
 install_programs(tools STARTED hapticctl haptic_relay mesh_report)
 if(HAPTICS_TESTS)
   install_programs(tools STARTED haptic_eval)
+  install(FILES tests/eval/figure/eval_figures.py DESTINATION ${programs_folder} COMPONENT tools)
 endif()
 set(python_folder lib/python3/dist-packages)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/python/ DESTINATION ${python_folder} COMPONENT python

@@ -98,6 +98,10 @@ ChartData readChartTable(const std::filesystem::path& path) {
       throw std::runtime_error(path.string() + ':' + std::to_string(number) + ": " + error.what());
     }
   }
+  for (const Method& method : chartMethods()) {
+    if (!data.outcomes.contains(method.name))
+      throw std::runtime_error(path.string() + ": the table has no " + std::string(method.name));
+  }
   std::ranges::stable_sort(data.points, {}, &ChartPoint::triangles);
   return data;
 }

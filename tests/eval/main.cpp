@@ -15,6 +15,7 @@
 #include "tests/eval/chart.h"
 #include "tests/eval/combinations/combinations.h"
 #include "tests/eval/failures.h"
+#include "tests/eval/figure/figure.h"
 #include "tests/eval/fuzz/fuzz.h"
 #include "tests/eval/replay/replay_verb.h"
 #include "tests/eval/report.h"
@@ -23,7 +24,6 @@
 #include "tests/eval/sweep/sweep.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
-#include "tests/eval/tool_chart.h"
 #include "tests/eval/verb_options.h"
 #include "tests/eval/walk/tool_walk.h"
 #include "tests/eval/walk/walk.h"
@@ -201,7 +201,8 @@ void addChart(Command& app, Arguments& arguments) {
     if (arguments.toolBench.empty()) {
       runChart(options);
     } else {
-      drawToolChart(arguments.toolBench, options.out);
+      drawFigure("tool_points", {{"bench", arguments.toolBench.string()}}, options.out / "tool_points");
+      std::printf("written to %s: tool_points.png, tool_points.svg, tool_points.csv\n", options.out.c_str());
     }
   });
 }

@@ -4,17 +4,14 @@
 #include <cstdio>
 #include <limits>
 
-#include "tests/eval/figure/timeline.h"
-#include "tests/eval/figure/virtual_display.h"
+#include "tests/eval/figure/figure.h"
 #include "tests/stress/statistics.h"
 
 namespace haptics::stress {
 namespace {
 
-using eval::Colour;
+using Figure = nlohmann::ordered_json;
 
-constexpr Colour kUdp{0.0, 0.447, 0.698}, kTcp{0.835, 0.369, 0.0}, kServo{0.0, 0.5, 0.36}, kMissed{0.75, 0.1, 0.1};
-constexpr Colour kAttack{0.985, 0.94, 0.91}, kCut{0.80, 0.80, 0.82};
 constexpr double kBins = 600;
 constexpr double kServoPeriod_ns = 1e6;
 
@@ -27,14 +24,13 @@ class Bins {
     const double share = plan_.secondsAt(time_ns) / plan_.seconds;
     values_[std::min(values_.size() - 1, static_cast<std::size_t>(share * kBins))].push_back(value);
   }
-  [[nodiscard]] eval::TimeCurve curve(const std::string& name, Colour colour, double quantile) {
-    eval::TimeCurve curve{name, colour, {}};
+  [[nodiscard]] Figure curve(const char* name, const char* colour, double quantile) {
+    Figure points = Figure::array();
     for (std::size_t i = 0; i < values_.size(); ++i) {
       if (values_[i].empty()) continue;
-      curve.points.emplace_back((static_cast<double>(i) + 0.5) / kBins * plan_.seconds,
-                                percentile(values_[i], quantile));
+      points.push_back({(static_cast<double>(i) + 0.5) / kBins * plan_.seconds, percentile(values_[i], quantile)});
     }
-    return curve;
+    return {{"name", name}, {"colour", colour}, {"points", std::move(points)}};
   }
 
  private:
@@ -42,7 +38,7 @@ class Bins {
   std::vector<std::vector<double>> values_;
 };
 
-eval::TimePanel agePanel(const RunResult& result) {
+Figure agePanel(const RunResult& result) {
   Bins udp(result.plan), tcp(result.plan);
   for (const ClientLife& life : result.evidence.lives) {
     for (const Record& record : life.records) {
@@ -51,12 +47,12 @@ eval::TimePanel agePanel(const RunResult& result) {
           .add(record.time_ns, 1e-6 * static_cast<double>(record.age_ns));
     }
   }
-  return {"Age of the newest sample, ms: the oldest of all clients'",
-          {1, 4},
-          {tcp.curve("by TCP", kTcp, 1), udp.curve("by UDP", kUdp, 1)}};
+  return {{"title", "Age of the newest sample, ms: the oldest of all clients'"},
+          {"decades", {1, 4}},
+          {"curves", {tcp.curve("by TCP", "tcp", 1), udp.curve("by UDP", "udp", 1)}}};
 }
 
-eval::TimePanel lagPanel(const RunResult& result) {
+Figure lagPanel(const RunResult& result) {
   Bins lag(result.plan);
   const auto& commits = result.evidence.commits;
   for (const ClientLife& life : result.evidence.lives) {
@@ -68,11 +64,12 @@ eval::TimePanel lagPanel(const RunResult& result) {
       lag.add(record.time_ns, newest > record.revision ? static_cast<double>(newest - record.revision) : 0);
     }
   }
-  return {
-      "Revisions behind the server", {0, 4}, {lag.curve("the last client", kTcp, 1), lag.curve("median", kUdp, 0.5)}};
+  return {{"title", "Revisions behind the server"},
+          {"decades", {0, 4}},
+          {"curves", {lag.curve("the last client", "tcp", 1), lag.curve("median", "udp", 0.5)}}};
 }
 
-eval::TimePanel servoPanel(const RunResult& result) {
+Figure servoPanel(const RunResult& result) {
   Bins late(result.plan), missed(result.plan);
   const auto& pulses = result.evidence.pulses;
   for (std::size_t begin = 0, end = 0; begin < pulses.size(); begin = end) {
@@ -89,19 +86,17 @@ eval::TimePanel servoPanel(const RunResult& result) {
       missed.add(pulses[i].device_ns, static_cast<double>(pulses[i].missedTicks - pulses[i - 1].missedTicks));
     }
   }
-  return {"Servo's wake-ups, us late, and most ticks missed in 5 ms",
-          {0, 4},
-          {late.curve("latest", kServo, 1), late.curve("median", kUdp, 0.5), missed.curve("missed ticks", kMissed, 1)}};
+  return {{"title", "Servo's wake-ups, us late, and most ticks missed in 5 ms"},
+          {"decades", {0, 4}},
+          {"curves",
+           {late.curve("latest", "servo", 1), late.curve("median", "udp", 0.5),
+            missed.curve("missed ticks", "missed", 1)}}};
 }
 
 }  // namespace
 
-Result<void> drawPicture(const RunResult& result, const std::filesystem::path& folder) {
-  const auto display = eval::VirtualDisplay::ensure();
-  if (!display) return tl::unexpected(display.error());
+void drawPicture(const RunResult& result, const std::filesystem::path& folder) {
   const RunPlan& plan = result.plan;
-  eval::Timeline timeline;
-  timeline.title = std::to_string(plan.clients) + " editing clients on a bad network";
   char line[256], attack[256];
   std::snprintf(line, sizeof line,
                 "%s: round trip %g ms, jitter %g ms each way, %g %% lost, cut for %g ms every %g s (grey)",
@@ -111,21 +106,26 @@ Result<void> drawPicture(const RunResult& result, const std::filesystem::path& f
       "Under attack (tinted): %g edits a second of each client, one viewer that dribbles, and what stands above "
       "the panels",
       plan.edits_Hz);
-  timeline.caption = {line, attack};
-  timeline.seconds = plan.seconds;
+  Figure bands = Figure::array(), events = Figure::array();
   for (double from_s = plan.block_s(); from_s < plan.seconds; from_s += 2 * plan.block_s()) {
-    timeline.bands.push_back({from_s, std::min(plan.seconds, from_s + plan.block_s()), kAttack});
+    bands.push_back({from_s, std::min(plan.seconds, from_s + plan.block_s()), "attack"});
   }
   for (double to_s = plan.cutEvery_s; plan.cut_ms > 0 && to_s <= plan.seconds; to_s += plan.cutEvery_s) {
-    timeline.bands.push_back({to_s - plan.cut_ms * 1e-3, to_s, kCut});
+    bands.push_back({to_s - plan.cut_ms * 1e-3, to_s, "cut"});
   }
   for (const Disturbance& disturbance : result.disturbances) {
     std::string what = disturbance.what;
     if (const auto at = what.find("graphics_client"); at == 0) what = "viewer" + what.substr(15);
-    timeline.events.emplace_back(plan.secondsAt(disturbance.time_ns), what);
+    events.push_back({plan.secondsAt(disturbance.time_ns), what});
   }
-  timeline.panels = {agePanel(result), lagPanel(result), servoPanel(result)};
-  return eval::drawTimeline(timeline, folder / "stress.png", folder / "stress.svg");
+  eval::drawFigure("timeline",
+                   {{"title", std::to_string(plan.clients) + " editing clients on a bad network"},
+                    {"caption", {line, attack}},
+                    {"seconds", plan.seconds},
+                    {"bands", std::move(bands)},
+                    {"events", std::move(events)},
+                    {"panels", {agePanel(result), lagPanel(result), servoPanel(result)}}},
+                   folder / "stress");
 }
 
 }  // namespace haptics::stress

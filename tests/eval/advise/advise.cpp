@@ -1,10 +1,9 @@
 #include "tests/eval/advise/advise.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <functional>
 #include <iomanip>
 #include <stdexcept>
 
@@ -14,98 +13,39 @@
 #include "tests/eval/advise/scene_writer.h"
 #include "tests/eval/advise/verdict.h"
 #include "tests/eval/figure/figure.h"
-#include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
 
 namespace haptics::eval {
 namespace {
 
-/// Okabe and Ito's, in turn.
-constexpr std::array kColours{Colour{0.835, 0.369, 0.0}, Colour{0.0, 0.447, 0.698},   Colour{0.0, 0.62, 0.451},
-                              Colour{0.8, 0.475, 0.655}, Colour{0.337, 0.706, 0.914}, Colour{0.902, 0.624, 0.0},
-                              Colour{0.0, 0.0, 0.0}};
-
-using Value = std::function<double(const Candidate&)>;
-
-/// Its own mesh has no error against itself: it is left out where nothing is to be drawn.
-Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, const Value& value, int minDecade,
-              double alwaysShown) {
-  Panel panel{title, "triangles", label, {}, {}, {}};
-  std::vector<double> xs;
-  std::vector<double> ys{alwaysShown};
-  for (std::size_t i = 0; i < advice.objects.size(); ++i) {
-    const ObjectAdvice& object = advice.objects[i];
-    Curve curve{i, {}};
-    for (const Candidate& c : object.candidates) {
-      if (!(value(c) > 0)) continue;
-      curve.points.push_back({static_cast<double>(c.triangles), value(c), ""});
-      xs.push_back(static_cast<double>(c.triangles));
-      ys.push_back(value(c));
-    }
-    panel.curves.push_back(std::move(curve));
-  }
-  panel.x = decadesOf(xs);
-  panel.y = decadesOf(ys);
-  panel.y.low = std::max(panel.y.low, minDecade);
-  return panel;
-}
-
-/// Where no rate is steady nothing is drawn.
-Panel ratePanel(const SceneAdvice& advice) {
-  Panel panel{"Rate, with its own damping", "stiffness, N/m", "lowest steady rate, Hz", {}, {}, {}};
-  std::vector<double> xs;
-  for (std::size_t i = 0; i < advice.objects.size(); ++i) {
-    Curve curve{i, {}};
-    for (const MaterialOption& option : advice.objects[i].options) {
-      const auto rate = option.steadyFrom();
-      if (option.damping_Ns_per_m != advice.objects[i].ownOption().damping_Ns_per_m) continue;
-      xs.push_back(option.stiffness_N_per_m);
-      if (rate) curve.points.push_back({option.stiffness_N_per_m, kRates_Hz[*rate], ""});
-    }
-    panel.curves.push_back(std::move(curve));
-  }
-  panel.x = decadesOf(xs);
-  panel.y = decadesOf({kRates_Hz.begin(), kRates_Hz.end()});
-  return panel;
-}
-
-Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
-  constexpr int kMinError = -3;
-  Figure figure;
-  figure.title = "What " + std::filesystem::path(scene).filename().string() + " needs";
-  figure.caption = {
-      "Decimated copies of each object against its own mesh, stroked with 1 N at 0.1 m/s, on the production contact "
-      "core."};
-  figure.columns = 2;
-  const auto error = [](const Candidate& c) { return c.difference.epsilon_p99; };
-  figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kMinError, 0.5));
-  figure.panels.back().threshold = {1, "too small to notice"};
-  const auto hot = [](const Candidate& c) { return c.hot_ns; };
-  figure.panels.push_back(panelOf(advice, "Time, caches hot", "contact tick, ns (median)", hot, 0, 10));
-  const auto memory = [](const Candidate& c) { return c.memory_MB; };
-  figure.panels.push_back(panelOf(advice, "Memory", "server's database, MB", memory, kMinError, 0.1));
-  figure.panels.push_back(ratePanel(advice));
-  figure.legendTitle = "Object";
-  for (std::size_t i = 0; i < advice.objects.size(); ++i) {
-    const ObjectAdvice& o = advice.objects[i];
+/// What the picture shows.
+Record figureOf(const SceneAdvice& advice, const std::string& scene) {
+  Record objects = Record::array(), notes = Record::array();
+  for (const ObjectAdvice& o : advice.objects) {
     std::string note = "not judged: no hand gets there";
     if (o.judged()) {
       const std::string own = std::to_string(o.candidates.front().triangles) + " triangles, ";
       note = own + (o.verdict.use ? std::to_string(o.mesh().triangles) + " are enough" : "kept");
     }
-    figure.styles.push_back({o.name, note, kColours[i % kColours.size()], Marker::kDisc, false});
-  }
-  figure.legendNotes = {"Dashed: what a hand just notices."};
-  for (const ObjectAdvice& o : advice.objects) {
+    Record candidates = Record::array(), rates = Record::array();
+    for (const Candidate& c : o.candidates)
+      candidates.push_back({c.triangles, c.difference.epsilon_p99, c.hot_ns, c.memory_MB});
+    for (const MaterialOption& option : o.options) {
+      const auto rate = option.steadyFrom();
+      if (option.damping_Ns_per_m != o.ownOption().damping_Ns_per_m) continue;
+      rates.push_back({option.stiffness_N_per_m, rate ? kRates_Hz[*rate] : 0});
+    }
+    objects.push_back({{"name", o.name}, {"note", note}, {"candidates", candidates}, {"rates", rates}});
     std::string names;
     for (const SceneFeature& feature : o.features) names += feature.judged() ? "" : ' ' + feature.name;
-    if (!names.empty()) figure.legendNotes.push_back(o.name + ", not judged:" + names);
+    if (!names.empty()) notes.push_back(o.name + ", not judged:" + names);
   }
-  if (advice.rate) {
-    figure.legendNotes.push_back("Lowest rate for all: " + std::to_string(std::lround(kRates_Hz[*advice.rate])) +
-                                 " Hz");
-  }
-  return figure;
+  if (advice.rate)
+    notes.push_back("Lowest rate for all: " + std::to_string(std::lround(kRates_Hz[*advice.rate])) + " Hz");
+  return {{"scene", std::filesystem::path(scene).filename().string()},
+          {"objects", objects},
+          {"rates_Hz", kRates_Hz},
+          {"notes", notes}};
 }
 
 void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
@@ -194,8 +134,7 @@ bool runAdvise(const AdviseOptions& options) {
   writeCsv(options.out / "advise.csv", advice);
   writeObjectsCsv(options.out / "advise_objects.csv", advice);
   if (advice.tool) writeToolCsv(options.out / "advise_tool.csv", *advice.tool);
-  const auto display = orThrow(VirtualDisplay::ensure());
-  orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
+  drawFigure("advise", figureOf(advice, options.scene), options.out / "advise");
   std::printf("written to %s: advise.json, advise.csv, advise_objects.csv, %sadvise.png, advise.svg\n",
               options.out.c_str(), advice.tool ? "advise_tool.csv, " : "");
   return (!advice.tool || advice.tool->checkedWell()) &&

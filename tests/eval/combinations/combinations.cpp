@@ -189,7 +189,7 @@ bool runCombinations(const CombinationsOptions& options) {
   std::printf("%zu pairs, %td within their limits\n", pairs.size(), good);
   std::vector<SheetPair> cells;
   for (const Tally& tally : tallies) cells.push_back(tally.cell());
-  drawCombinations(cells, options.seeds, options.out / "combinations.png");
+  drawCombinations(cells, options.seeds, options.out / "combinations");
   return good == std::ssize(tallies);
 }
 

@@ -3,9 +3,8 @@
 #include <cstdio>
 
 #include "tests/eval/combinations/limits.h"
-#include "tests/eval/figure/matrix.h"
-#include "tests/eval/figure/virtual_display.h"
-#include "tests/eval/or_throw.h"
+#include "tests/eval/figure/figure.h"
+#include "tests/eval/report.h"
 
 namespace haptics::eval {
 namespace {
@@ -32,35 +31,32 @@ std::string numberText(double value) {
 
 }  // namespace
 
-void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& png) {
-  Matrix matrix;
-  matrix.title = "Surface features, two at a time";
-  matrix.caption = {
-      "Ho, Basdogan & Srinivasan (1999), sections 4 and 5, by the production step, against exact references that share "
-      "no "
-      "code with it.",
-      "Above the diagonal: felt and right along a stroke, of the seed that came nearest to a limit. Below: the worst "
-      "of " +
-          std::to_string(seeds) + (seeds == 1 ? " seed" : " seeds") + "; a bar ends at its limit."};
-  for (const auto& [title, note] : kTitles) matrix.entries.push_back({std::string(title), std::string(note)});
+void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& stem) {
+  Record all = Record::array();
   for (const SheetPair& pair : pairs) {
-    MatrixCell cell;
-    cell.row = static_cast<std::size_t>(pair.row);
-    cell.column = static_cast<std::size_t>(pair.column);
-    cell.title = std::string(nameOf(pair.row)) + " + " + std::string(nameOf(pair.column));
-    cell.plotTitle = pair.plotted;
-    cell.measured = pair.felt;
-    cell.expected = pair.right;
+    Record bars = Record::array();
     for (const auto& [measure, value] : pair.worst) {
       const Limit& limit = limitOf(measure);
       if (measure == Measure::kBadTicks && value == 0) continue;
       const double share = limit.most > 0 ? value / limit.most : value > 0 ? 2 : 0;
-      cell.bars.push_back({std::string(limit.shown), share, numberText(value / limit.unit)});
+      bars.push_back({limit.shown, share, numberText(value / limit.unit)});
     }
-    matrix.cells.push_back(std::move(cell));
+    all.push_back({{"row", static_cast<std::size_t>(pair.row)},
+                   {"column", static_cast<std::size_t>(pair.column)},
+                   {"title", std::string(nameOf(pair.row)) + " + " + std::string(nameOf(pair.column))},
+                   {"plotted", pair.plotted},
+                   {"felt", pair.felt},
+                   {"right", pair.right},
+                   {"bars", std::move(bars)}});
   }
-  const auto display = orThrow(VirtualDisplay::ensure());
-  orThrow(drawMatrix(matrix, png));
+  const char* const caption =
+      "Ho, Basdogan & Srinivasan (1999), sections 4 and 5, by the production step, against exact references that share "
+      "no code with it.";
+  const std::string below =
+      "Above the diagonal: felt and right along a stroke, of the seed that came nearest to a limit. Below: the worst "
+      "of " +
+      std::to_string(seeds) + (seeds == 1 ? " seed" : " seeds") + "; a bar ends at its limit.";
+  drawFigure("combinations", {{"features", kTitles}, {"caption", {caption, below}}, {"pairs", std::move(all)}}, stem);
 }
 
 }  // namespace haptics::eval

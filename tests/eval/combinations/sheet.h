@@ -17,7 +17,7 @@ struct SheetPair {
   std::vector<std::pair<double, double>> felt, right;  ///< Of the seed that came nearest to a limit, or beyond.
 };
 
-/// The matrix of the features: a plot of each pair above the diagonal, its measures beside their limits below.
-void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& png);
+/// The matrix of the features: a plot of each pair above the diagonal, its measures beside their limits below, into STEM.png.
+void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& stem);
 
 }  // namespace haptics::eval

@@ -8,8 +8,7 @@
 
 #include "tests/eval/correction_figures/ablations.h"
 #include "tests/eval/correction_figures/section.h"
-#include "tests/eval/figure/virtual_display.h"
-#include "tests/eval/or_throw.h"
+#include "tests/eval/figure/figure.h"
 #include "tests/eval/scenes/scenes.h"
 
 namespace haptics::eval {
@@ -82,20 +81,20 @@ struct SectionSpec {
 struct Illustration {
   std::string_view method;
   FailureScene scene;  // about: what the picture shows of it
-  PanelPair (*draw)(const FailureScene& scene, std::uint64_t seed, std::string_view method);
+  Record (*describe)(const FailureScene& scene, std::uint64_t seed, std::string_view method);
 };
 
 void mustFail(bool fails, std::string_view method) {
   if (!fails) throw std::runtime_error(std::string(method) + " does not fail with this seed");
 }
 
-PanelPair drawMoment(const FailureScene& scene, std::uint64_t seed, std::string_view method, const SectionSpec& spec) {
+Record describeMoment(const FailureScene& scene, std::uint64_t seed, std::string_view method, const SectionSpec& spec) {
   Best best(spec.score, spec.before, spec.after);
   play(scene, seed, method, [&](const Trace& now, const Trace& before) { best.look(now, before); });
   mustFail(best.moment().has_value(), method);
   Moment moment = *best.moment();
   if (!spec.slow) moment.slow.clear();
-  return drawSection(moment, spec.cut, spec.offset_m);
+  return describeSection(moment, spec.cut, spec.offset_m);
 }
 
 /// Whether the two methods are farther apart than this.
@@ -108,45 +107,45 @@ Best::Score missed(double minStep_m) {
   };
 }
 
-PanelPair leaveCube(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
-  return drawMoment(scene, seed, method, {Cut::kUpright, 75, 35, apartBy(0.03)});
+Record leaveCube(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+  return describeMoment(scene, seed, method, {Cut::kUpright, 75, 35, apartBy(0.03)});
 }
-PanelPair leaveGash(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record leaveGash(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   constexpr std::size_t kLong = 6;
   const auto score = [](const Trace& now, const Trace&) {
     if (now.bodies.size() != 1 || now.ticks.size() < kLong) return 0.0;
     const bool isOut = apart_m(now.ticks.back()) > 0.0005 && apart_m(now.ticks[now.ticks.size() - kLong]) > 0.0005;
     return isOut ? 1.0 : 0.0;
   };
-  return drawMoment(scene, seed, method, {Cut::kAcross, 14, 0, score});
+  return describeMoment(scene, seed, method, {Cut::kAcross, 14, 0, score});
 }
-PanelPair enterComb(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
-  return drawMoment(scene, seed, method, {Cut::kAcross, 1, 22, missed(0)});
+Record enterComb(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+  return describeMoment(scene, seed, method, {Cut::kAcross, 1, 22, missed(0)});
 }
-PanelPair crossGap(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
-  return drawMoment(scene, seed, method, {Cut::kAcross, 5, 8, missed(0)});
+Record crossGap(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+  return describeMoment(scene, seed, method, {Cut::kAcross, 5, 8, missed(0)});
 }
-PanelPair riseThroughHip(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
-  return drawMoment(scene, seed, method, {Cut::kAcross, 4, 10, missed(0.9e-3)});
+Record riseThroughHip(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+  return describeMoment(scene, seed, method, {Cut::kAcross, 4, 10, missed(0.9e-3)});
 }
-PanelPair enterBox(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record enterBox(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   const auto score = [](const Trace& now, const Trace&) {
     const TracedTick& last = now.ticks.back();
     return apart_m(last) > 0.001 && depthInside(now, last, last.without.ihip) > 1e-4 ? 1.0 : 0.0;
   };
-  return drawMoment(scene, seed, method, {Cut::kUpright, 20, 20, score});
+  return describeMoment(scene, seed, method, {Cut::kUpright, 20, 20, score});
 }
-PanelPair slideAlongBox(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
-  return drawMoment(scene, seed, method, {Cut::kFromAbove, 70, 30, apartBy(0.004), 0.001});
+Record slideAlongBox(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+  return describeMoment(scene, seed, method, {Cut::kFromAbove, 70, 30, apartBy(0.004), 0.001});
 }
-PanelPair strokeHills(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record strokeHills(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   const auto score = [](const Trace& now, const Trace& before) {
     const bool isFast = now.ticks.size() == 8 && before.ticks.size() == 512;
     return isFast && apart_m(now.ticks.back()) > 0.002 ? 1.0 : 0.0;
   };
-  return drawMoment(scene, seed, method, {Cut::kRadial, 6, 0, score, 0, true});
+  return describeMoment(scene, seed, method, {Cut::kRadial, 6, 0, score, 0, true});
 }
-PanelPair crush(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record crush(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   constexpr std::size_t kLong = 20;
   const auto score = [](const Trace& now, const Trace&) {
     if (now.ticks.size() < kLong) return 0.0;
@@ -156,34 +155,46 @@ PanelPair crush(const FailureScene& scene, std::uint64_t seed, std::string_view 
     if (apart_m(last) < 0.003 || inside(last) < 0.002 || inside(first) < 1e-6) return 0.0;
     return depthInside(now, last, last.with.ihip) < 1e-6 ? 1.0 : 0.0;
   };
-  return drawMoment(scene, seed, method, {Cut::kThroughBoth, 0, 0, score});
+  return describeMoment(scene, seed, method, {Cut::kThroughBoth, 0, 0, score});
+}
+
+/// The values of each tick.
+struct Curves {
+  std::vector<double> without, with;
+};
+
+Record describeCurves(const Curves& curves, const char* meaning, const char* unit, std::string_view method) {
+  mustFail(curves.without != curves.with, method);
+  return {{"kind", "values"},
+          {"meaning", meaning},
+          {"unit", unit},
+          {"panels", {Record{{"values", curves.without}}, Record{{"values", curves.with}}}}};
 }
 
 /// Triangles that the searches look at in a tick.
-PanelPair countTriangles(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record countTriangles(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   const auto score = [](const Trace& now, const Trace&) {
     return static_cast<double>(now.ticks.back().without.triangles);
   };
   Best best(score, 20, 20);
   play(scene, seed, method, [&](const Trace& now, const Trace& before) { best.look(now, before); });
-  CurveOf curves{"triangles that the searches look at, by tick", "", {}, {}};
+  Curves curves;
   for (const TracedTick& tick : best.moment()->trace.ticks) {
     curves.without.push_back(tick.without.triangles);
     curves.with.push_back(tick.with.triangles);
   }
-  mustFail(curves.without != curves.with, method);
-  return drawCurves(curves);
+  return describeCurves(curves, "triangles that the searches look at, by tick", "", method);
 }
 
 /// The IHIP of the walk over two bodies at a scale of 2^-10, in units of the scene, beside that at a scale of 1.
-PanelPair compareScales(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record compareScales(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   constexpr std::size_t kTicks = 600;
   std::vector<Trace> walks;
   play(scene, seed, method, [&](const Trace& now, const Trace&) {
     if (now.bodies.size() == 2 && now.ticks.size() == kTicks) walks.push_back(now);
   });
   const double scale = walks.at(1).bodies[0]->extent_m() / walks.at(0).bodies[0]->extent_m();
-  CurveOf curves{"distance between the two IHIPs at full size, by tick", "um", {}, {}};
+  Curves curves;
   for (std::size_t i = 0; i < kTicks; ++i) {
     const TracedTick& once = walks[0].ticks[i];
     const TracedTick& small = walks[1].ticks[i];
@@ -191,14 +202,13 @@ PanelPair compareScales(const FailureScene& scene, std::uint64_t seed, std::stri
     curves.without.push_back(apart_um(once.without, small.without));
     curves.with.push_back(apart_um(once.with, small.with));
   }
-  mustFail(curves.without != curves.with, method);
-  return drawCurves(curves);
+  return describeCurves(curves, "distance between the two IHIPs at full size, by tick", "um", method);
 }
 
 /// The force along the floor in a slide over it, which ought to be none.
-PanelPair forceAlongFloor(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record forceAlongFloor(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   constexpr double kNothing_m = 1e-4;  // more is of the box
-  CurveOf curves{"force along the floor, which has no friction, by tick", "uN", {}, {}};
+  Curves curves;
   const auto along_uN = [](const TracedTick& tick, const Felt& felt) {
     const Vec3 spring = glm::conjugate(tick.poses[0].rotation) * (felt.ihip - tick.hip);
     return 1e6 * kSpring_N_per_m * std::hypot(spring.x, spring.y);
@@ -211,12 +221,11 @@ PanelPair forceAlongFloor(const FailureScene& scene, std::uint64_t seed, std::st
     curves.without.push_back(along_uN(tick, tick.without));
     curves.with.push_back(along_uN(tick, tick.with));
   });
-  mustFail(curves.without != curves.with, method);
-  return drawCurves(curves);
+  return describeCurves(curves, "force along the floor, which has no friction, by tick", "uN", method);
 }
 
 /// Segments between two ticks that enter a mesh, and are not seen to.
-PanelPair loseSegments(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
+Record loseSegments(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
   constexpr int kMaxSegments = 10'000;
   std::shared_ptr<const CollisionMesh> mesh;
   std::vector<Vec3> without, with;
@@ -231,7 +240,7 @@ PanelPair loseSegments(const FailureScene& scene, std::uint64_t seed, std::strin
     if (!tick.with.touching) with.push_back(place);
   });
   mustFail(!without.empty(), method);
-  return drawPlaces(*mesh, without, with);
+  return describePlaces(*mesh, without, with);
 }
 
 constexpr std::array kIllustrations{
@@ -276,24 +285,23 @@ constexpr std::array kIllustrations{
 }  // namespace
 
 void drawCorrections(std::uint64_t seed, std::string_view method, const std::filesystem::path& folder) {
-  const auto display = orThrow(VirtualDisplay::ensure());
   std::filesystem::create_directories(folder);
   std::string known;
   int drawn = 0;
   for (const Illustration& illustration : kIllustrations) {
     known += (known.empty() ? "" : ", ") + std::string(illustration.method);
     if (!method.empty() && illustration.method != method) continue;
-    PanelPair pair = illustration.draw(illustration.scene, seed, illustration.method);
-    pair.title = std::string(illustration.scene.name) + ": " + std::string(illustration.scene.about);
-    pair.panels[0].heading = illustration.method;
-    pair.panels[1].heading = "ours";
+    Record figure = illustration.describe(illustration.scene, seed, illustration.method);
+    figure["title"] = std::string(illustration.scene.name) + ": " + std::string(illustration.scene.about);
+    figure["panels"][0]["heading"] = illustration.method;
+    figure["panels"][1]["heading"] = "ours";
     std::string_view name = illustration.method;
     for (const std::string_view prefix : {"ours_", "without_"}) {
       if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
     }
-    const std::filesystem::path png = folder / (std::string(name) + ".png");
-    orThrow(drawPanelPair(pair, png));
-    std::printf("%s\n", png.c_str());
+    const std::filesystem::path stem = folder / name;
+    drawFigure("correction", figure, stem);
+    std::printf("%s.png\n", stem.c_str());
     ++drawn;
   }
   if (drawn == 0) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "haptic_server/engine/geometry/enclosure.h"
 #include "tests/eval/stage.h"
@@ -10,10 +9,7 @@
 namespace haptics::eval {
 namespace {
 
-constexpr Colour kHipColour{0.835, 0.369, 0.0}, kIhipColour{0.0, 0.447, 0.698}, kWrongColour{0.8, 0.05, 0.15},
-    kSpringColour{0.62, 0.64, 0.67}, kSlowColour{0.0, 0.62, 0.451}, kEdgeColour{0.72, 0.75, 0.79},
-    kInk{0.13, 0.15, 0.18};
-constexpr double kWidth = DrawnPanel::kWidth_px, kHeight = DrawnPanel::kHeight_px;
+constexpr double kWidth = 440, kHeight = 330;  // of a panel, px
 
 bool isInside(const Trace& trace, const std::vector<Pose>& poses, std::size_t body, Vec3 world) {
   const CollisionMesh& surface = *trace.bodies[body];
@@ -30,7 +26,7 @@ struct View {
   Vec3 up{0, 0, 1};
   double px_per_m = 1;
 
-  [[nodiscard]] Canvas::Point of(Vec3 local) const {
+  [[nodiscard]] Record of(Vec3 local) const {
     return {kWidth / 2 + px_per_m * glm::dot(local - origin, right),
             kHeight / 2 + px_per_m * glm::dot(local - origin, up)};
   }
@@ -80,118 +76,51 @@ View viewOf(const Moment& moment, Cut cut, double offset_m) {
   return view;
 }
 
-Raster sectionOf(const Moment& moment, const View& view) {
-  constexpr std::array<std::uint8_t, 4> kShade{255, 222, 196, 172};
+/// In how many bodies each pixel is; rows from the lowest on.
+Record insideOf(const Moment& moment, const View& view) {
   const Trace& trace = moment.trace;
   const std::vector<Pose>& poses = trace.ticks[moment.event].poses;
-  Raster raster{static_cast<int>(kWidth), static_cast<int>(kHeight), {}};
-  for (int y = 0; y < raster.height; ++y) {
-    for (int x = 0; x < raster.width; ++x) {
+  Record rows;
+  for (int y = 0; y < static_cast<int>(kHeight); ++y) {
+    std::vector<std::size_t> row;
+    for (int x = 0; x < static_cast<int>(kWidth); ++x) {
       const Vec3 world = toWorld(poses[0], view.at(x + 0.5, y + 0.5));
-      std::size_t count = 0;
+      std::size_t& count = row.emplace_back(0);
       for (std::size_t b = 0; b < trace.bodies.size(); ++b) count += isInside(trace, poses, b, world) ? 1 : 0;
-      const std::uint8_t shade = kShade[std::min(count, kShade.size() - 1)];
-      for (const int blue : {0, 0, 1}) raster.rgb.push_back(static_cast<std::uint8_t>(std::min(255, shade + 4 * blue)));
     }
+    rows.push_back(std::move(row));
   }
-  return raster;
+  return rows;
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, value >= 1000 ? "%.0f" : "%.3g", value);
-  return text;
-}
-
-std::string lengthText(double metres) {
-  if (metres >= 1e-3) return number(metres * 1e3) + " mm";
-  return metres >= 1e-6 ? number(metres * 1e6) + " um" : number(metres * 1e9) + " nm";
-}
-
-void addScale(DrawnPanel& panel, double px_per_m) {
-  constexpr double kRight = kWidth - 12;
-  double length = std::pow(10, std::floor(std::log10(kWidth / px_per_m / 4)));
-  for (const double more : {5.0, 2.0}) {
-    if (more * length * px_per_m > kWidth / 3) continue;
-    length *= more;
-    break;
-  }
-  const double left = kRight - length * px_per_m;
-  panel.strokes.push_back({{{left, 12}, {kRight, 12}}, kInk, 2});
-  panel.words.push_back({{(left + kRight) / 2, 15}, lengthText(length), Align::kCentre});
-}
-
-/// As far as it is in the panel.
-void addSlow(DrawnPanel& panel, const Moment& moment, const View& view) {
-  DrawnPanel::Stroke run{{}, kSlowColour, 2};
+/// As far as it is in the panel, a line for each time that it is.
+Record slowOf(const Moment& moment, const View& view) {
+  Record lines = Record::array();
+  bool wasInPanel = false;
   for (const Vec3 place : moment.slow) {
-    const Canvas::Point at = view.of(place);
-    const bool isInPanel = at.x > 0 && at.x < kWidth && at.y > 0 && at.y < kHeight;
-    if (isInPanel) run.points.push_back(at);
-    if (isInPanel || run.points.empty()) continue;
-    panel.strokes.push_back(run);
-    run.points.clear();
+    const Record at = view.of(place);
+    const double x = at[0], y = at[1];
+    const bool isInPanel = x > 0 && x < kWidth && y > 0 && y < kHeight;
+    if (isInPanel && !wasInPanel) lines.push_back(Record::array());
+    if (isInPanel) lines.back().push_back(at);
+    wasInPanel = isInPanel;
   }
-  panel.strokes.push_back(run);
+  return lines;
 }
 
 /// What one of the two methods made of the ticks.
-DrawnPanel panelOf(const Moment& moment, const View& view, Felt TracedTick::*felt, Raster background) {
-  constexpr double kDot_px = 2.5;
-  constexpr double kApart_px = 9;
+Record panelOf(const Moment& moment, const View& view, Felt TracedTick::*felt) {
   const Trace& trace = moment.trace;
-  DrawnPanel panel;
-  panel.background = std::move(background);
-  std::vector<Canvas::Point> hips, ihips;
-  addSlow(panel, moment, view);
-  int without = 0;
-  int inside = 0;
+  Record ticks;
   double longest_m = 0;
-  Canvas::Point last{-1e9, -1e9};
   for (const TracedTick& tick : trace.ticks) {
     const Felt& f = tick.*felt;
-    hips.push_back(view.of(inFirst(tick, tick.hip)));
-    ihips.push_back(view.of(inFirst(tick, f.ihip)));
     const bool missed = !f.touching && depthInside(trace, tick, tick.hip) > kInside_m;
     const bool entered = f.touching && depthInside(trace, tick, f.ihip) > kInside_m;
-    without += missed ? 1 : 0;
-    inside += entered ? 1 : 0;
     longest_m = std::max(longest_m, f.touching ? glm::distance(f.ihip, tick.hip) : 0);
-    const double apart = std::hypot(hips.back().x - last.x, hips.back().y - last.y);
-    if (f.touching && apart >= kApart_px) {
-      panel.strokes.push_back({{hips.back(), ihips.back()}, kSpringColour, 1});
-      last = hips.back();
-    }
-    panel.dots.push_back({hips.back(), kDot_px, missed ? kWrongColour : kHipColour});
-    if (f.touching) panel.dots.push_back({ihips.back(), kDot_px, entered ? kWrongColour : kIhipColour});
+    ticks.push_back({view.of(inFirst(tick, tick.hip)), view.of(inFirst(tick, f.ihip)), f.touching, missed, entered});
   }
-  panel.strokes.push_back({hips, kHipColour, 1});
-  addScale(panel, view.px_per_m);
-  panel.verdict = "longest spring " + lengthText(longest_m) + "; inside without force " + std::to_string(without) +
-                  " ticks, IHIP inside " + std::to_string(inside);
-  return panel;
-}
-
-DrawnPanel curvePanel(const std::vector<double>& values, double highest, const std::string& unit) {
-  constexpr double kLeft = 56, kBelow = 26, kTop = 14;
-  DrawnPanel panel;
-  std::vector<Canvas::Point> points;
-  const double width = kWidth - kLeft - 12;
-  const double height = kHeight - kBelow - kTop;
-  const auto y = [&](double value) { return kBelow + height * value / highest; };
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    points.push_back({kLeft + width * static_cast<double>(i) / static_cast<double>(values.size()), y(values[i])});
-  }
-  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    const double at = y(share * highest);
-    panel.strokes.push_back({{{kLeft, at}, {kLeft + width, at}}, kEdgeColour, 1});
-    panel.words.push_back({{kLeft - 5, at - 7}, number(share * highest), Align::kRight});
-  }
-  panel.strokes.push_back({points, kIhipColour, 2});
-  panel.words.push_back({{kLeft, 4}, "tick 0"});
-  panel.words.push_back({{kLeft + width, 4}, std::to_string(values.size()), Align::kRight});
-  panel.verdict = "largest value " + number(*std::ranges::max_element(values)) + " " + unit;
-  return panel;
+  return {{"ticks", std::move(ticks)}, {"longest_m", longest_m}};
 }
 
 }  // namespace
@@ -209,7 +138,7 @@ double depthInside(const Trace& trace, const TracedTick& tick, Vec3 world) {
   return depth;
 }
 
-PanelPair drawSection(const Moment& moment, Cut cut, double offset_m) {
+Record describeSection(const Moment& moment, Cut cut, double offset_m) {
   constexpr double kMin_m = 1e-3;
   View view = viewOf(moment, cut, offset_m);
   std::vector<Vec3> places;
@@ -217,54 +146,36 @@ PanelPair drawSection(const Moment& moment, Cut cut, double offset_m) {
     for (const Vec3 place : {tick.hip, tick.without.ihip, tick.with.ihip}) places.push_back(inFirst(tick, place));
   }
   view.fit(places, kMin_m);
-  PanelPair pair;
-  const Raster background = sectionOf(moment, view);
-  pair.panels = {panelOf(moment, view, &TracedTick::without, background),
-                 panelOf(moment, view, &TracedTick::with, background)};
-  pair.key = {{"HIP, each tick", kHipColour},
-              {"IHIP", kIhipColour},
-              {"spring", kSpringColour, true},
-              {"HIP without force, or IHIP, inside a body", kWrongColour}};
-  if (!moment.slow.empty()) pair.key.push_back({"IHIP of a slow hand", kSlowColour, true});
-  return pair;
+  return {{"kind", "section"},
+          {"px_per_m", view.px_per_m},
+          {"inside", insideOf(moment, view)},
+          {"slow", slowOf(moment, view)},
+          {"panels", {panelOf(moment, view, &TracedTick::without), panelOf(moment, view, &TracedTick::with)}}};
 }
 
-PanelPair drawCurves(const CurveOf& curves) {
-  const double highest =
-      std::max({*std::ranges::max_element(curves.without), *std::ranges::max_element(curves.with), 1e-30});
-  PanelPair pair;
-  pair.panels = {curvePanel(curves.without, highest, curves.unit), curvePanel(curves.with, highest, curves.unit)};
-  pair.key = {{curves.meaning + (curves.unit.empty() ? "" : ", " + curves.unit), kIhipColour, true}};
-  return pair;
-}
-
-PanelPair drawPlaces(const CollisionMesh& surface, std::span<const Vec3> without, std::span<const Vec3> with) {
+Record describePlaces(const CollisionMesh& surface, std::span<const Vec3> without, std::span<const Vec3> with) {
   View view;
   view.up = {0, 1, 0};
   const Vec3 reach = glm::max(-surface.low(), surface.high());
   view.px_per_m = kHeight / (2.7 * std::max(reach.x, reach.y));
-  PanelPair pair;
-  for (std::size_t i = 0; i < 2; ++i) {
-    DrawnPanel& panel = pair.panels[i];
-    for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
-      const TriangleRecord& r = surface.triangle(t);
-      if (r.areaNormal().z <= 0) continue;
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t across = r.neighbour(k);
-        if (across < t && surface.triangle(across).areaNormal().z > 0) continue;  // drawn already
-        panel.strokes.push_back({{view.of(r.corner(k)), view.of(r.corner(nextCorner(k)))}, kEdgeColour, 1});
-      }
+  Record edges, panels;
+  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    const TriangleRecord& r = surface.triangle(t);
+    if (r.areaNormal().z <= 0) continue;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t across = r.neighbour(k);
+      if (across < t && surface.triangle(across).areaNormal().z > 0) continue;  // drawn already
+      edges.push_back(Record::array({view.of(r.corner(k)), view.of(r.corner(nextCorner(k)))}));
     }
-    const auto places = i == 0 ? without : with;
-    for (const Vec3 place : places) {
-      if (place.z > 0) panel.dots.push_back({view.of(place), 2.5, kWrongColour});
-    }
-    panel.verdict = std::to_string(places.size()) + " segments pass without a contact";
-    addScale(panel, view.px_per_m);
   }
-  pair.key = {{"place of a lost segment (those on this side of the mesh)", kWrongColour},
-              {"edges of the mesh", kEdgeColour, true}};
-  return pair;
+  for (const auto places : {without, with}) {
+    Record shown = Record::array();
+    for (const Vec3 place : places) {
+      if (place.z > 0) shown.push_back(view.of(place));
+    }
+    panels.push_back({{"places", std::move(shown)}, {"count", places.size()}});
+  }
+  return {{"kind", "places"}, {"px_per_m", view.px_per_m}, {"edges", edges}, {"panels", panels}};
 }
 
 }  // namespace haptics::eval

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <span>
-#include <string>
+#include <vector>
 
 #include "tests/eval/correction_figures/side_by_side.h"
-#include "tests/eval/figure/panel_pair.h"
+#include "tests/eval/report.h"
 
 namespace haptics::eval {
 
@@ -24,21 +24,13 @@ struct Moment {
   std::vector<Vec3> slow;  ///< The IHIP of a slow hand on the same way; body frame, metres. May be empty.
 };
 
-/// Section through the bodies at the moment, with HIP and IHIP of the ticks about it. @param offset_m  Of the plane, from
-/// the IHIP of ours, along its normal.
-[[nodiscard]] PanelPair drawSection(const Moment& moment, Cut cut, double offset_m);
+/// For drawFigure("correction"): a section through the bodies at the moment, with HIP and IHIP of the ticks about it.
+/// @param offset_m  Of the plane, from the IHIP of ours, along its normal.
+[[nodiscard]] Record describeSection(const Moment& moment, Cut cut, double offset_m);
 
-struct CurveOf {
-  std::string meaning;  ///< Of the values.
-  std::string unit;     ///< May be empty.
-  std::vector<double> without, with;
-};
-/// The values of each tick.
-[[nodiscard]] PanelPair drawCurves(const CurveOf& curves);
-
-/// The faces of a mesh that look along -z, and places on them.
-[[nodiscard]] PanelPair drawPlaces(const CollisionMesh& surface, std::span<const Vec3> without,
-                                   std::span<const Vec3> with);
+/// Likewise: the faces of a mesh that look along -z, and places on them.
+[[nodiscard]] Record describePlaces(const CollisionMesh& surface, std::span<const Vec3> without,
+                                    std::span<const Vec3> with);
 
 /// How deep a place is inside of the bodies of a tick, m; 0 outside.
 [[nodiscard]] double depthInside(const Trace& trace, const TracedTick& tick, Vec3 world);

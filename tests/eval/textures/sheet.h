@@ -13,7 +13,7 @@ struct TexturesData {
   std::vector<Record> laws, wrapped, resting, map, friction, shading;
 };
 
-/// Draws the contact sheet: each exhibit's relief, force and spectrum, what holds still, friction and shading.
-void drawSheet(const TexturesData& data, std::uint64_t seed, const std::filesystem::path& png);
+/// Draws the contact sheet: each exhibit's relief, force and spectrum, what holds still, friction and shading. STEM.png.
+void drawSheet(const TexturesData& data, std::uint64_t seed, const std::filesystem::path& stem);
 
 }  // namespace haptics::eval

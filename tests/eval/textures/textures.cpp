@@ -122,7 +122,7 @@ bool runTextures(const TexturesOptions& options) {
 
   const std::vector<Record> records = all(data);
   writeRecords(options.out, "textures", records);
-  drawSheet(data, options.seed, options.out / "textures.png");
+  drawSheet(data, options.seed, options.out / "textures");
   const auto failed = std::ranges::count_if(records, [](const Record& r) { return !r["pass"].get<bool>(); });
   std::printf("\n%zu records, %td beyond a limit; written to %s: textures.json, textures.png\n", records.size(), failed,
               options.out.c_str());
