@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <tuple>
 
 #include "common/command_line/command_line.h"
 #include "common/wire/endpoint.h"
@@ -62,45 +63,22 @@ Endpoint endpointOrThrow(const std::string& text) {
   return *endpoint;
 }
 
+/// @return The exit code.
+int conclude(const nlohmann::ordered_json& report, const std::filesystem::path& out, const char* verb) {
+  std::ofstream(out / (std::string(verb) + ".json")) << report.dump(2) << '\n';
+  std::printf("%s\n", report.dump(2).c_str());
+  return report.at("pass").get<bool>() ? 0 : 1;
+}
+
 int stressed(const RunPlan& plan, const RunOptions& options) {
   const RunResult result = run(plan, options);
-  const auto report = makeReport(result);
-  std::ofstream(options.out / "stress.json") << report.dump(2) << '\n';
+  const int code = conclude(makeReport(result), options.out, "stress");
   try {
     drawPicture(result, options.out);
   } catch (const std::runtime_error& error) {
     std::fprintf(stderr, "haptic_stress: no picture: %s\n", error.what());
   }
-  std::printf("%s\n", report.dump(2).c_str());
-  return report.at("pass").get<bool>() ? 0 : 1;
-}
-
-int touched(RunPlan plan, const TouchRunOptions& options) {
-  const auto report = runTouched(std::move(plan), options);
-  std::ofstream(options.out / "touch.json") << report.dump(2) << '\n';
-  std::printf("%s\n", report.dump(2).c_str());
-  return report.at("pass").get<bool>() ? 0 : 1;
-}
-
-int pinched(RunPlan plan, const PinchRunOptions& options) {
-  const auto report = runPinched(std::move(plan), options);
-  std::ofstream(options.out / "pinch.json") << report.dump(2) << '\n';
-  std::printf("%s\n", report.dump(2).c_str());
-  return report.at("pass").get<bool>() ? 0 : 1;
-}
-
-int everyTick(RunPlan plan, const TicksRunOptions& options) {
-  const auto report = runTicks(std::move(plan), options);
-  std::ofstream(options.out / "ticks.json") << report.dump(2) << '\n';
-  std::printf("%s\n", report.dump(2).c_str());
-  return report.at("pass").get<bool>() ? 0 : 1;
-}
-
-int shown(const RunPlan& plan, const AudienceRunOptions& options) {
-  const auto report = runAudience(plan, options);
-  std::ofstream(options.out / "audience.json") << report.dump(2) << '\n';
-  std::printf("%s\n", report.dump(2).c_str());
-  return report.at("pass").get<bool>() ? 0 : 1;
+  return code;
 }
 
 }  // namespace
@@ -109,9 +87,8 @@ int main(int argc, char** argv) {
   RunPlan plan;
   RunOptions options;
   ClientOptions client;
-  TouchRunOptions touch;
+  CastOptions pinch{.viewers = 2}, touch{.viewers = 4}, ticks;
   TouchViewerOptions viewer;
-  PinchRunOptions pinch;
   HandLeaderOptions leader;
   AudienceRunOptions audience;
   WatchersOptions watchers;
@@ -196,23 +173,16 @@ int main(int argc, char** argv) {
     if (asAudience.given()) {
       audience.out = options.out;
       if (!planOptions.edits.given()) plan.edits_Hz = 2;
-      return shown(plan, audience);
+      return conclude(runAudience(plan, audience), options.out, "audience");
     }
-    if (asPinch.given()) {
-      pinch.out = options.out;
-      pinch.relay = options.relay;
+    for (const auto& [verb, cast, play, name] : {std::tuple{asPinch, &pinch, &runPinched, "pinch"},
+                                                 {asTicks, &ticks, &runTicks, "ticks"},
+                                                 {asTouch, &touch, &runTouched, "touch"}}) {
+      if (!verb.given()) continue;
+      cast->out = options.out;
+      cast->relay = options.relay;
       if (!planOptions.cut.given()) plan.cut_ms = 0;
-      return pinched(plan, pinch);
-    }
-    if (asTicks.given()) {
-      if (!planOptions.cut.given()) plan.cut_ms = 0;
-      return everyTick(plan, {options.out, options.relay});
-    }
-    if (asTouch.given()) {
-      touch.out = options.out;
-      touch.relay = options.relay;
-      if (!planOptions.cut.given()) plan.cut_ms = 0;
-      return touched(plan, touch);
+      return conclude(play(plan, *cast), options.out, name);
     }
     options.viewer = !noViewer;
     return stressed(plan, options);

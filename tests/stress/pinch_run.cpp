@@ -2,26 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <memory>
 #include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "graphics_client/mirror/server_link.h"
-#include "tests/stress/child.h"
-#include "tests/stress/network.h"
 #include "tests/stress/run_files.h"
-#include "tests/stress/server_process.h"
 
 namespace haptics::stress {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kPinchPatience_s = 30, kJoining_s = 120;
 constexpr double kTargets_Hz = 60;
 constexpr double kMaxError_mm = 0.3;
 constexpr double kMaxSlide_m = 1e-4;
@@ -92,90 +89,24 @@ class HeldBrick {
   double slid_m_ = 0;
 };
 
-/// The processes of one run.
-class PinchCast {
- public:
-  PinchCast(RunPlan& plan, const PinchRunOptions& options, Network& network)
-      : options_(options),
-        network_(network),
-        server_(network, options.out, kScene,
-                {"--hand", "nominal", "--hand", "nominal", "--record", (options.out / "pinch.haptics").string()}) {
-    const std::string address = network_.clientAddress(server_.port());
-    plan.began_ns = monotonicNow_ns();
-    network_.start();
-    for (int number = 0; number < options.viewers; ++number) startViewer(number, address);
-    std::thread([this] {
-      network_.enterServerSide();
-      link_ = std::make_unique<ServerLink>(ServerLink::Options{
-          .server = {network_.serverHost(), server_.port()}, .clientName = "witness", .telemetryRate_Hz = 100});
-    }).join();
-    constexpr std::uint64_t kFirstTargets_ns = 5'000'000'000;
-    began_ns_ = monotonicNow_ns() + kFirstTargets_ns;
-    for (int hand = 0; hand < 2; ++hand) startLeader(hand, address);
-    waitUntil(kJoining_s, "both hands are led and every viewer holds the scene", [this] {
-      for (int number = 0; number < options_.viewers; ++number) {
-        if (!lineOf(file("viewer_", number, ".log"), "holds the scene")) return false;
-      }
-      return lineOf(file("leader_", 0, ".log"), "leads") && lineOf(file("leader_", 1, ".log"), "leads");
-    });
+/// Lets two hands pinch, lift and hold.
+Json held(Cast& cast, double seconds) {
+  constexpr double kSettles_s = 1;
+  constexpr std::uint64_t kFirstTargets_ns = 5'000'000'000;
+  const std::uint64_t began_ns = monotonicNow_ns() + kFirstTargets_ns;
+  for (const char* hand : {"0", "1"})
+    cast.addClient(std::string("leader_") + hand, {"lead", "--hand", hand, "--from", std::to_string(began_ns)});
+  cast.awaitViewers([&] { return cast.says("leader_0", "leads") && cast.says("leader_1", "leads"); });
+  const auto at_ns = [&](double time_s) { return began_ns + static_cast<std::uint64_t>(1e9 * time_s); };
+  const double from_s = kMoments_s.back() + kSettles_s;
+  HeldBrick brick;
+  while (monotonicNow_ns() < at_ns(from_s + seconds)) {
+    cast.server().checkAlive();
+    if (monotonicNow_ns() > at_ns(from_s)) brick.look(*cast.witness().latest());
+    std::this_thread::sleep_for(kLook);
   }
-
-  Json hold(double seconds) {
-    constexpr double kSettles_s = 1;
-    const auto at_ns = [this](double time_s) { return began_ns_ + static_cast<std::uint64_t>(1e9 * time_s); };
-    const double from_s = kMoments_s.back() + kSettles_s;
-    HeldBrick brick;
-    while (monotonicNow_ns() < at_ns(from_s + seconds)) {
-      server_.checkAlive();
-      if (monotonicNow_ns() > at_ns(from_s)) brick.look(*link_->latest());
-      std::this_thread::sleep_for(kLook);
-    }
-    return brick.report();
-  }
-
-  Json finish() {
-    Json report;
-    for (auto* children : {&viewers_, &leaders_}) {
-      for (const Child& child : *children) child.signal(SIGTERM);
-      for (Child& child : *children) child.stop(kPinchPatience_s);
-    }
-    link_.reset();
-    report["server_ended_well"] = server_.stop();
-    const Json server = server_.summary();
-    report["server"] = {{"scene_hash", server.at("scene_hash")},
-                        {"missed_ticks", server.at("missed_ticks")},
-                        {"ticks", server.at("ticks")},
-                        {"second_hand", server.at("second_hand")}};
-    for (int number = 0; number < options_.viewers; ++number)
-      report["viewers"].push_back(readJson(file("viewer_", number, ".json")));
-    return report;
-  }
-
- private:
-  void startViewer(int number, const std::string& address) {
-    std::vector<std::string> command{self().string(), "look",  "--number",  std::to_string(number),
-                                     "--connect",     address, "--summary", file("viewer_", number, ".json").string()};
-    if (number % 2 == 0) command.emplace_back("--udp");
-    viewers_.emplace_back(command, file("viewer_", number, ".log"), [this] { network_.enterClientSide(); });
-  }
-
-  void startLeader(int hand, const std::string& address) {
-    leaders_.emplace_back(std::vector<std::string>{self().string(), "lead", "--hand", std::to_string(hand), "--connect",
-                                                   address, "--from", std::to_string(began_ns_)},
-                          file("leader_", hand, ".log"), [this] { network_.enterClientSide(); });
-  }
-
-  [[nodiscard]] std::filesystem::path file(const std::string& who, int number, const std::string& extension) const {
-    return options_.out / (who + std::to_string(number) + extension);
-  }
-
-  const PinchRunOptions& options_;
-  Network& network_;
-  std::uint64_t began_ns_ = 0;
-  ServerProcess server_;
-  std::vector<Child> viewers_, leaders_;
-  std::unique_ptr<ServerLink> link_;
-};
+  return brick.report();
+}
 
 Json judged(const Json& report) {
   const Json& brick = report.at("brick");
@@ -225,13 +156,14 @@ void runHandLeader(const HandLeaderOptions& options) {
   }
 }
 
-Json runPinched(RunPlan plan, const PinchRunOptions& options) {
+Json runPinched(RunPlan plan, const CastOptions& options) {
   const auto network = makeNetwork(plan, options.relay, options.out);
   Json report = headOf(plan, *network);
   report["viewers_count"] = options.viewers;
-  PinchCast cast(plan, options, *network);
-  report["brick"] = cast.hold(plan.seconds);
-  report.update(cast.finish());
+  Cast cast(plan, options, *network, kScene,
+            {"--hand", "nominal", "--hand", "nominal", "--record", (options.out / "pinch.haptics").string()});
+  report["brick"] = held(cast, plan.seconds);
+  report.update(cast.finish({"scene_hash", "missed_ticks", "ticks", "second_hand"}));
   conclude(report, *network, judged(report));
   return report;
 }

@@ -1,24 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/wire/endpoint.h"
-#include "tests/stress/run_plan.h"
+#include "tests/stress/cast.h"
 
 namespace haptics::stress {
-
-struct PinchRunOptions {
-  std::filesystem::path out;
-  bool relay = false;  ///< Also where namespaces could be made.
-  int viewers = 2;     ///< Every second one has its telemetry by UDP.
-};
 
 /// Two clients on the far side of the plan's network lead a hand each, which together pinch a brick, lift it by 40 mm and hold
 /// it for the plan's time, while viewers look on. The report, whose "pass" says whether it was held, and contacts were shown
 /// where they are. Throws std::runtime_error where it cannot run.
-[[nodiscard]] nlohmann::ordered_json runPinched(RunPlan plan, const PinchRunOptions& options);
+[[nodiscard]] nlohmann::ordered_json runPinched(RunPlan plan, const CastOptions& options);
 
 struct HandLeaderOptions {
   Endpoint server;

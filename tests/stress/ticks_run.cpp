@@ -10,11 +10,9 @@
 
 #include "common/telemetry/tick_gaps.h"
 #include "common/wire/convert.h"
-#include "graphics_client/mirror/server_link.h"
 #include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/recording/replay.h"
 #include "tests/stress/run_files.h"
-#include "tests/stress/server_process.h"
 
 namespace haptics::stress {
 namespace {
@@ -81,7 +79,7 @@ Json compared(const Stream& stream, const std::filesystem::path& recording) {
 
 }  // namespace
 
-Json runTicks(RunPlan plan, const TicksRunOptions& options) {
+Json runTicks(RunPlan plan, const CastOptions& options) {
   const auto network = makeNetwork(plan, options.relay, options.out);
   const auto recording = options.out / "ticks.recording";
   ServerProcess server(*network, options.out, kScene, {"--record", recording.string()});

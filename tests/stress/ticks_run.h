@@ -1,20 +1,14 @@
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "tests/stress/run_plan.h"
+#include "tests/stress/cast.h"
 
 namespace haptics::stress {
-
-struct TicksRunOptions {
-  std::filesystem::path out;
-  bool relay = false;  ///< Also where namespaces could be made.
-};
 
 /// A client on the far side of the plan's network has every tick for the plan's time, beside a recording of the server's own.
 /// The report, whose "pass" says whether each tick of the recording is in the stream with the same force, bit for bit, or in
 /// a gap that the client has named. Throws std::runtime_error where it cannot run.
-[[nodiscard]] nlohmann::ordered_json runTicks(RunPlan plan, const TicksRunOptions& options);
+[[nodiscard]] nlohmann::ordered_json runTicks(RunPlan plan, const CastOptions& options);
 
 }  // namespace haptics::stress

@@ -3,21 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
-#include <fstream>
-#include <functional>
 #include <map>
-#include <memory>
-#include <optional>
-#include <stdexcept>
 #include <thread>
 
 #include "common/clock/monotonic.h"
-#include "graphics_client/mirror/server_link.h"
-#include "tests/stress/child.h"
-#include "tests/stress/network.h"
 #include "tests/stress/run_files.h"
-#include "tests/stress/server_process.h"
 #include "tests/stress/statistics.h"
 #include "tests/stress/touch_scene.h"
 
@@ -27,8 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
-constexpr double kTouchPatience_s = 30;  // for a process to start or to end
-constexpr double kJoining_s = 120;       // until meshes are through the bad line
 constexpr double kComesToRest_s = 60;
 constexpr double kQuiet_s = 1;    // without a contact, a dent that changes or a body awake: it rests
 constexpr double kArrives_s = 5;  // then all have heard of it
@@ -93,100 +81,35 @@ bool rests(const MirrorView& view, std::uint64_t sinceRevision) {
   return std::ranges::none_of(view.bodies, [](const auto& b) { return b.second.condition == BodyCondition::kAwake; });
 }
 
-/// The processes of one run.
-class TouchedCast {
- public:
-  TouchedCast(RunPlan& plan, const TouchRunOptions& options, Network& network)
-      : options_(options), network_(network), server_(network, options.out, touchedSceneText()) {
-    const std::string address = network_.clientAddress(server_.port());
-    plan.began_ns = monotonicNow_ns();
-    network_.start();
-    for (int number = 0; number < options.viewers; ++number) startViewer(number, address);
-    std::thread([this] {
-      network_.enterServerSide();
-      link_ = std::make_unique<ServerLink>(ServerLink::Options{
-          .server = {network_.serverHost(), server_.port()}, .clientName = "witness", .telemetryRate_Hz = 100});
-    }).join();
-    waitUntil(kJoining_s, "every viewer holds the scene", [this] {
-      for (int number = 0; number < options_.viewers; ++number) {
-        if (!lineOf(file(number, ".log"), "holds the scene")) return false;
-      }
-      return link_->latest()->hashesEqual;
-    });
+void touch(Cast& cast, double seconds, Witness& witness) {
+  constexpr int kCountEvery = 25;
+  const std::uint64_t end_ns = monotonicNow_ns() + static_cast<std::uint64_t>(seconds * 1e9);
+  for (int look = 0; monotonicNow_ns() < end_ns; ++look) {
+    const auto view = cast.witness().latest();
+    witness.look(*view);
+    if (look % kCountEvery == 0) witness.countMoved(*view);
+    cast.server().checkAlive();
+    std::this_thread::sleep_for(kLook);
   }
+}
 
-  void touch(double seconds) {
-    const std::uint64_t end_ns = monotonicNow_ns() + static_cast<std::uint64_t>(seconds * 1e9);
-    constexpr int kCountEvery = 25;
-    for (int look = 0; monotonicNow_ns() < end_ns; ++look) {
-      const auto view = link_->latest();
-      witness_.look(*view);
-      if (look % kCountEvery == 0) witness_.countMoved(*view);
-      server_.checkAlive();
-      std::this_thread::sleep_for(kLook);
-    }
+/// Then a lattice is bent.
+void letGo(ServerLink& link) {
+  link.submit(roof(), {});
+  std::uint64_t revision = 0, since_ns = 0;
+  waitUntil(kComesToRest_s, "the scene comes to rest", [&] {
+    const auto view = link.latest();
+    const std::uint64_t now_ns = monotonicNow_ns();
+    if (!rests(*view, revision) || since_ns == 0) since_ns = now_ns;
+    if (view->sample) revision = view->sample->deformationRevision;
+    return 1e-9 * static_cast<double>(now_ns - since_ns) > kQuiet_s;
+  });
+  for (int k = 1; k <= kBends; ++k) {
+    link.submit(bend(0.02 * k / kBends, 0.01 * std::sin(k)), {});
+    std::this_thread::sleep_for(milliseconds(50));
   }
-
-  void letGo() {
-    link_->submit(roof(), {});
-    std::uint64_t revision = 0, since_ns = 0;
-    waitUntil(kComesToRest_s, "the scene comes to rest", [&] {
-      const auto view = link_->latest();
-      const std::uint64_t now_ns = monotonicNow_ns();
-      if (!rests(*view, revision) || since_ns == 0) since_ns = now_ns;
-      if (view->sample) revision = view->sample->deformationRevision;
-      return 1e-9 * static_cast<double>(now_ns - since_ns) > kQuiet_s;
-    });
-    for (int k = 1; k <= kBends; ++k) {
-      link_->submit(bend(0.02 * k / kBends, 0.01 * std::sin(k)), {});
-      std::this_thread::sleep_for(milliseconds(50));
-    }
-    std::this_thread::sleep_for(std::chrono::duration<double>(kArrives_s));
-  }
-
-  /// Stops everything in order; what each holds at the end, and what the viewers saw.
-  Json finish() {
-    Json report;
-    report["seen_at_the_server"] = witness_.report();
-    for (const Child& viewer : viewers_) viewer.signal(SIGTERM);
-    for (Child& viewer : viewers_) viewer.stop(kTouchPatience_s);
-    link_.reset();
-    report["server_ended_well"] = server_.stop();
-    const Json server = server_.summary();
-    report["server"] = {{"scene_hash", server.at("scene_hash")},
-                        {"deformed_hash", server.at("deformed_hash")},
-                        {"dents", server.at("dents")},
-                        {"bodies", server.at("bodies")},
-                        {"missed_ticks", server.at("missed_ticks")},
-                        {"ticks", server.at("ticks")}};
-    for (int number = 0; number < options_.viewers; ++number) {
-      Json viewer = readJson(file(number, ".json"));
-      viewer["asked_for_datagrams"] = datagrams(number);
-      report["viewers"].push_back(std::move(viewer));
-    }
-    return report;
-  }
-
- private:
-  void startViewer(int number, const std::string& address) {
-    std::vector<std::string> command{self().string(), "look",  "--number",  std::to_string(number),
-                                     "--connect",     address, "--summary", file(number, ".json").string()};
-    if (datagrams(number)) command.emplace_back("--udp");
-    viewers_.emplace_back(command, file(number, ".log"), [this] { network_.enterClientSide(); });
-  }
-
-  [[nodiscard]] static bool datagrams(int number) { return number % 2 == 0; }
-  [[nodiscard]] std::filesystem::path file(int number, const std::string& extension) const {
-    return options_.out / ("viewer_" + std::to_string(number) + extension);
-  }
-
-  const TouchRunOptions& options_;
-  Network& network_;
-  ServerProcess server_;
-  std::vector<Child> viewers_;
-  std::unique_ptr<ServerLink> link_;
-  Witness witness_;
-};
+  std::this_thread::sleep_for(std::chrono::duration<double>(kArrives_s));
+}
 
 /// What must hold of the report.
 Json judged(const Json& report) {
@@ -218,14 +141,17 @@ Json judged(const Json& report) {
 
 }  // namespace
 
-Json runTouched(RunPlan plan, const TouchRunOptions& options) {
+Json runTouched(RunPlan plan, const CastOptions& options) {
   const auto network = makeNetwork(plan, options.relay, options.out);
   Json report = headOf(plan, *network);
   report["viewers_count"] = options.viewers;
-  TouchedCast cast(plan, options, *network);
-  cast.touch(plan.seconds);
-  cast.letGo();
-  report.update(cast.finish());
+  Cast cast(plan, options, *network, touchedSceneText());
+  cast.awaitViewers([&] { return cast.witness().latest()->hashesEqual; });
+  Witness witness;
+  touch(cast, plan.seconds, witness);
+  letGo(cast.witness());
+  report["seen_at_the_server"] = witness.report();
+  report.update(cast.finish({"scene_hash", "deformed_hash", "dents", "bodies", "missed_ticks", "ticks"}));
   conclude(report, *network, judged(report));
   return report;
 }
