@@ -74,6 +74,14 @@ TEST_F(ImportObj, TriangulatesAndCountsPolygons) {
   EXPECT_EQ(imported->mesh.triangles.size(), 2U);
 }
 
+TEST_F(ImportObj, CutsAnOutlineThatNamesVerticesTwiceRoundItsHole) {
+  const auto imported = import("t.obj",
+                               "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nv 1 1 0\nv 2 1 0\nv 2 2 0\nv 1 2 0\n"
+                               "f 1 2 3 4 1 5 8 7 6 5\n");
+  EXPECT_EQ(imported->report.kept, 8U);
+  EXPECT_EQ(imported->report.boundaryEdges, 8U);
+}
+
 TEST_F(ImportObj, CountsEveryFaceThatItCannotUse) {
   const std::string good(kTetrahedronObj);
   const auto imported =
