@@ -21,8 +21,8 @@
 // where a byte lies between two.
 namespace haptics {
 
-#define HAPTICS_FIELDS(...)                                                                           \
-  [[nodiscard]] static constexpr auto fieldsOf(auto& self) noexcept { return std::tie(__VA_ARGS__); } \
+#define HAPTICS_FIELDS(...)                                                                                            \
+  [[nodiscard]] static constexpr auto fieldsOf([[maybe_unused]] auto& self) noexcept { return std::tie(__VA_ARGS__); } \
   static constexpr std::string_view kFieldNames = #__VA_ARGS__
 
 /// A flag, a small number, or an enumerator of those up to lastOf(T) in eight bytes.

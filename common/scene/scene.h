@@ -193,6 +193,14 @@ struct Transaction {
   std::vector<Operation> operations;
 };
 
+/// Calls visit(name, its value in each of the materials or edits...) for every number; the names are those of scene.proto.
+template <class Visit, class... Materials>
+void forEachMaterialScalar(const Visit& visit, Materials&... materials) {
+  visit("stiffness_N_per_m", materials.stiffness_N_per_m...);
+  visit("damping_Ns_per_m", materials.damping_Ns_per_m...);
+  forEachScalar(visit, materials.surface.scalars...);
+}
+
 [[nodiscard]] Pose edited(Pose pose, const PoseEdit& edit);
 [[nodiscard]] Material edited(Material material, const MaterialEdit& edit);
 

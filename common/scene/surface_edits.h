@@ -99,9 +99,11 @@ struct SurfaceEdit {
   std::optional<std::optional<FrictionEdit>> friction;
   std::optional<std::optional<TextureEdit>> texture;
   std::optional<std::optional<SurfaceMapEdit>> stiffnessOver, softnessOver;
+  SurfaceScalars<std::optional<double>> scalars = {};
 
   [[nodiscard]] bool empty() const noexcept {
-    return !shading && !friction && !texture && !stiffnessOver && !softnessOver;
+    return !shading && !friction && !texture && !stiffnessOver && !softnessOver &&
+           scalars == SurfaceScalars<std::optional<double>>{};
   }
 };
 

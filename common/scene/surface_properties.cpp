@@ -15,7 +15,8 @@ enum class Property : std::uint64_t {
   kTexture,
   kDynamicFriction = 9,
   kStiffnessMap,
-  kSoftnessMap
+  kSoftnessMap,
+  kScalar = 13
 };
 
 template <class T>
@@ -176,6 +177,12 @@ void addTo(Hasher& hasher, const SurfaceProperties& properties) {
   addIfThere(hasher, Property::kTexture, properties.texture);
   addIfThere(hasher, Property::kStiffnessMap, properties.stiffnessOver);
   addIfThere(hasher, Property::kSoftnessMap, properties.softnessOver);
+  const auto addScalar = [&hasher](std::string_view name, double value) {
+    if (value == 0) return;
+    addNumber(hasher, Property::kScalar);
+    hasher.add(name).add(value);
+  };
+  forEachScalar(addScalar, properties.scalars);
 }
 
 std::vector<AssetName> assetsOf(const SurfaceProperties& properties) {
@@ -195,6 +202,10 @@ SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit) 
   take(properties.texture, edit.texture, &TextureEdit::texture);
   take(properties.stiffnessOver, edit.stiffnessOver, &SurfaceMapEdit::map);
   take(properties.softnessOver, edit.softnessOver, &SurfaceMapEdit::map);
+  const auto takeScalar = [](std::string_view /*name*/, double& value, const std::optional<double>& given) {
+    value = given.value_or(value);
+  };
+  forEachScalar(takeScalar, properties.scalars, edit.scalars);
   return properties;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/hash/content_hash.h"
+#include "common/maths/fields.h"
 #include "common/maths/vec.h"
 #include "common/scene/asset_source.h"
 
@@ -186,12 +187,31 @@ struct SurfaceMap {
 /// keeps soft places from being soft.
 inline constexpr double kMinStiffnessFactor = 0.05;
 
+/// Numbers, each named as in Material of scene.proto, which has its unit and range. 0 is as if there were none.
+/// @tparam Number  double, or of an edit an optional one.
+template <class Number>
+struct SurfaceScalars {
+  bool operator==(const SurfaceScalars&) const = default;
+  HAPTICS_FIELDS();
+};
+
+/// Calls visit(name, its value in each of the scalars...).
+template <class Visit, class... Scalars>
+void forEachScalar(const Visit& visit, Scalars&... scalars) {
+  fields::forEachMember(
+      [&visit](std::size_t i, auto&... values) {
+        visit(fields::nameOf(SurfaceScalars<double>::kFieldNames, i), values...);
+      },
+      scalars...);
+}
+
 struct SurfaceProperties {
   std::optional<Shading> shading;
   std::optional<Friction> friction;
   std::optional<Texture> texture;
   std::optional<SurfaceMap> stiffnessOver;  ///< Of the material's stiffness and damping.
   std::optional<SurfaceMap> softnessOver;   ///< Of the tissue's stiffness; of a rigid object nothing follows it.
+  SurfaceScalars<double> scalars;
   bool operator==(const SurfaceProperties&) const = default;
 };
 

@@ -1,10 +1,13 @@
 #include "common/wire/checks.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <cmath>
 #include <sstream>
 
 #include "common/wire/convert.h"
 #include "common/wire/parts.h"
+#include "haptics/v1/options.pb.h"
 
 namespace haptics {
 namespace {
@@ -93,12 +96,11 @@ Refusal checkRotation(const v1::Quaternion& rotation, const std::string& field) 
   return Error{field, "has length " + numberText(length) + "; a rotation is a unit quaternion (w 1 for none)"};
 }
 
-Refusal checkStiffness(double stiffness_N_per_m, const std::string& field) {
-  return checkAbove0(stiffness_N_per_m, kMaxStiffness_N_per_m, " N/m", field);
-}
-
-Refusal checkDamping(double damping_Ns_per_m, const std::string& field) {
-  return checkRange(damping_Ns_per_m, {0, kMaxDamping_Ns_per_m, " N s/m"}, field);
+Refusal checkScalar(double value, const google::protobuf::FieldDescriptor& scalar, const std::string& field) {
+  const v1::Scalar& says = scalar.options().GetExtension(v1::scalar);
+  const std::string unit = " " + says.unit();
+  return says.above_0() ? checkAbove0(value, says.most(), unit.c_str(), field)
+                        : checkRange(value, {0, says.most(), unit.c_str()}, field);
 }
 
 Refusal checkColor(const v1::Color& color, const std::string& field) {

@@ -33,8 +33,10 @@ struct Range {
 [[nodiscard]] Refusal checkPosition(const v1::Vector3& position, const std::string& field);
 /// Finite, and a length that is off 1 by at most 1e-3.
 [[nodiscard]] Refusal checkRotation(const v1::Quaternion& rotation, const std::string& field);
-[[nodiscard]] Refusal checkStiffness(double stiffness_N_per_m, const std::string& field);
-[[nodiscard]] Refusal checkDamping(double damping_Ns_per_m, const std::string& field);
+/// Within what scene.proto says of it.
+/// \param scalar  A number of v1::Material.
+[[nodiscard]] Refusal checkScalar(double value, const google::protobuf::FieldDescriptor& scalar,
+                                  const std::string& field);
 [[nodiscard]] Refusal checkColor(const v1::Color& color, const std::string& field);
 /// A length: finite, > 0 and at most kMaxCoordinate_m.
 [[nodiscard]] Refusal checkLength(double length_m, const std::string& field);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string_view>
 #include <vector>
 
 #include "common/error/error.h"
@@ -23,8 +24,6 @@ inline constexpr std::size_t kMaxNameLength = 64;
 inline constexpr std::size_t kMaxPathLength = 255;
 inline constexpr std::uint32_t kMaxSegments = 1024;  ///< A sphere has then 12.6 million triangles.
 inline constexpr std::size_t kMaxSceneTextBytes = 4U << 20;
-inline constexpr double kMaxStiffness_N_per_m = 1e5;
-inline constexpr double kMaxDamping_Ns_per_m = 1e3;
 inline constexpr double kMaxCoordinate_m = 1e3;
 inline constexpr double kMinWavelength_m = 1e-5;  ///< A tenth of what a finger can feel.
 inline constexpr double kMaxTextureAmplitude_m = 0.1;
@@ -49,6 +48,8 @@ inline constexpr std::size_t kMaxLayers = 4;  ///< Of a field: each costs the ti
 void toWire(const ObjectRecord& record, v1::ObjectState& message);
 void toWire(const HandCommand& command, v1::HandTarget& message);
 void toWire(const Commit& commit, v1::Commit& message);
+/// A number of v1::Material, of which its option `scalar` says unit and range.
+[[nodiscard]] const google::protobuf::FieldDescriptor& materialScalar(std::string_view name);
 [[nodiscard]] std::size_t wireSizeOf(const ObjectRecord& record);  ///< Bytes of its ObjectState.
 void toWire(const TelemetrySample& sample,
             v1::Telemetry& message);  ///< No bodies, no dents. Reuses the message's memory.

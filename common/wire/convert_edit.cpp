@@ -170,19 +170,20 @@ Result<PoseEdit> poseEditFrom(const v1::Pose& message) {
 
 Result<MaterialEdit> materialFrom(const v1::Material& message) {
   MaterialEdit edit;
-  if (message.has_stiffness_n_per_m()) {
-    if (auto bad = checkStiffness(message.stiffness_n_per_m(), "material.stiffness_N_per_m")) return refuse(bad);
-    edit.stiffness_N_per_m = message.stiffness_n_per_m();
-  }
-  if (message.has_damping_ns_per_m()) {
-    if (auto bad = checkDamping(message.damping_ns_per_m(), "material.damping_Ns_per_m")) return refuse(bad);
-    edit.damping_Ns_per_m = message.damping_ns_per_m();
-  }
   if (message.has_color()) {
     if (auto bad = checkColor(message.color(), "material.color")) return refuse(bad);
     edit.color = Color{message.color().red(), message.color().green(), message.color().blue()};
   }
   if (auto bad = take(surfaceFrom(message), edit.surface, "material.")) return refuse(bad);
+  Refusal first;
+  const auto read = [&](std::string_view name, std::optional<double>& value) {
+    const pb::FieldDescriptor& scalar = materialScalar(name);
+    if (first || !message.GetReflection()->HasField(message, &scalar)) return;
+    value = message.GetReflection()->GetDouble(message, &scalar);
+    first = checkScalar(*value, scalar, "material." + scalar.name());
+  };
+  forEachMaterialScalar(read, edit);
+  if (first) return refuse(first);
   return edit;
 }
 

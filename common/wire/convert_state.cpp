@@ -1,3 +1,5 @@
+#include <google/protobuf/descriptor.h>
+
 #include <optional>
 
 #include "common/wire/convert.h"
@@ -6,6 +8,10 @@
 
 namespace haptics {
 namespace {
+
+const google::protobuf::FieldDescriptor& stateScalar(std::string_view name) {
+  return *v1::ObjectState::descriptor()->FindFieldByName(std::string(name));
+}
 
 Pose poseFrom(const v1::Pose& message) { return {rotationFrom(message.rotation()), vectorFrom(message.position())}; }
 
@@ -66,6 +72,10 @@ Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field
   }
 }
 
+const google::protobuf::FieldDescriptor& materialScalar(std::string_view name) {
+  return *v1::Material::descriptor()->FindFieldByName(std::string(name));
+}
+
 Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   ObjectRecord record;
   record.id = message.id();
@@ -81,13 +91,16 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   if (auto bad = checkRotation(message.pose().rotation(), "pose.rotation")) return refuse(bad);
   record.pose = poseFrom(message.pose());
 
-  record.material.stiffness_N_per_m = message.stiffness_n_per_m();
-  record.material.damping_Ns_per_m = message.damping_ns_per_m();
   record.material.color = {message.color().red(), message.color().green(), message.color().blue()};
-  if (auto bad = checkStiffness(message.stiffness_n_per_m(), "stiffness_N_per_m")) return refuse(bad);
-  if (auto bad = checkDamping(message.damping_ns_per_m(), "damping_Ns_per_m")) return refuse(bad);
   if (auto bad = checkColor(message.color(), "color")) return refuse(bad);
   if (auto bad = take(surfaceFrom(message), record.material.surface)) return refuse(bad);
+  Refusal first;
+  const auto read = [&](std::string_view name, double& value) {
+    value = message.GetReflection()->GetDouble(message, &stateScalar(name));
+    if (!first) first = checkScalar(value, materialScalar(name), std::string(name));
+  };
+  forEachMaterialScalar(read, record.material);
+  if (first) return refuse(first);
   if (message.has_motion()) {
     if (auto bad = take(announcedMotionFrom(message.motion()), record.motion, "motion.")) return refuse(bad);
   }
@@ -115,8 +128,11 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   message.set_revision(record.revision);
   message.set_mesh(record.mesh.asBytes());
   write(record.pose, *message.mutable_pose());
-  message.set_stiffness_n_per_m(record.material.stiffness_N_per_m);
-  message.set_damping_ns_per_m(record.material.damping_Ns_per_m);
+  forEachMaterialScalar(
+      [&message](std::string_view name, double value) {
+        message.GetReflection()->SetDouble(&message, &stateScalar(name), value);
+      },
+      record.material);
   message.mutable_color()->set_red(record.material.color.red);
   message.mutable_color()->set_green(record.material.color.green);
   message.mutable_color()->set_blue(record.material.color.blue);

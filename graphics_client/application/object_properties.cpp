@@ -1,11 +1,17 @@
 #include "graphics_client/application/object_properties.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
+#include <vector>
 
+#include "common/wire/convert.h"
 #include "common/wire/convert_properties.h"
 #include "graphics_client/application/texture_families.h"
+#include "haptics/v1/options.pb.h"
 
 namespace haptics {
 namespace {
@@ -236,15 +242,42 @@ const SwitchProperty kMoves = {"moves",
                                  floor.set_offset_m(floor_m);
                                }};
 
-const PropertyGroup kGroups[] = {{"Place", nullptr, false, kPlace},
-                                 {"Surface", nullptr, false, kSurface},
-                                 {"Texture", nullptr, true, kTexture},
-                                 {"Softness", &kIsSoft, false, kSoftness},
-                                 {"Motion", &kMoves, false, kMotion}};
+/// The rows, and one for each other number of the material, by what scene.proto says of it.
+std::vector<NumberProperty> withScalars(std::span<const NumberProperty> rows) {
+  static std::deque<std::string> texts;
+  std::vector<NumberProperty> all(rows.begin(), rows.end());
+  const auto add = [&all](std::string_view name, double /*none*/) {
+    const auto& field = materialScalar(name);
+    const v1::Scalar& scalar = field.options().GetExtension(v1::scalar);
+    const std::string& label = texts.emplace_back(name.substr(0, name.find('_')));
+    const std::string& unit = texts.emplace_back(" " + scalar.unit());
+    const auto get = [name](const ObjectRecord& object) {
+      std::optional<double> its;
+      forEachScalar([&](std::string_view other, double value) { its = other == name ? value : its; },
+                    object.material.surface.scalars);
+      return its;
+    };
+    const auto set = [&field](const ObjectRecord& /*object*/, double value, v1::Operation& operation) {
+      materialIn(operation).GetReflection()->SetDouble(&materialIn(operation), &field, value);
+    };
+    all.push_back({label.c_str(), scalar.help().c_str(), unit.c_str(), 0, scalar.most(), 2, false, get, set});
+  };
+  const SurfaceScalars<double> none;
+  forEachScalar(add, none);
+  return all;
+}
 
 }  // namespace
 
-std::span<const PropertyGroup> propertyGroups() { return kGroups; }
+std::span<const PropertyGroup> propertyGroups() {
+  static const std::vector<NumberProperty> kSurfaceNumbers = withScalars(kSurface);
+  static const PropertyGroup kGroups[] = {{"Place", nullptr, false, kPlace},
+                                          {"Surface", nullptr, false, kSurfaceNumbers},
+                                          {"Texture", nullptr, true, kTexture},
+                                          {"Softness", &kIsSoft, false, kSoftness},
+                                          {"Motion", &kMoves, false, kMotion}};
+  return kGroups;
+}
 
 void setObject(v1::Operation& operation, const std::string& name) {
   const auto set = [&](auto* edit) { edit->mutable_object()->set_name(name); };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -18,8 +19,8 @@ struct NumberProperty {
   int decimals;
   bool logarithmic;  ///< Its slider; least > 0.
   /// Nothing: the object has none.
-  std::optional<double> (*get)(const ObjectRecord&);
-  void (*set)(const ObjectRecord&, double value, v1::Operation&);
+  std::function<std::optional<double>(const ObjectRecord&)> get;
+  std::function<void(const ObjectRecord&, double value, v1::Operation&)> set;
 };
 
 /// What an object has or has not.

@@ -1,33 +1,30 @@
 #include "graphics_client/editing/object_change.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <algorithm>
 #include <map>
 #include <memory>
 #include <utility>
 
+#include "common/wire/convert.h"
 #include "graphics_client/editing/scene_text.h"
 
 namespace haptics {
 namespace {
 
+namespace pb = google::protobuf;
+
 enum Property : std::size_t {
   kMesh,
   kPosition,
   kRotation,
-  kStiffness,
-  kDamping,
-  kColor,
-  kShading,
-  kFriction,
-  kTexture,
-  kStiffnessOver,
-  kSoftnessOver,
   kMotion,
   kSoftness,
   kLattice,
-  kResidue
+  kResidue,
+  kMaterial  ///< A field of the material: beyond this by its number.
 };
-static_assert(kResidue + 1 == kObjectProperties);
 
 /// Calls visit(property, its value in each of the records...).
 template <class Visit, class... Records>
@@ -35,23 +32,27 @@ void forEachProperty(const Visit& visit, Records&... records) {
   visit(kMesh, records.mesh...);
   visit(kPosition, records.pose.position...);
   visit(kRotation, records.pose.rotation...);
-  visit(kStiffness, records.material.stiffness_N_per_m...);
-  visit(kDamping, records.material.damping_Ns_per_m...);
-  visit(kColor, records.material.color...);
-  visit(kShading, records.material.surface.shading...);
-  visit(kFriction, records.material.surface.friction...);
-  visit(kTexture, records.material.surface.texture...);
-  visit(kStiffnessOver, records.material.surface.stiffnessOver...);
-  visit(kSoftnessOver, records.material.surface.softnessOver...);
   visit(kMotion, records.motion...);
   visit(kSoftness, records.deformation.softness...);
   visit(kLattice, records.deformation.lattice...);
   visit(kResidue, records.deformation.residue...);
+  forEachMaterialScalar(
+      [&visit](std::string_view name, auto&... values) {
+        visit(kMaterial + std::size_t(materialScalar(name).number()), values...);
+      },
+      records.material...);
+  using M = v1::Material;
+  visit(kMaterial + M::kColorFieldNumber, records.material.color...);
+  visit(kMaterial + M::kShadingFieldNumber, records.material.surface.shading...);
+  visit(kMaterial + M::kFrictionFieldNumber, records.material.surface.friction...);
+  visit(kMaterial + M::kTextureFieldNumber, records.material.surface.texture...);
+  visit(kMaterial + M::kStiffnessOverFieldNumber, records.material.surface.stiffnessOver...);
+  visit(kMaterial + M::kSoftnessOverFieldNumber, records.material.surface.softnessOver...);
 }
 
 PropertySet differences(const ObjectRecord& a, const ObjectRecord& b) {
   PropertySet different;
-  const auto compare = [&](Property property, const auto& its, const auto& other) {
+  const auto compare = [&](std::size_t property, const auto& its, const auto& other) {
     different[property] = !(its == other);
   };
   forEachProperty(compare, a, b);
@@ -61,7 +62,7 @@ PropertySet differences(const ObjectRecord& a, const ObjectRecord& b) {
 /// `to` with these properties of `from`.
 SceneVersion::Object withProperties(const ObjectRecord& to, const PropertySet& properties, const ObjectRecord& from) {
   ObjectRecord record = to;
-  const auto copy = [&](Property property, auto& its, const auto& other) {
+  const auto copy = [&](std::size_t property, auto& its, const auto& other) {
     if (properties[property]) its = other;
   };
   forEachProperty(copy, record, from);
@@ -69,15 +70,10 @@ SceneVersion::Object withProperties(const ObjectRecord& to, const PropertySet& p
 }
 
 PropertySet setBy(const v1::Material& material) {
+  std::vector<const pb::FieldDescriptor*> fields;
+  material.GetReflection()->ListFields(material, &fields);
   PropertySet set;
-  set[kStiffness] = material.has_stiffness_n_per_m();
-  set[kDamping] = material.has_damping_ns_per_m();
-  set[kColor] = material.has_color();
-  set[kShading] = material.has_shading();
-  set[kFriction] = material.has_friction();
-  set[kTexture] = material.has_texture();
-  set[kStiffnessOver] = material.has_stiffness_over();
-  set[kSoftnessOver] = material.has_softness_over();
+  for (const pb::FieldDescriptor* field : fields) set.set(kMaterial + std::size_t(field->number()));
   return set;
 }
 
@@ -123,17 +119,17 @@ std::string nameOf(const v1::Operation& operation, const SceneVersion& scene) {
   return known ? known->name : std::string();
 }
 
-v1::Material materialOf(const v1::Material& whole, const PropertySet& set) {
-  v1::Material part;
-  if (set[kStiffness]) part.set_stiffness_n_per_m(whole.stiffness_n_per_m());
-  if (set[kDamping]) part.set_damping_ns_per_m(whole.damping_ns_per_m());
-  if (set[kColor]) *part.mutable_color() = whole.color();
-  if (set[kShading]) *part.mutable_shading() = whole.shading();
-  if (set[kFriction]) *part.mutable_friction() = whole.friction();
-  if (set[kTexture]) *part.mutable_texture() = whole.texture();
-  if (set[kStiffnessOver]) *part.mutable_stiffness_over() = whole.stiffness_over();
-  if (set[kSoftnessOver]) *part.mutable_softness_over() = whole.softness_over();
-  return part;
+v1::Material materialOf(v1::Material material, const PropertySet& set) {
+  const pb::Descriptor& fields = *v1::Material::descriptor();
+  for (int i = 0; i < fields.field_count(); ++i) {
+    const pb::FieldDescriptor* const field = fields.field(i);
+    if (!set[kMaterial + std::size_t(field->number())]) {
+      material.GetReflection()->ClearField(&material, field);
+    } else if (field->message_type() != nullptr) {
+      material.GetReflection()->MutableMessage(&material, field);
+    }
+  }
+  return material;
 }
 
 /// What makes `to` of `from`. A property that `to` does not have is given as an empty message, which takes it away.

@@ -14,8 +14,7 @@
 // content is its record but for these two.
 namespace haptics {
 
-inline constexpr std::size_t kObjectProperties = 15;
-using PropertySet = std::bitset<kObjectProperties>;  ///< Numbered in the order of the record.
+using PropertySet = std::bitset<64>;
 
 /// An object that a transaction names.
 struct EditedObject {

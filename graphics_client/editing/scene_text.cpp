@@ -1,10 +1,31 @@
 #include "graphics_client/editing/scene_text.h"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/text_format.h>
 
 #include "common/wire/convert.h"
 
 namespace haptics {
+
+namespace pb = google::protobuf;
+
+namespace {
+
+/// Each field of a material is one of a state, by the same name.
+void copyMaterial(const v1::ObjectState& state, v1::Material& material) {
+  const pb::Reflection &from = *state.GetReflection(), &to = *material.GetReflection();
+  for (int i = 0; i < material.GetDescriptor()->field_count(); ++i) {
+    const pb::FieldDescriptor* const field = material.GetDescriptor()->field(i);
+    const pb::FieldDescriptor* const source = state.GetDescriptor()->FindFieldByName(field->name());
+    if (field->message_type() == nullptr) {
+      to.SetDouble(&material, field, from.GetDouble(state, source));
+    } else if (from.HasField(state, source)) {
+      to.MutableMessage(&material, field)->CopyFrom(from.GetMessage(state, source));
+    }
+  }
+}
+
+}  // namespace
 
 v1::AddObject additionOf(const ObjectRecord& record) {
   v1::ObjectState state;
@@ -13,14 +34,7 @@ v1::AddObject additionOf(const ObjectRecord& record) {
   add.set_name(state.name());
   add.mutable_mesh()->set_asset(state.mesh());
   *add.mutable_pose() = state.pose();
-  add.mutable_material()->set_stiffness_n_per_m(state.stiffness_n_per_m());
-  add.mutable_material()->set_damping_ns_per_m(state.damping_ns_per_m());
-  *add.mutable_material()->mutable_color() = state.color();
-  if (state.has_shading()) *add.mutable_material()->mutable_shading() = state.shading();
-  if (state.has_friction()) *add.mutable_material()->mutable_friction() = state.friction();
-  if (state.has_texture()) *add.mutable_material()->mutable_texture() = state.texture();
-  if (state.has_stiffness_over()) *add.mutable_material()->mutable_stiffness_over() = state.stiffness_over();
-  if (state.has_softness_over()) *add.mutable_material()->mutable_softness_over() = state.softness_over();
+  copyMaterial(state, *add.mutable_material());
   if (state.has_motion()) *add.mutable_motion() = state.motion();
   if (state.has_deformation()) *add.mutable_deformation() = state.deformation();
   return add;
@@ -33,7 +47,7 @@ std::string sceneText(const SceneVersion& scene, const std::string& name) {
     *transaction.add_operations()->mutable_add() = additionOf(*object);
   }
   std::string text;
-  google::protobuf::TextFormat::PrintToString(transaction, &text);
+  pb::TextFormat::PrintToString(transaction, &text);
   return text;
 }
 

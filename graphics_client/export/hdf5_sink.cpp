@@ -258,8 +258,9 @@ class Hdf5Sink final : public SessionSink {
     const std::string mesh = object.mesh.hex();
     setAttribute(group, "name", object.name);
     setAttribute(group, "mesh", "/meshes/" + mesh);
-    setAttribute(group, "stiffness_N_per_m", object.material.stiffness_N_per_m);
-    setAttribute(group, "damping_Ns_per_m", object.material.damping_Ns_per_m);
+    forEachMaterialScalar(
+        [&group](std::string_view name, double value) { setAttribute(group, std::string(name).c_str(), value); },
+        object.material);
     const Vec3 at = object.pose.position;
     const Quat& q = object.pose.rotation;
     describe(writeRows<double>(group, "position", std::array{at.x, at.y, at.z}, 1), "m", "world",

@@ -63,6 +63,12 @@ const motion = all(
   tagged('tool', 12, doubles('spacing_m', 'torsion_Nm_per_rad')));
 const plastic = when((softness) => softness.plastic > 0, 8, doubles('plastic'));
 
+/** Numbers of the material that came after the maps: as its type has them, in order. */
+const scalars = (state) => concat((state.$type ? state.$type.fieldsArray : [])
+  .filter((field) => field.type === 'double' && field.id > 15 && state[field.name])
+  .sort((a, b) => a.id - b.id)
+  .map(({name}) => concat([whole(13), text(name), double(state[name])])));
+
 /** Of an ObjectState. */
 const objectBytes = all(
   wholes('id'), texts('name'), wholes('revision'), raw('mesh'), within('pose', quaternions('rotation'), vectors('position')),
@@ -72,6 +78,7 @@ const objectBytes = all(
   tagged('texture', 3, wholes('law'), within('field', field), doubles('amplitude_m'), wholes('literal'), doubles('gain_K')),
   tagged('stiffness_over', 10, doubles('variation'), map()),
   tagged('softness_over', 11, doubles('variation'), map()),
+  scalars,
   tagged('motion', 4, motion),
   within('deformation',
     tagged('softness', 5, doubles('stiffness_N_per_m', 'radius_m'), wholes('degree'), doubles('return_s'), plastic),

@@ -85,7 +85,7 @@ namespace {
   for (const ServoObject& object : state.scene->objects) {
     soft = soft || object.tissue != nullptr;
     detail = detail || object.detail != nullptr;
-    bumps = bumps || (object.detail && object.detail->highest_m() > 0);
+    bumps = bumps || (object.detail && object.detail->reach_m > 0);
     varies = varies || (object.detail && object.detail->stiffness);
   }
   features.detail = detail || soft;

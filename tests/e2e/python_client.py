@@ -11,6 +11,7 @@ import unittest
 
 import harness
 import haptic_assets
+import haptic_scene
 from haptic_client import Client, Conflict, Refused, Rejected
 from haptics.v1 import scene_pb2
 
@@ -111,7 +112,8 @@ class PythonClient(harness.EndToEnd):
         client.apply(BALL)
         wave = "fourier { terms { direction { x: 1 } wavelength_m: 2e-3 } terms { amplitude: -0.5 direction { z: 1 } " \
                "wavelength_m: 3e-3 phase_rad: 1 } }"
-        for properties in ("shading { crease_rad: 0.5 }", "friction { mu_static: 0.6 mu_dynamic: 0.3 }",
+        scalars = " ".join(f"{name}: 0.25" for name in haptic_scene.SCALARS)
+        for properties in (f"shading {{ crease_rad: 0.5 }} {scalars}", "friction { mu_static: 0.6 mu_dynamic: 0.3 }",
                            f"texture {{ amplitude_m: 5e-4 gain_K: 1 literal: true field {{ {wave} }} }}",
                            "texture { amplitude_m: 5e-4 field { noise { wavelength_m: 2e-3 octaves: 3 } } }",
                            "texture { amplitude_m: 5e-4 law: TEXTURE_LAW_BUMP field { cellular { cell_m: 2e-3 } } }",

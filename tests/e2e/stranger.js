@@ -9,7 +9,8 @@ const {big, objectBytes, rootBytes} = require('../../graphics_client/web/scene_h
 
 const MAX_FRAME = 1 << 20, CHUNK = 32768, SILENCE_MS = 3000, HEARTBEAT_MS = 1000, KNOCK_MS = 250;
 const messages = new protobuf.Root();
-messages.resolvePath = (_, file) => path.join(__dirname, '../../proto', file);
+// Options say nothing that is on the wire, and import a file that protobufjs does not have.
+messages.resolvePath = (_, file) => file.endsWith('/options.proto') ? null : path.join(__dirname, '../../proto', file);
 messages.loadSync('haptics/v1/envelope.proto', {keepCase: true});
 const [Envelope, Datagram] = ['Envelope', 'Datagram'].map((name) => messages.lookupType(`haptics.v1.${name}`));
 

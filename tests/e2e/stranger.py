@@ -8,6 +8,7 @@ import sys
 import unittest
 
 import haptic_assets
+import haptic_scene
 import harness
 from haptic_client import Client
 
@@ -26,6 +27,8 @@ CORNERS = " ".join(f"control_m: {0.02 * x}" for i in range(8) for x in (-1 + 2 *
 INERTIA = "inertia { centre_m { x: 0.001 } moments { x: 1e-3 y: 2e-3 z: 2.5e-3 } products { y: 1e-4 } }"
 SPRING = "spring { stiffness_N_per_m: 100 damping_Ns_per_m: 1 stiffness_Nm_per_rad: 0.1 damping_Nms_per_rad: 1e-3 }"
 
+SCALARS = " ".join(f"{name}: 0.25" for name in haptic_scene.SCALARS)
+
 # Each property and each family of fields at least once.
 OBJECTS = (
     f"material {{ shading {{ crease_rad: 0.5 creases {{ first: 2 second: 0 }} creases {{ first: 0 second: 1 }} }} texture {{ amplitude_m: 5e-4 gain_K: 1 "
@@ -34,8 +37,8 @@ OBJECTS = (
     f"material {{ texture {{ law: TEXTURE_LAW_BUMP amplitude_m: 5e-4 field {{ {MAPPED} }} }} stiffness_over {{ variation: 0.3 "
     f"field {{ {GROWN} }} }} softness_over {{ variation: -0.5 field {{ {NOISE} }} }} }} deformation {{ softness {{ "
     "stiffness_N_per_m: 200 radius_m: 0.01 degree: 3 return_s: 0.5 plastic: 0.5 } }",
-    "material { color { red: 0.1 green: 1 } friction { mu_static: 1 per_vertex { values { %s } } } }" %
-    " ".join(f"value: {i / 8}" for i in range(8)),
+    "material { color { red: 0.1 green: 1 } friction { mu_static: 1 per_vertex { values { %s } } } %s }" %
+    (" ".join(f"value: {i / 8}" for i in range(8)), SCALARS),
     f"deformation {{ lattice {{ points_x: 2 points_y: 2 points_z: 2 {CORNERS} }} }}",
     f"motion {{ mass_kg: 1 {INERTIA} {SPRING} hinge {{ anchor_m {{ x: 0.1 }} axis {{ z: 1 }} lowest: -1 highest: 0.5 }} }}",
     "motion { mass_kg: 0.5 gravity_m_per_s2 {} linear_damping_per_s: 0.5 slider { axis { x: 0.6 y: 0.8 } } }",

@@ -8,6 +8,9 @@ from haptics.v1 import scene_pb2
 # A server of this version holds at most 256 objects, of some 2.5 MB.
 MAX_OBJECTS = 1024
 MAX_SCENE_BYTES = 8 << 20
+# Numbers of the material that came after the maps, in order of their fields.
+SCALARS = [field.name for number, field in sorted(scene_pb2.ObjectState.DESCRIPTOR.fields_by_number.items())
+           if number > 15 and field.type == field.TYPE_DOUBLE]
 
 
 class OutOfStep(Exception):
@@ -132,7 +135,9 @@ def surface_bytes(state):
         if state.HasField(name):
             surface_map = getattr(state, name)
             data += numbers(number) + doubles(surface_map.variation) + map_bytes(surface_map, "over", "")
-    return data
+    return data + b"".join(
+        numbers(13, len(name)) + name.encode() + doubles(value)
+        for name, value in ((name, getattr(state, name)) for name in SCALARS) if value)
 
 
 def map_bytes(given, over, prefix):

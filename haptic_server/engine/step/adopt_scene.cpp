@@ -172,8 +172,8 @@ class StateTransfer {
 
   /// May its bumps, as they are now, reach the IHIP?
   [[nodiscard]] bool mayBeFelt(std::size_t i, const SurfaceDetail* detail) const noexcept {
-    if (detail == nullptr || !(detail->highest_m() > 0)) return false;
-    const double reach_m = bodies_[i].surface->radius_m() + detail->highest_m();
+    if (detail == nullptr || !(detail->reach_m > 0)) return false;
+    const double reach_m = bodies_[i].surface->radius_m() + detail->reach_m;
     return glm::distance(bodies_[i].centre, state_.contact.ihip) <= reach_m;
   }
 
@@ -214,7 +214,7 @@ class StateTransfer {
         before >= 0 && bodies_[i].pendingRemoval && !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     anyDetail_ = anyDetail_ || detail != nullptr;
-    anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
+    anyBumps_ = anyBumps_ || (detail != nullptr && detail->reach_m > 0);
     anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
   }
 

@@ -26,7 +26,7 @@ void rescaleAfterEdit(BumpState& watch, double height_m) noexcept {
 
 void SurfaceForceModel::computeBumpForces() noexcept {
   for (std::size_t i = 0; i < state_.objects.count && count_ < kMaxTouches; ++i) {
-    if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].pendingRemoval) continue;
+    if (detail(i) == nullptr || !(detail(i)->reach_m > 0) || state_.bodies[i].pendingRemoval) continue;
     if (isTouched(i) && !severalBodiesHold(state_)) continue;
     if (contact_.work.allowance.isSpent()) return state_.fallBehind(contact_.work);
     SurfaceContact touch{};
@@ -65,15 +65,15 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
   touch.from = contact_.touching ? contact_.ihip : state_.estimate.hip;
   const Vec3 h = body.frame.toLocal(touch.from);
   if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
-  const double highest_m = detail(touch.body)->highest_m();
-  const double reach_m = highest_m + kLookAhead * surface.radius_m();
-  const ClosestPoint foot = nearestPoint(surface, h, reach_m, watch.triangle, contact_.work.allowance);
+  const double reach_m = detail(touch.body)->reach_m;
+  const double lookAhead_m = reach_m + kLookAhead * surface.radius_m();
+  const ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, watch.triangle, contact_.work.allowance);
   if (contact_.work.allowance.isSpent()) return false;
-  const double distance_m = foot.triangle == kNoTriangle ? reach_m : std::sqrt(foot.squaredDistance);
+  const double distance_m = foot.triangle == kNoTriangle ? lookAhead_m : std::sqrt(foot.squaredDistance);
   watch.triangle = foot.triangle;
   watch.seenFrom = h;
-  watch.clear_m = std::max(0.0, distance_m - highest_m);
-  if (distance_m >= highest_m) {
+  watch.clear_m = std::max(0.0, distance_m - reach_m);
+  if (distance_m >= reach_m) {
     watch.blendWeight = 1;
     return false;
   }

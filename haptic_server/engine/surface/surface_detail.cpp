@@ -174,6 +174,8 @@ std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const CollisionMesh& surf
   const bool anyField =
       fields.texture || fields.friction || fields.dynamicFriction || fields.stiffness.field || fields.softness.field;
   if (anyField) detail.material = fields.material;
+  detail.scalars = properties.scalars;
+  detail.reach_m = detail.highest_m();
   return std::make_shared<const SurfaceDetail>(std::move(detail));
 }
 

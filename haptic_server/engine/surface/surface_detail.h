@@ -132,8 +132,10 @@ struct SurfaceDetail {
   /// Where lattice and residue have moved the surface at rest, its vertices on the material, canonical numbering: fields are
   /// given there. Null where nothing moved them, or there is no field.
   std::shared_ptr<const std::vector<Vec3f>> material;
+  SurfaceScalars<double> scalars;
+  double reach_m = 0;  ///< Nothing of it is felt farther outside of the polygons.
 
-  /// Nothing of the felt surface is farther outside of the polygons.
+  /// Nor is the felt surface.
   [[nodiscard]] double highest_m() const noexcept {
     return std::max(0.0, (shading ? shading->highestBulge_m() : 0) + (texture ? texture->highest_m() : 0));
   }

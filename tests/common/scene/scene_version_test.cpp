@@ -4,6 +4,8 @@
 #include <functional>
 #include <map>
 #include <random>
+#include <set>
+#include <string_view>
 
 #include "common/scene/scene.h"
 
@@ -172,12 +174,18 @@ TEST(ObjectRecord, HashesEveryField) {
       [](ObjectRecord& r) { r.pose.position.x = 0.5; },
       [](ObjectRecord& r) { r.pose.position.y = 0.5; },
       [](ObjectRecord& r) { r.pose.position.z = 0.5; },
-      [](ObjectRecord& r) { r.material.stiffness_N_per_m = 801; },
-      [](ObjectRecord& r) { r.material.damping_Ns_per_m = 0.6; },
       [](ObjectRecord& r) { r.material.color.red = 0.1F; },
       [](ObjectRecord& r) { r.material.color.green = 0.1F; },
       [](ObjectRecord& r) { r.material.color.blue = 0.1F; },
   };
+  std::set<ContentHash> hashes{plain.hash()};
+  ObjectRecord other = plain;
+  forEachMaterialScalar(
+      [&](std::string_view name, double& value) {
+        value += 0.25;
+        EXPECT_TRUE(hashes.insert(other.hash()).second) << name;
+      },
+      other.material);
   std::map<ContentHash, std::size_t> seen{{plain.hash(), changes.size()}};
   for (std::size_t i = 0; i < changes.size(); ++i) {
     ObjectRecord changed = plain;

@@ -1,7 +1,11 @@
 #include <gmock/gmock.h>
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/text_format.h>
 
+#include <string_view>
+
 #include "common/wire/convert.h"
+#include "haptics/v1/options.pb.h"
 
 namespace haptics::convert_edit_test {
 namespace {
@@ -130,12 +134,33 @@ INSTANTIATE_TEST_SUITE_P(PoseAndMaterial, RefusedEdit,
                              {pose("rotation { w: nan }"), kPose + "rotation", "nan"},
                              {material("stiffness_N_per_m: 0"), kMaterial + "stiffness_N_per_m", "more than 0"},
                              {material("stiffness_N_per_m: 100001"), kMaterial + "stiffness_N_per_m", "100000 N/m"},
-                             {material("stiffness_N_per_m: nan"), kMaterial + "stiffness_N_per_m", "nan"},
-                             {material("damping_Ns_per_m: -0.1"), kMaterial + "damping_Ns_per_m", "0 to 1000"},
-                             {material("damping_Ns_per_m: inf"), kMaterial + "damping_Ns_per_m", "0 to 1000"},
+                             {material("damping_Ns_per_m: -0.1"), kMaterial + "damping_Ns_per_m", "0 to 1000 N s/m"},
                              {material("color { red: 1.1 }"), kMaterial + "color.red", "0 to 1"},
                              {material("color { green: -0.1 }"), kMaterial + "color.green", "0 to 1"},
                              {material("color { blue: nan }"), kMaterial + "color.blue", "0 to 1"}}));
+
+TEST(RefusedEdits, IncludeNumbersOfAMaterialBeyondWhatSceneProtoSays) {
+  const Material plain;
+  forEachMaterialScalar(
+      [](std::string_view name, double initial) {
+        const v1::Scalar& scalar = materialScalar(name).options().GetExtension(v1::scalar);
+        EXPECT_EQ(initial, scalar.initial()) << name;
+        const auto most = fromWire(parse(material(std::string(name) + ": " + std::to_string(scalar.most()))));
+        ASSERT_TRUE(most) << name;
+        forEachMaterialScalar(
+            [&](std::string_view its, const std::optional<double>& value) {
+              EXPECT_EQ(value, its == name ? std::optional(scalar.most()) : std::nullopt) << name;
+            },
+            std::get<AddObject>(most->operations[0]).material);
+        for (const std::string bad : {"-1", "nan", "inf"}) {
+          const auto transaction = fromWire(parse(material(std::string(name) + ": " + bad)));
+          ASSERT_FALSE(transaction) << name << bad;
+          EXPECT_EQ(transaction.error().field, kMaterial + std::string(name));
+          EXPECT_THAT(transaction.error().reason, testing::AllOf(HasSubstr(bad), HasSubstr(scalar.unit())));
+        }
+      },
+      plain);
+}
 
 TEST(RefusedEdits, IncludeMoreOperationsThanATransactionTakes) {
   v1::Transaction message;

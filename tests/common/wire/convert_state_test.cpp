@@ -1,15 +1,20 @@
+#include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
 #include <random>
+#include <string_view>
 
 #include "common/wire/convert.h"
+#include "haptics/v1/options.pb.h"
 
 namespace haptics::convert_state_test {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+double mostOf(std::string_view scalar) { return materialScalar(scalar).options().GetExtension(v1::scalar).most(); }
 
 ObjectRecord record(std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -21,7 +26,9 @@ ObjectRecord record(std::uint64_t seed) {
   r.mesh = Hasher().add(seed).finish();
   r.pose = {glm::angleAxis(number(random), glm::normalize(Vec3(number(random), 1, 2))),
             {number(random), number(random), number(random)}};
-  r.material = {1'000 + number(random), 2 + number(random), {0.1F, 0.2F, 0.3F}};
+  r.material.color = {0.1F, 0.2F, 0.3F};
+  forEachMaterialScalar([&](std::string_view name, double& value) { value = mostOf(name) * (2 + number(random)) / 3; },
+                        r.material);
   return r;
 }
 
@@ -42,6 +49,20 @@ TEST(ObjectState, ComesBackBitForBit) {
   }
 }
 
+/// The hash has them so (proto/README.md).
+TEST(ObjectState, HasNumbersOfAMaterialInTheOrderOfTheirFields) {
+  const ObjectRecord one = record(1);
+  int last = 0;
+  forEachMaterialScalar(
+      [&](std::string_view name, double /*value*/) {
+        const auto* field = v1::ObjectState::descriptor()->FindFieldByName(std::string(name));
+        ASSERT_NE(field, nullptr) << name;
+        EXPECT_GT(field->number(), last) << name;
+        last = field->number();
+      },
+      one.material);
+}
+
 TEST(ObjectState, KeepsARotationThatIsNotQuiteOfUnitLength) {
   v1::ObjectState message = state(1);
   message.mutable_pose()->mutable_rotation()->set_w(1.0005);
@@ -54,7 +75,7 @@ TEST(ObjectState, KeepsARotationThatIsNotQuiteOfUnitLength) {
 }
 
 TEST(ObjectState, IsRefusedNamingTheFieldThatIsBad) {
-  const std::vector<std::pair<std::string, std::function<void(v1::ObjectState&)>>> cases = {
+  std::vector<std::pair<std::string, std::function<void(v1::ObjectState&)>>> cases = {
       {"id", [](auto& m) { m.set_id(0); }},
       {"name", [](auto& m) { m.set_name(""); }},
       {"name", [](auto& m) { m.set_name("a\nb"); }},
@@ -65,9 +86,18 @@ TEST(ObjectState, IsRefusedNamingTheFieldThatIsBad) {
       {"pose.rotation", [](auto& m) { m.mutable_pose()->mutable_rotation()->set_y(kNaN); }},
       {"pose.rotation", [](auto& m) { m.mutable_pose()->mutable_rotation()->set_y(7); }},
       {"stiffness_N_per_m", [](auto& m) { m.set_stiffness_n_per_m(0); }},
-      {"damping_Ns_per_m", [](auto& m) { m.set_damping_ns_per_m(-1); }},
       {"color.blue", [](auto& m) { m.mutable_color()->set_blue(2); }},
   };
+  const ObjectRecord one = record(1);
+  forEachMaterialScalar(
+      [&](std::string_view name, double /*value*/) {
+        for (const double bad : {-1e-9, 1.01 * mostOf(name), kNaN}) {
+          cases.emplace_back(name, [name, bad](v1::ObjectState& m) {
+            m.GetReflection()->SetDouble(&m, m.GetDescriptor()->FindFieldByName(std::string(name)), bad);
+          });
+        }
+      },
+      one.material);
   for (const auto& [field, spoil] : cases) {
     v1::ObjectState message = state(4);
     spoil(message);

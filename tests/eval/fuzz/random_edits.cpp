@@ -1,7 +1,13 @@
 #include "tests/eval/fuzz/random_edits.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <cmath>
 #include <numbers>
+#include <string_view>
+
+#include "common/wire/convert.h"
+#include "haptics/v1/options.pb.h"
 
 namespace haptics::eval {
 namespace {
@@ -162,6 +168,13 @@ void RandomEdits::addMaterial(v1::Material& material) {
   }
   if (chance(0.25)) addMap(*material.mutable_stiffness_over());
   if (chance(0.2)) addMap(*material.mutable_softness_over());
+  const auto setScalar = [&](std::string_view name, double /*none*/) {
+    const auto& field = materialScalar(name);
+    const double most = field.options().GetExtension(v1::scalar).most();
+    if (chance(0.3)) material.GetReflection()->SetDouble(&material, &field, one({most, most / 4, 0.0}));
+  };
+  const SurfaceScalars<double> none;
+  forEachScalar(setScalar, none);
 }
 
 void RandomEdits::addJoint(v1::Joint& joint) {

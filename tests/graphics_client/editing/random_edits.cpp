@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "common/surface/sampled_field.h"
@@ -98,13 +99,25 @@ std::string RandomEdits::friction(RandomEdit& edit) {
   }
 }
 
+/// Some of the numbers that every surface has.
+std::string RandomEdits::scalars() {
+  std::string all;
+  const auto add = [&](std::string_view name, double /*none*/) {
+    if (below(2) == 0) all += " " + std::string(name) + ": " + text(number(0, 1));
+  };
+  const SurfaceScalars<double> none;
+  forEachScalar(add, none);
+  return all;
+}
+
 std::string RandomEdits::material(RandomEdit& edit) {
   const bool goes = below(4) == 0;
   switch (below(6)) {
     case 0:
       return "{ stiffness_N_per_m: " + text(number(100, 900)) + " }";
     case 1:
-      return "{ damping_Ns_per_m: " + text(number(0, 1)) + " color { red: " + text(number(0, 1)) + " } }";
+      return "{ damping_Ns_per_m: " + text(number(0, 1)) + " color { red: " + text(number(0, 1)) + " }" + scalars() +
+             " }";
     case 2:
       return "{ shading { " + (goes ? std::string() : "crease_rad: " + text(number(0.1, 1))) + " } }";
     case 3:

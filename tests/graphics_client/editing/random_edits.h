@@ -36,6 +36,7 @@ class RandomEdits {
   std::string field(RandomEdit& edit);
   std::string texture(RandomEdit& edit);
   std::string friction(RandomEdit& edit);
+  std::string scalars();
   std::string material(RandomEdit& edit);
   std::string motion();
   std::string deformation();
