@@ -191,9 +191,11 @@ inline constexpr double kMinStiffnessFactor = 0.05;
 /// @tparam Number  double, or of an edit an optional one.
 template <class Number>
 struct SurfaceScalars {
+  Number adhesion_N{};  ///< Pull along the normal on what is less than kAdhesionReach_m above the surface.
   bool operator==(const SurfaceScalars&) const = default;
-  HAPTICS_FIELDS();
+  HAPTICS_FIELDS(self.adhesion_N);
 };
+inline constexpr double kAdhesionReach_m = 1e-3;
 
 /// Calls visit(name, its value in each of the scalars...).
 template <class Visit, class... Scalars>

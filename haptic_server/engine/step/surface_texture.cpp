@@ -14,12 +14,30 @@ constexpr std::int64_t kField = 600;
 /// Of a surface's size, how much farther than its highest bump reaches its nearest point is looked for. Larger looks
 /// less often and farther each time.
 constexpr double kLookAhead = 0.02;
+/// Way of a hand that leaves a surface, in a tick. Larger lets a larger step of adhesion through.
+constexpr double kUsualWay_m = 1e-4;
 
 /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
 /// all, that is a steeper texture than anybody asked for: that step is EditSlew's.
 void rescaleAfterEdit(BumpState& watch, double height_m) noexcept {
   const double part = watch.height_m / height_m;
   watch.blendWeight = std::isfinite(part) ? std::clamp(part, 0.0, 1.0) : 0;
+}
+
+/// All of it in the middle half of its reach, and linear to 0 on both sides: without a step there, nor where its direction
+/// turns around a line of the surface. Less where that would be stiffer than a device bears.
+[[nodiscard]] double adhesionAt(double distance_m, double asked_N, double most_N_per_m) noexcept {
+  constexpr double kRamp_m = kAdhesionReach_m / 4;
+  const double part = std::min(distance_m, kAdhesionReach_m - distance_m) / kRamp_m;
+  return std::min(asked_N, most_N_per_m * kRamp_m) * std::clamp(part, 0.0, 1.0);
+}
+
+/// Is a point another one than that of the triangle which was the nearest, by more than the HIP has moved?
+[[nodiscard]] bool jumps(const ClosestPoint& foot, const CollisionMesh& surface, std::uint32_t last, const Vec3& h,
+                         double moved_m) noexcept {
+  constexpr double kRounding_m = 1e-5;
+  return last == kNoTriangle ||
+         glm::distance(foot.point, closestOn(surface.triangle(last), last, h).point) > 2 * moved_m + kRounding_m;
 }
 
 }  // namespace
@@ -68,8 +86,14 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
   const double reach_m = detail(touch.body)->reach_m;
   const double lookAhead_m = reach_m + kLookAhead * surface.radius_m();
   const ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, watch.triangle, contact_.work.allowance);
-  if (contact_.work.allowance.isSpent()) return false;
+  const double asked_N = detail(touch.body)->scalars.adhesion_N;
+  if (contact_.work.allowance.isSpent()) {
+    if (asked_N > 0) state_.fallBehind(contact_.work);
+    return false;
+  }
   const double distance_m = foot.triangle == kNoTriangle ? lookAhead_m : std::sqrt(foot.squaredDistance);
+  const std::uint32_t last = watch.triangle;
+  const Vec3 seenFrom = watch.seenFrom;
   watch.triangle = foot.triangle;
   watch.seenFrom = h;
   watch.clear_m = std::max(0.0, distance_m - reach_m);
@@ -87,6 +111,14 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
   touch.geometric_m = -distance_m;
   touch.normal = body.frame.rotate(exceedsRounding(distance_m, touch.body) ? (h - foot.point) / distance_m
                                                                            : normal * double(side));
+  if (asked_N > 0) [[unlikely]] {
+    tick_.force.spring -= adhesionAt(distance_m, asked_N, config_.stableLateral_N_per_m) * touch.normal;
+    const bool wasTouched = memory_.object == object(touch.body).id;
+    // In a groove the nearest point jumps, and past the edge of a thin body the HIP is outside at once. What the pull then
+    // changes is let in as an edit's change is.
+    if (wasTouched ? distance_m > kUsualWay_m : jumps(foot, surface, last, h, glm::distance(h, seenFrom)))
+      state_.limits.slew.begin();
+  }
   touch.shaded = hasShading(touch.body) && shadeAt(touch, foot, side);
   return true;
 }

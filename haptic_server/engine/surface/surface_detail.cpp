@@ -175,7 +175,7 @@ std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const CollisionMesh& surf
       fields.texture || fields.friction || fields.dynamicFriction || fields.stiffness.field || fields.softness.field;
   if (anyField) detail.material = fields.material;
   detail.scalars = properties.scalars;
-  detail.reach_m = detail.highest_m();
+  detail.reach_m = std::max(detail.highest_m(), properties.scalars.adhesion_N > 0 ? kAdhesionReach_m : 0);
   return std::make_shared<const SurfaceDetail>(std::move(detail));
 }
 

@@ -462,5 +462,83 @@ TEST(SurfaceProperties, ATextureInWhichTheStylusAppearsFadesIn) {
   EXPECT_NEAR(last, kStiffness * 0.0005, 1e-6);
 }
 
+constexpr double kPull_N = 1;
+
+ServoObject sticky(ServoObject object, double pull_N = kPull_N) {
+  SurfaceProperties properties;
+  properties.scalars.adhesion_N = pull_N;
+  return with(std::move(object), properties);
+}
+
+TEST(SurfaceProperties, AdhesionPullsToTheSurfaceWithinAMillimetreOfIt) {
+  const auto height_m = [](std::uint64_t tick) { return 0.0020005 - 1e-6 * double(tick < 2000 ? tick : 4000 - tick); };
+  VirtualServo servo([&](std::uint64_t tick) { return Vec3(0.003, 0.0123, height_m(tick)); }, kConfig,
+                     sceneOf(1, {sticky(slab())}));
+  double work_J = 0;
+  for (std::uint64_t tick = 0; tick < 4000; ++tick) {
+    const Vec3 force = servo.step().force.written;
+    const double z = height_m(tick);
+    const double share = std::clamp(std::min(z, 1e-3 - z) / 0.25e-3, 0.0, 1.0);
+    EXPECT_NEAR(glm::distance(force, Vec3(0, 0, -kPull_N * share)), 0, 1e-5) << z;
+    work_J += force.z * (height_m(tick + 1) - z);
+  }
+  EXPECT_NEAR(work_J, 0, 1e-8);
+}
+
+/// Across a valley of two sheets, around a line, at rest, and through a soft plate and past its edge.
+TEST(SurfaceProperties, AdhesionHasNoStep) {
+  const auto valley = surfaceOf({{{-0.05F, -0.05F, 0.05F},
+                                  {0, -0.05F, 0},
+                                  {0.05F, -0.05F, 0.05F},
+                                  {-0.05F, 0.05F, 0.05F},
+                                  {0, 0.05F, 0},
+                                  {0.05F, 0.05F, 0.05F}},
+                                 {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}}});
+  const auto along = [](Vec3 from, Vec3 to) {
+    return [=](std::uint64_t tick) { return glm::mix(from, to, std::min(1.0, double(tick) / 1000)); };
+  };
+  const auto plate = surfaceOf(makeBox(Vec3(0.1, 0.1, 2e-4), 1).value());
+  const auto slip = [](std::uint64_t tick) {
+    const double down = std::min(1.0, double(tick) / 500), beside = std::clamp(double(tick) / 500 - 1, 0.0, 1.0);
+    return Vec3(0.049 + 0.0015 * beside, 0.0123, 0.002 - 0.0026 * down);
+  };
+  const std::pair<VirtualServo::Trajectory, ServoObject> cases[] = {
+      {along({-0.005, 0.002, 0.006}, {0.005, 0.002, 0.006}), sticky(objectOf(1, valley, Vec3(0)))},
+      {along({-0.001, 0.002, 0.0011}, {0.001, 0.002, 0.0011}), sticky(objectOf(1, valley, Vec3(0)))},
+      {along({0.0495, 0.002, 0.0007}, {0.0507, 0.002, -0.0005}), sticky(slab())},
+      {along({0, 0.002, 0.0005}, {0, 0.002, 0.0005}), sticky(slab())},
+      {slip, sticky(objectOf(1, plate, Vec3(0), 20))}};
+  const StepConfig config{.period_s = 1e-3, .maxForce_N = 1e9, .stableLateral_N_per_m = 1e4};
+  for (const auto& [trajectory, object] : cases) {
+    VirtualServo servo(trajectory, config, sceneOf(1, {object}));
+    Vec3 last{0};
+    double most_N = 0;
+    const auto follow = [&](int ticks) {
+      for (int i = 0; i < ticks; ++i) {
+        const double way_m = glm::distance(trajectory(servo.tick()), trajectory(servo.tick() + 1));
+        const Vec3 now = servo.step().force.written;
+        EXPECT_LE(glm::distance(now, last), 0.032 + (kStiffness + 2 * kPull_N / 0.25e-3) * way_m) << servo.tick();
+        most_N = std::max(most_N, glm::length(now));
+        last = now;
+      }
+    };
+    follow(1200);
+    EXPECT_GT(most_N, 0.9 * kPull_N);
+    servo.adopt(sceneOf(2, {sticky(object, 2)}));
+    follow(200);
+    ServoObject removed = sticky(object, 2);
+    removed.pendingRemoval = true;
+    servo.adopt(sceneOf(3, {removed}));
+    follow(500);
+    EXPECT_EQ(last, Vec3(0));
+  }
+}
+
+TEST(SurfaceProperties, AdhesionIsNoStifferThanTheDeviceBears) {
+  const StepConfig config{.period_s = 1e-3, .maxForce_N = 1e9, .stableLateral_N_per_m = 1000};
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, config, sceneOf(1, {sticky(slab(), 2)}));
+  EXPECT_NEAR(servo.run(200).force.written.z, -1000 * 0.25e-3, 1e-9);
+}
+
 }  // namespace
 }  // namespace haptics::surface_properties_tests
