@@ -202,8 +202,10 @@ class Recorded final : public AttachedDevice {
                                  " was recorded at " + std::to_string(std::lround(rate_Hz)) +
                                  " Hz, at which it is played without the option");
   }
-  for (const auto& [option, value] : {std::pair{"--state", options.state}, std::pair{"--record", options.record}}) {
-    if (!value.empty()) return refused(option, "goes with a device that is felt; " + file + " is a recording already");
+  for (const auto& [option, isGiven] :
+       {std::pair{"--state", !options.state.empty()}, std::pair{"--record", !options.record.empty()},
+        std::pair{"--check-replay", options.checkReplay}}) {
+    if (isGiven) return refused(option, "goes with a device that is felt; " + file + " is a recording already");
   }
   if (options.secondHand)
     return refused("--device", "replay:FILE plays every hand of the recording; it is given alone");

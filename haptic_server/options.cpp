@@ -136,6 +136,9 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.option("--record", options.record,
              "Write all that the servo computes with here, tick by tick: haptic_eval replay FILE makes the same "
              "forces of it again");
+  app.flag("--check-replay", options.checkReplay,
+           "Replay beside the servo what it has just run, and say which force or field of the state is another one "
+           "(log, hapticctl status, summary)");
   app.option("--recordings", options.recordings,
              "Folder where the last 10 s are recorded when a fault comes up, when hapticctl dump asks, and when the "
              "server crashes")

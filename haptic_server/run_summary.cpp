@@ -35,6 +35,13 @@ void fillHandStatus(const HandStatistics& hand, v1::HandStatus& status) {
   status.set_dropped_samples(hand.droppedSamples.load());
 }
 
+void fillReplayCheck(const ReplayCheck::Count& count, v1::ReplayCheck& status) {
+  status.set_ticks(count.ticks);
+  status.set_skipped_ticks(count.skipped);
+  status.set_differences(count.differences);
+  status.set_first_difference(count.first);
+}
+
 void fillServoStatus(const ServoStatistics& servo, const HandStatistics& hand, const RealtimeStatus& realtime,
                      v1::Status& status) {
   status.set_ticks(servo.ticks.load());
@@ -101,6 +108,7 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
   if (status.has_device_exchange()) summary.set("device_exchange", toJson(status.device_exchange()));
   if (status.has_watchdog()) summary.set("watchdog", toJson(status.watchdog()));
   if (status.has_played_recording()) summary.set("played_recording", toJson(status.played_recording()));
+  if (status.has_replay_check()) summary.set("replay_check", toJson(status.replay_check()));
   std::ofstream out(file);
   out << summary.indented() << '\n';
   out.close();

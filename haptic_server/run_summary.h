@@ -4,6 +4,7 @@
 
 #include "common/error/error.h"
 #include "haptic_server/net/server.h"
+#include "haptic_server/recording/replay_check.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
@@ -15,6 +16,7 @@ namespace haptics {
 void fillServoStatus(const ServoStatistics& servo, const HandStatistics& hand, const RealtimeStatus& realtime,
                      v1::Status& status);
 void fillHandStatus(const HandStatistics& hand, v1::HandStatus& status);
+void fillReplayCheck(const ReplayCheck::Count& count, v1::ReplayCheck& status);
 
 /// Writes what a run came to, and the deformedHash() at its end, as JSON; the keys are a contract with scripts
 /// (deploy/README.md, "Summary of a run").

@@ -293,7 +293,8 @@ class WholeServer final : public ServerApp, private ServerHost {
             .quota = {.most_bytes = options_.maxRecordings_MB * 1'000'000},
             .keepScenes = [this](int descriptor) { watchdog_->keepScenes(descriptor); },
             .info = logInfo,
-            .warning = logWarning};
+            .warning = logWarning,
+            .checkReplay = options_.checkReplay};
   }
 
   void startServo() {
@@ -345,6 +346,8 @@ class WholeServer final : public ServerApp, private ServerHost {
     status.set_durable(state_ != nullptr);
     for (const std::string& object : sceneService_->lostParts()) status.add_lost(object);
     if (watchdog_) watchdog_->fillStatus(status);
+    if (const ReplayCheck* check = recorder_ ? recorder_->check() : nullptr)
+      fillReplayCheck(check->count(), *status.mutable_replay_check());
   }
   void log(const std::string& line) override { logInfo(line); }
 

@@ -35,9 +35,10 @@ struct ServerOptions : HandOptions {
   bool allowInsecureLan = false;
   std::optional<double> rate_Hz;  ///< Empty: a recording's own, else kDefaultRate_Hz.
   bool stabiliser = true;
-  double seconds = 0;   ///< 0: until a signal.
-  std::string summary;  ///< JSON file, written at the end.
-  std::string record;   ///< Recording of every tick; empty: none.
+  double seconds = 0;        ///< 0: until a signal.
+  std::string summary;       ///< JSON file, written at the end.
+  std::string record;        ///< Recording of every tick; empty: none.
+  bool checkReplay = false;  ///< Replays beside the servo what it has just run.
   /// Folder for recordings of the last seconds: of a fault, or asked for.
   std::filesystem::path recordings = ".";
   std::size_t maxRecordings_MB = 1024;  ///< All of them together; the oldest go first.

@@ -72,6 +72,12 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
     std::printf("played     %llu ticks%s; %llu forces are not the recorded ones\n", count(played.ticks()),
                 played.to_its_end() ? ", to its end" : "", count(played.differing_ticks()));
   }
+  if (status.has_replay_check()) {
+    const v1::ReplayCheck& check = status.replay_check();
+    std::printf("replayed   %llu ticks, %llu skipped; %llu differences\n", count(check.ticks()),
+                count(check.skipped_ticks()), count(check.differences()));
+    if (check.differences() > 0) std::printf("           first: %s\n", printable(check.first_difference()).c_str());
+  }
   if (status.has_second_hand()) printSecondHand(status.second_hand());
   std::printf("up         %.1f s, epoch %016llx, %u clients\n", status.uptime_s(), count(status.epoch()),
               status.clients());

@@ -50,6 +50,7 @@ Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, Fl
     if (!writer) return tl::unexpected(std::move(writer.error()));
     recorder->writer_ = *std::move(writer);
   }
+  if (recorder->options_.checkReplay) recorder->check_.emplace(recorder->options_.facts, recorder->options_.warning);
   if (recorder->options_.keepScenes) recorder->keep(nullptr);
   return recorder;
 }
@@ -141,6 +142,7 @@ Result<void> FlightRecorder::stop() {
     changed_.notify_one();
     thread_.join();
     look(true);
+    if (check_) check_->finish();
   }
   if (failure_) return tl::unexpected(*failure_);
   return {};
@@ -159,26 +161,25 @@ void FlightRecorder::run() {
 void FlightRecorder::look(bool last) {
   // Scenes are given before ticks take them: looked for after the ticks, all that these name are there.
   const std::uint64_t end = ring_.end();
-  if (writer_) {
-    for (const auto& scene : scenesFrom(written_ + 1)) {
-      writer_->add(*scene);
-      written_ = scene->number;
-    }
-  }
+  if (writer_) addScenes(*writer_, writer_->scene() + 1);
+  if (RecordingEncoder* checked = check_ ? check_->encoder() : nullptr) addScenes(*checked, checked->scene() + 1);
   std::array<RecordedTick, kMaxHands> ticks;
   const auto tick = std::span(ticks).first(ring_.hands());
   std::optional<FlightRing::HeldKeyframes> keyframes;
-  if (writer_ && end > stateDue_) keyframes.emplace(ring_);
+  if (check_ || (writer_ && end > stateDue_)) keyframes.emplace(ring_);
   for (; seen_ < end; ++seen_) {
-    if (keyframes && writer_ && seen_ >= stateDue_) addState(*keyframes);
+    if (keyframes) addState(*keyframes);
     if (ring_.read(seen_, tick)) {
       take(tick);
-    } else if (writer_) {
-      giveUp("the disk was slower than the servo for " + std::to_string(static_cast<int>(FlightRing::kSeconds)) +
-             " s; the recording ends there");
+    } else {
+      if (check_) check_->flush(false);
+      if (writer_)
+        giveUp("the disk was slower than the servo for " + std::to_string(static_cast<int>(FlightRing::kSeconds)) +
+               " s; the recording ends there");
     }
   }
   keyframes.reset();
+  if (check_) check_->flush();
   if (writer_) {
     if (auto flushed = writer_->flush(); !flushed) giveUp(flushed.error().reason);
   }
@@ -191,12 +192,15 @@ void FlightRecorder::look(bool last) {
 void FlightRecorder::addState(const FlightRing::HeldKeyframes& keyframes) {
   const auto keyframe = keyframes.atOrBefore(seen_);
   if (keyframe.empty() || keyframe.front().position != seen_) return;
+  if (check_) check_->add(keyframe, [this](RecordingEncoder& to, std::uint64_t from) { addScenes(to, from); });
+  if (!writer_ || seen_ < stateDue_) return;
   writer_->add(keyframe);
   stateDue_ = seen_ + options_.ticksPerState;
 }
 
 void FlightRecorder::take(std::span<const RecordedTick> tick) {
   if (writer_) writer_->add(tick);
+  if (check_) check_->add(tick);
   for (std::size_t hand = 0; hand < tick.size(); ++hand) {
     const Fault fault = tick[hand].fault;
     const bool wasGood = std::exchange(wasGood_[hand], fault == Fault::kNone);
@@ -236,11 +240,9 @@ void FlightRecorder::writeDue(std::uint64_t end, bool last) {
       continue;
     }
     if (!mayBeGranted(request)) continue;
-    const auto addScenes = [this](RecordingWriter& writer, std::uint64_t from) {
-      for (const auto& scene : scenesFrom(from)) writer.add(*scene);
-    };
+    const auto addTo = [this](RecordingWriter& writer, std::uint64_t from) { addScenes(writer, from); };
     const auto written =
-        recordLastSeconds({options_.folder, options_.quota}, request.why, options_.facts, ring_, addScenes);
+        recordLastSeconds({options_.folder, options_.quota}, request.why, options_.facts, ring_, addTo);
     if (request.answer) request.answer(written);
     if (written) {
       if (!request.answer) pauseAfter(*written);
@@ -270,6 +272,10 @@ std::vector<std::shared_ptr<const SceneSource>> FlightRecorder::scenesFrom(std::
     if (held.scene->number >= number) scenes.push_back(held.scene);
   }
   return scenes;
+}
+
+void FlightRecorder::addScenes(RecordingEncoder& to, std::uint64_t from) const {
+  for (const auto& scene : scenesFrom(from)) to.add(*scene);
 }
 
 void FlightRecorder::giveUp(const std::string& why) {

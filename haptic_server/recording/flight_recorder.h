@@ -16,6 +16,7 @@
 
 #include "haptic_server/recording/recording_quota.h"
 #include "haptic_server/recording/recording_writer.h"
+#include "haptic_server/recording/replay_check.h"
 #include "haptic_server/recording/scene_journal.h"
 
 namespace haptics {
@@ -36,6 +37,7 @@ class FlightRecorder {
     std::function<void(const std::string&)> info, warning;
     /// From one state in the file of every tick to the next, at least: parts of that length are replayed at the same time.
     std::uint64_t ticksPerState = 5'000;
+    bool checkReplay = false;  ///< Replays what the servo has just run.
   };
   /// Where the recording is, or why there is none. On the recorder's thread.
   using Answer = std::function<void(const Result<std::filesystem::path>&)>;
@@ -68,6 +70,8 @@ class FlightRecorder {
   void request(std::string why, Answer answer);
   /// Writes what the ring still holds; after the servo's last tick. Refused: the file is incomplete.
   [[nodiscard]] Result<void> stop();
+  /// Any thread. Null: it is not asked for.
+  [[nodiscard]] const ReplayCheck* check() const noexcept { return check_ ? &*check_ : nullptr; }
 
  private:
   struct Request {
@@ -90,6 +94,7 @@ class FlightRecorder {
   [[nodiscard]] bool mayBeRecorded(Fault fault);
   void pauseAfter(const std::filesystem::path& recording);
   [[nodiscard]] std::vector<std::shared_ptr<const SceneSource>> scenesFrom(std::uint64_t number) const;
+  void addScenes(RecordingEncoder& to, std::uint64_t from) const;
   void giveUp(const std::string& why);
   void releaseScenes();
   void keep(const SceneSource* scene);
@@ -116,10 +121,10 @@ class FlightRecorder {
 
   // The recorder's thread only.
   std::optional<RecordingWriter> writer_;
+  std::optional<ReplayCheck> check_;
   std::optional<Error> failure_;  // of --record
   std::uint64_t seen_ = 0;        // ticks
   std::uint64_t stateDue_ = 0;    // at the first keyframe from this tick on
-  std::uint64_t written_ = 0;     // scenes, by number
   std::array<bool, kMaxHands> wasGood_{};
   int faults_ = 0;
   std::uint64_t nextFault_ns_ = 0;  // not recorded before

@@ -18,13 +18,13 @@ namespace {
 Result<std::unique_ptr<RecordedRun>> RecordedRun::open(std::string_view bytes, AssetStore& store) {
   auto reader = RecordingReader::open(bytes);
   if (!reader) return tl::unexpected(std::move(reader.error()));
-  return std::unique_ptr<RecordedRun>(new RecordedRun(*std::move(reader), store));
+  return std::make_unique<RecordedRun>(std::make_unique<RecordingReader>(*std::move(reader)), store);
 }
 
 Result<std::optional<RecordedRunTick>> RecordedRun::next() {
   keyframe_.reset();
   while (left_[0].ticks.empty()) {
-    const auto part = reader_.next();
+    const auto part = source_->next();
     if (!part) return tl::unexpected(part.error());
     if (*part == nullptr) return std::nullopt;
     if (auto taken = take(**part); !taken) return tl::unexpected(std::move(taken.error()));
@@ -95,10 +95,10 @@ Result<void> RecordedRun::take(const v1::RecordedScene& message) {
 
 Result<void> RecordedRun::take(const v1::RecordedState& message) {
   if (lastTick_) {
-    if (reader_.sameLayout()) keyframe_ = message;
+    if (source_->sameLayout()) keyframe_ = message;
     return {};
   }
-  if (!reader_.sameLayout()) {
+  if (!source_->sameLayout()) {
     return refused("state",
                    "was recorded by a build whose state looks different, and the recording begins with it; "
                    "replay it with that build");

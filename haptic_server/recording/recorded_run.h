@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/error/error.h"
@@ -29,14 +30,17 @@ struct RecordedRunTick {
   const RemadeScene* given = nullptr;            ///< What came at its start; null: no scene did.
 };
 
-/// Reads a recording in order and makes what the servo computed with again: scenes, the state that it begins with, ticks.
+/// Takes a recording in order and makes what the servo computed with again: scenes, the state that it begins with, ticks.
 /// Untrusted bytes are welcome.
 class RecordedRun {
  public:
   /// Bytes and store outlive it. Refused: no recording of this version.
   [[nodiscard]] static Result<std::unique_ptr<RecordedRun>> open(std::string_view bytes, AssetStore& store);
+  /// The store outlives it.
+  RecordedRun(std::unique_ptr<RecordingSource> source, AssetStore& store)
+      : source_(std::move(source)), scenes_(store, source_->facts()) {}
 
-  [[nodiscard]] const RecordingFacts& facts() const noexcept { return reader_.facts(); }
+  [[nodiscard]] const RecordingFacts& facts() const noexcept { return source_->facts(); }
   /// The step's sources are those that made the recording.
   [[nodiscard]] bool sameStep() const noexcept { return facts().stepSources == ownStepSources(); }
 
@@ -55,15 +59,12 @@ class RecordedRun {
   /// Releases the scenes before this one (ServoScene::number): none is in use any more.
   void letGoBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
 
-  [[nodiscard]] double share() const noexcept { return reader_.share(); }  ///< Of the bytes that were read.
+  [[nodiscard]] double share() const noexcept { return source_->share(); }  ///< Of the bytes that were read.
   [[nodiscard]] std::uint64_t scenes() const noexcept { return scenesMade_; }
   /// Once next() has returned nothing: the last part was being written when the server ended.
-  [[nodiscard]] bool cutOff() const noexcept { return reader_.cutOff(); }
+  [[nodiscard]] bool cutOff() const noexcept { return source_->cutOff(); }
 
  private:
-  RecordedRun(RecordingReader reader, AssetStore& store)
-      : reader_(std::move(reader)), scenes_(store, reader_.facts()) {}
-
   [[nodiscard]] Result<void> take(const v1::RecordingPart& part);
   [[nodiscard]] Result<void> take(const v1::RecordedScene& message);
   [[nodiscard]] Result<void> take(const v1::RecordedState& message);
@@ -71,7 +72,7 @@ class RecordedRun {
   [[nodiscard]] Result<void> take(const v1::RecordedTicks& message);
   [[nodiscard]] Result<RecordedTick> nextOf(std::size_t hand);
 
-  RecordingReader reader_;
+  std::unique_ptr<RecordingSource> source_;
   RecordedScenes scenes_;
   std::map<std::uint64_t, std::shared_ptr<const RemadeScene>> given_;  // that may still be used, by number
   RecordedBeginnings beginnings_;

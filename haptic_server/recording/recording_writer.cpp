@@ -28,13 +28,13 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fil
   writer.pending_ = kRecordingHead;
   v1::RecordingPart part;
   *part.mutable_head() = toMessage(facts);
-  writer.append(part);
+  writer.put(part);
   if (auto written = writer.flush(); !written) return tl::unexpected(written.error());
   return writer;
 }
 
-void RecordingWriter::add(std::span<const Keyframe> keyframes) {
-  appendTicks();
+void RecordingEncoder::add(std::span<const Keyframe> keyframes) {
+  putTicks();
   v1::RecordingPart part;
   v1::RecordedState* message = part.mutable_state();
   for (const Keyframe& keyframe : keyframes) {
@@ -43,31 +43,31 @@ void RecordingWriter::add(std::span<const Keyframe> keyframes) {
     message->set_pending(keyframe.pending);
     message->set_image(stateImage(keyframe.state));
   }
-  append(part);
+  put(part);
 }
 
-void RecordingWriter::Ticks::add(const RecordedTick& tick) {
+void RecordingEncoder::Ticks::add(const RecordedTick& tick) {
   appendTick(tick, ticks);
   appendTurn(tick, turns);
   anyTurns = anyTurns || haptics::turns(tick);
 }
 
-void RecordingWriter::Ticks::moveTo(v1::RecordedTicks& message) {
+void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {
   message.set_ticks(std::exchange(ticks, {}));
   if (std::exchange(anyTurns, false)) message.set_turns(turns);
   turns.clear();
 }
 
-void RecordingWriter::appendTicks() {
+void RecordingEncoder::putTicks() {
   if (ticks_[0].ticks.empty()) return;
   v1::RecordingPart part;
   ticks_[0].moveTo(*part.mutable_ticks());
   if (!ticks_[1].ticks.empty()) ticks_[1].moveTo(*part.mutable_ticks()->mutable_second_hand());
-  append(part);
+  put(part);
 }
 
 Result<void> RecordingWriter::flush() {
-  appendTicks();
+  putTicks();
   writePending();
   if (failure_) return tl::unexpected(*failure_);
   return {};

@@ -17,16 +17,15 @@
 
 namespace haptics {
 
-/// Writes a recording, part by part; what waits for flush() is written before it takes much memory. What is written survives
-/// the process; the system writes it to the disk in its own time. One thread, not the servo's.
-class RecordingWriter {
+/// Tells scenes, states and ticks in order as parts of a recording.
+class RecordingEncoder {
  public:
-  /// Refused: a file that cannot be written.
-  [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, const RecordingFacts& facts);
+  virtual ~RecordingEncoder() = default;
 
   /// The scene that follows the one before.
   void add(const SceneSource& scene) {
-    scenes_.add(scene, [this](const v1::RecordingPart& part) { append(part); });
+    scenes_.add(scene, [this](const v1::RecordingPart& part) { put(part); });
+    scene_ = scene.number;
   }
   /// The state between the ticks added so far and the next one, of each hand.
   void add(std::span<const Keyframe> keyframes);
@@ -34,13 +33,19 @@ class RecordingWriter {
   void add(std::span<const RecordedTick> tick) {
     for (std::size_t hand = 0; hand < tick.size(); ++hand) ticks_[hand].add(tick[hand]);
   }
-  /// A part of it as another process has encoded it.
-  void addPart(std::string_view part);
-  /// Refused: the disk is full, or gone. The file then ends with the last part that was written in full.
-  [[nodiscard]] Result<void> flush();
+  /// Puts what was added so far.
+  void putTicks();
+  /// SceneSource::number of the last one; 0: none.
+  [[nodiscard]] std::uint64_t scene() const noexcept { return scene_; }
+
+ protected:
+  RecordingEncoder() = default;
+  RecordingEncoder(RecordingEncoder&&) = default;
+  RecordingEncoder& operator=(RecordingEncoder&&) = default;
+  virtual void put(const v1::RecordingPart& part) = 0;
 
  private:
-  /// Of a hand, not in a record yet.
+  /// Of a hand, not in a part yet.
   struct Ticks {
     std::string ticks;
     std::string turns;
@@ -50,17 +55,32 @@ class RecordingWriter {
     void moveTo(v1::RecordedTicks& message);
   };
 
+  std::array<Ticks, kMaxHands> ticks_;
+  SceneParts scenes_;
+  std::uint64_t scene_ = 0;
+};
+
+/// Writes a recording, part by part; what waits for flush() is written before it takes much memory. What is written survives
+/// the process; the system writes it to the disk in its own time. One thread, not the servo's.
+class RecordingWriter final : public RecordingEncoder {
+ public:
+  /// Refused: a file that cannot be written.
+  [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, const RecordingFacts& facts);
+
+  /// A part of it as another process has encoded it.
+  void addPart(std::string_view part);
+  /// Refused: the disk is full, or gone. The file then ends with the last part that was written in full.
+  [[nodiscard]] Result<void> flush();
+
+ private:
   RecordingWriter(std::filesystem::path file, FileHandle handle) : file_(std::move(file)), handle_(std::move(handle)) {}
-  void append(const v1::RecordingPart& part) { addPart(part.SerializeAsString()); }
-  void appendTicks();
+  void put(const v1::RecordingPart& part) override { addPart(part.SerializeAsString()); }
   void writePending();
 
   std::filesystem::path file_;
   FileHandle handle_;
   RecordWriter chain_{kRecordingHead};
   std::string pending_;  // not written yet, in records
-  std::array<Ticks, kMaxHands> ticks_;
-  SceneParts scenes_;
   std::uint64_t size_ = 0;
   std::optional<Error> failure_;  // of a write
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <deque>
 #include <future>
@@ -19,11 +21,15 @@
 namespace haptics {
 namespace {
 
+using OnProgress = std::function<bool(const ReplayOutcome&)>;
+
 /// Ticks that follow one another.
 struct Stretch {
   std::vector<RecordedRunTick> ticks;
   std::vector<std::shared_ptr<const RemadeScene>> scenes;  // that they may use
-  std::optional<RecordedBeginnings> next;                  // state that the recording has after them
+  std::optional<RecordedBeginnings> next;                  // state that the recording has after them,
+  std::string nextRefused;                                 // or why that is none
+  std::uint64_t nextTick = 0;                              // that follows it
   double share = 0;                                        // of the recording that was read then
 };
 
@@ -131,7 +137,12 @@ class StretchReader {
 
   void readState(Stretch& stretch) const {
     if (!tick_ || run_.keyframe() == nullptr || !run_.sameStep()) return;
-    if (auto state = run_.beginningsAt(*run_.keyframe())) stretch.next = *std::move(state);
+    stretch.nextTick = tick_->recorded[0].input.tick;
+    if (auto state = run_.beginningsAt(*run_.keyframe())) {
+      stretch.next = *std::move(state);
+    } else {
+      stretch.nextRefused = state.error().text();
+    }
   }
 
   void readTick() {
@@ -170,8 +181,8 @@ void append(ReplayCount& count, const ReplayCount& next) {
 
 class Replay {
  public:
-  Replay(RecordedRun& run, const OnReplayedTick& onTick, ReplayOutcome& outcome)
-      : run_(run), onTick_(onTick), outcome_(outcome), reader_(run) {}
+  Replay(RecordedRun& run, const OnReplayedTick& onTick, const OnProgress& onProgress, ReplayOutcome& outcome)
+      : run_(run), onTick_(onTick), onProgress_(onProgress), outcome_(outcome), reader_(run) {}
   ~Replay() { givenUp_ = true; }
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
@@ -179,7 +190,9 @@ class Replay {
   void run() {
     const std::size_t ahead = std::max(2U, std::thread::hardware_concurrency());
     while (begin()) {
-      if (underWay_.size() > ahead && !finish()) return;
+      while (underWay_.size() > ahead || (underWay_.size() > 1 && underWay_.front().isComputed())) {
+        if (!finish()) return;
+      }
     }
     while (!underWay_.empty()) {
       if (!finish()) return;
@@ -191,10 +204,15 @@ class Replay {
   struct UnderWay {
     Stretch stretch;
     std::future<Computed> computed;  // from the state that the recording has before it; not valid: it has none
+
+    [[nodiscard]] bool isComputed() const {
+      return computed.valid() && computed.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    }
   };
 
   RecordedRun& run_;
   const OnReplayedTick& onTick_;
+  const OnProgress& onProgress_;
   ReplayOutcome& outcome_;
   StretchReader reader_;
   std::atomic<bool> givenUp_{false};
@@ -204,7 +222,6 @@ class Replay {
   std::unique_ptr<ReplayedServo> servo_;
   std::vector<std::shared_ptr<const RemadeScene>> scenes_;  // of the servo
   bool meetsNext_ = true;
-  std::string differsIn_;
   std::uint64_t lastTick_ = 0;
 
   /// The next stretch. False: there is none.
@@ -260,7 +277,7 @@ class Replay {
       if (hands > 1) computed.secondSamples.push_back(now.secondSample);
       if (motion != nullptr) computed.motions.add(*motion);
     }
-    computed.differsIn = stretch.next ? servo->differenceFrom(*stretch.next) : "";
+    computed.differsIn = stretch.next ? servo->differenceFrom(*stretch.next) : stretch.nextRefused;
     computed.meetsNext = stretch.next && computed.differsIn.empty();
     computed.servo = std::move(servo);
     return computed;
@@ -269,25 +286,25 @@ class Replay {
   /// The oldest stretch that is under way. False: the replay is to end.
   [[nodiscard]] bool finish() {
     UnderWay& oldest = underWay_.front();
+    const std::uint64_t first = oldest.stretch.ticks.front().recorded[0].input.tick;
     Computed computed;
     if (oldest.computed.valid()) computed = oldest.computed.get();
     if (!computed.servo || !meetsNext_ || (servo_ && computed.count.differing > 0)) {
-      if (computed.servo) countDifferingState(oldest.stretch);
+      if (computed.servo && meetsNext_) countDifferingState(first, "none of its fields");
       computed = compute(oldest.stretch, std::move(servo_));
     } else if (servo_) {
       outcome_.ticksAhead += computed.count.ticks;
     }
-    const std::uint64_t first = oldest.stretch.ticks.front().recorded[0].input.tick;
     const std::uint64_t last = oldest.stretch.ticks.back().recorded[0].input.tick;
     if (outcome_.ticks > 0) outcome_.missed += first - lastTick_ - 1;
     outcome_.missed += last - first + 1 - oldest.stretch.ticks.size();
     lastTick_ = last;
     append(outcome_, computed.count);
-    const bool goesOn = handOver(oldest.stretch, computed);
+    if (!computed.differsIn.empty()) countDifferingState(oldest.stretch.nextTick, computed.differsIn);
+    const bool goesOn = handOver(oldest.stretch, computed) && (!onProgress_ || onProgress_(outcome_));
     servo_ = std::move(computed.servo);
     scenes_ = std::move(oldest.stretch.scenes);
     meetsNext_ = computed.meetsNext;
-    differsIn_ = std::move(computed.differsIn);
     run_.letGoBefore(servo_->oldestScene());
     underWay_.pop_front();
     computed.clear();
@@ -295,11 +312,11 @@ class Replay {
     return goesOn;
   }
 
-  /// The state before this stretch.
-  void countDifferingState(const Stretch& stretch) {
+  /// The state before this tick.
+  void countDifferingState(std::uint64_t tick, const std::string& field) {
     if (outcome_.differingStates++ > 0) return;
-    outcome_.firstDifferingState = stretch.ticks.front().recorded[0].input.tick;
-    outcome_.differingField = differsIn_;
+    outcome_.firstDifferingState = tick;
+    outcome_.differingField = field;
   }
 
   [[nodiscard]] bool handOver(const Stretch& stretch, const Computed& computed) const {
@@ -317,20 +334,44 @@ class Replay {
   }
 };
 
-}  // namespace
-
-Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick) {
-  AssetStore store;
-  const auto opened = RecordedRun::open(recording, store);
-  if (!opened) return tl::unexpected(opened.error());
-  RecordedRun& run = **opened;
+[[nodiscard]] ReplayOutcome replay(RecordedRun& run, const OnReplayedTick& onTick, const OnProgress& onProgress) {
   ReplayOutcome outcome;
   outcome.facts = run.facts();
   outcome.sameStep = run.sameStep();
-  Replay(run, onTick, outcome).run();
+  Replay(run, onTick, onProgress, outcome).run();
   outcome.scenes = run.scenes();
   outcome.cutOff = !outcome.refusal && run.cutOff();
   return outcome;
+}
+
+}  // namespace
+
+std::string differenceIn(const ReplayOutcome& outcome) {
+  std::string text;
+  if (outcome.differing > 0) {
+    char ticks[160];
+    std::snprintf(ticks, sizeof ticks, "%llu ticks differ, by up to %.3g N and %.3g Nm, the first at tick %llu",
+                  static_cast<unsigned long long>(outcome.differing), outcome.largestDifference_N,
+                  outcome.largestDifference_Nm, static_cast<unsigned long long>(outcome.first->tick));
+    text = ticks;
+  }
+  if (outcome.differingStates == 0) return text;
+  if (!text.empty()) text += "; ";
+  return text + std::to_string(outcome.differingStates) + " states are not those of the ticks beside, the first in " +
+         outcome.differingField + " before tick " + std::to_string(outcome.firstDifferingState);
+}
+
+Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick) {
+  AssetStore store;
+  const auto run = RecordedRun::open(recording, store);
+  if (!run) return tl::unexpected(run.error());
+  return replay(**run, onTick, {});
+}
+
+ReplayOutcome replay(std::unique_ptr<RecordingSource> recording, const OnProgress& onProgress) {
+  AssetStore store;
+  RecordedRun run(std::move(recording), store);
+  return replay(run, {}, onProgress);
 }
 
 }  // namespace haptics

@@ -2,13 +2,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "common/error/error.h"
 #include "haptic_server/recording/recorded_scenes.h"
-#include "haptic_server/recording/recording_format.h"
+#include "haptic_server/recording/recording_reader.h"
 
 namespace haptics {
 
@@ -33,7 +34,8 @@ struct ReplayCount {
 struct ReplayOutcome : ReplayCount {
   RecordingFacts facts;
   std::uint64_t ticksAhead = 0;  ///< Of them computed ahead of those before them, from a state in the recording.
-  /// States in the recording that the ticks before did not come to, or from which those after went another way.
+  /// States in the recording that are none, or that the ticks before did not come to, or from which those after went
+  /// another way.
   std::uint64_t differingStates = 0;
   /// The first of them: the tick that follows it, and in which field it is another one.
   std::uint64_t firstDifferingState = 0;
@@ -43,6 +45,9 @@ struct ReplayOutcome : ReplayCount {
   bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.
   std::optional<Error> refusal;  ///< Why it was not replayed to its end.
 };
+
+/// Forces and states that came out otherwise, in words; empty: none did.
+[[nodiscard]] std::string differenceIn(const ReplayOutcome& outcome);
 
 /// A tick that was computed again. Valid during the call.
 struct ReplayedTick {
@@ -62,5 +67,9 @@ using OnReplayedTick = std::function<bool(const ReplayedTick&)>;
 /// @param onTick  In order, on the calling thread.
 /// Refused: no recording of this version.
 [[nodiscard]] Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick = {});
+/// Likewise, of a recording whose parts may be coming yet.
+/// @param onProgress  With what is replayed so far, after each part that begins with a state; false ends the replay.
+[[nodiscard]] ReplayOutcome replay(std::unique_ptr<RecordingSource> recording,
+                                   const std::function<bool(const ReplayOutcome&)>& onProgress);
 
 }  // namespace haptics

@@ -76,13 +76,16 @@ class Recording(harness.EndToEnd):
         self.server.ctl("apply", "-", text=f"operations {{ {edits[step % len(edits)]} }}").json()
 
     def test_every_force_of_a_recording_with_edits_is_made_again(self):
-        self.start()
+        self.start("--check-replay")
         step, end = 0, time.monotonic() + SECONDS
         while time.monotonic() < end or step < 12:
             self.edit(step)
             step += 1
             time.sleep(min(0.5, SECONDS / 30))
         summary = self.stop_and_check(self.server)
+        check = summary["replay_check"]
+        self.assertEqual((check["differences"], check["ticks"] + check["skipped_ticks"]), (0, summary["ticks"]), check)
+        self.assertGreater(check["ticks"], 0)
         for record in self.replay(self.file):
             self.assertEqual(record["differing_ticks"], 0)
             self.assertTrue(record["same_step"])

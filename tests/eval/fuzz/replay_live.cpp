@@ -31,17 +31,7 @@ struct Replayed {
   if (replayed->refusal) return "refused: " + replayed->refusal->text();
   if (replayed->ticks != ticks)
     return std::to_string(replayed->ticks) + " of " + std::to_string(ticks) + " ticks are in it";
-  if (replayed->differing > 0) {
-    char text[160];
-    std::snprintf(text, sizeof text, "%llu ticks differ, by up to %.3g N and %.3g Nm, the first at tick %llu",
-                  static_cast<unsigned long long>(replayed->differing), replayed->largestDifference_N,
-                  replayed->largestDifference_Nm, static_cast<unsigned long long>(replayed->first->tick));
-    return text;
-  }
-  if (replayed->differingStates > 0)
-    return std::to_string(replayed->differingStates) + " states are not those of the ticks beside, the first in " +
-           replayed->differingField + " before tick " + std::to_string(replayed->firstDifferingState);
-  return "";
+  return differenceIn(*replayed);
 }
 
 [[nodiscard]] Replayed runWorld(std::uint64_t seed, const std::filesystem::path& file) {

@@ -62,8 +62,9 @@ class RecordedServo {
  public:
   static constexpr double kRate_Hz = 1000;
 
-  explicit RecordedServo(const std::string& scene = kScene, int hands = 1)
-      : hands_(hands), recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
+  /// @param isChecked  The recorder checks the replay and writes no file.
+  explicit RecordedServo(const std::string& scene = kScene, int hands = 1, bool isChecked = false)
+      : hands_(hands), isChecked_(isChecked), recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
     if (hands > 1) second_ = std::make_unique<HapticState>(config_);
     if (hands > 1) followFirstHand(*second_);
     if (!scene.empty()) apply(scene);
@@ -134,6 +135,14 @@ class RecordedServo {
   void computeTwice() { hasTwin_ = true; }
   void skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
 
+  /// What came of the check, finished.
+  [[nodiscard]] ReplayCheck::Count check() {
+    recorder_->start();
+    EXPECT_TRUE(recorder_->stop());
+    return recorder_->check()->count();
+  }
+  /// The recorder's, once it has stopped.
+  [[nodiscard]] const std::string& warnings() const { return warnings_; }
   /// The file of every tick, finished.
   [[nodiscard]] std::string recording() {
     recorder_->start();
@@ -146,7 +155,7 @@ class RecordedServo {
   /// Descriptor of the scene journal's memory.
   [[nodiscard]] int journal() const { return journal_; }
   [[nodiscard]] const TelemetrySample& last() const { return last_; }
-  [[nodiscard]] const HapticState& state() const { return *state_; }
+  [[nodiscard]] HapticState& state() const { return *state_; }
   [[nodiscard]] const ServoScene& scene() const { return *scene_; }
   [[nodiscard]] const StepConfig& config() const { return config_; }
   [[nodiscard]] std::uint64_t contactTicks() const { return contactTicks_; }
@@ -172,10 +181,12 @@ class RecordedServo {
     options.facts.rate_Hz = kRate_Hz;
     options.facts.config = config_;
     if (hands_ > 1) options.facts.secondHand = HandFacts{"second", config_};
-    options.record = folder_ / "all";
+    if (!isChecked_) options.record = folder_ / "all";
+    options.checkReplay = isChecked_;
     options.folder = folder_ / "last";
     options.keepScenes = [this](int descriptor) { journal_ = descriptor; };
-    options.info = options.warning = [](const std::string&) {};
+    options.info = [](const std::string&) {};
+    options.warning = [this](const std::string& text) { warnings_ += text + '\n'; };
     return options;
   }
 
@@ -196,6 +207,8 @@ class RecordedServo {
                                   .observer = ObserverSettings{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.5}},
                      .rise_s = 0.5};
   int hands_;
+  bool isChecked_;
+  std::string warnings_;
   FlightRing ring_{kRate_Hz, static_cast<std::size_t>(hands_)};
   int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;

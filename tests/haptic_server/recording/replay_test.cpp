@@ -178,6 +178,7 @@ TEST(Replay, DoesNotGoByAStateThatTheTicksBeforeItDoNotComeTo) {
     EXPECT_EQ(outcome->differing, 0U);
     EXPECT_EQ(outcome->ticks, 10'300U);
     EXPECT_EQ(outcome->ticksAhead, 5'000U) << "from the first state, not from the second";
+    EXPECT_EQ(outcome->differingStates, 1U) << differenceIn(*outcome);
   }
 }
 
