@@ -73,15 +73,26 @@ void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcep
     const std::uint64_t now_ns = monotonicNow_ns();
     statistics_.wakeLatency_ns.record(now_ns - std::min(due_ns, now_ns));
     tick(scripted.index, now_ns, scripted.newest);
-    script.releaseBefore(second_ ? std::min(first_.scene().number, second_->scene().number) : first_.scene().number);
+    releaseScenes(script);
   }
   stopDevices();
 }
 
+/// That no hand uses any more.
+void ServoLoop::releaseScenes(ReplaySource& script) const noexcept {
+  script.releaseBefore(second_ ? std::min(first_.scene().number, second_->scene().number) : first_.scene().number);
+}
+
 void ServoLoop::runFlatOut(ReplaySource& script) noexcept {
   ReplaySource::Tick scripted;
-  while (script.next(scripted) == ReplaySource::Next::kTick)
+  for (auto next = script.next(scripted); next != ReplaySource::Next::kEnd; next = script.next(scripted)) {
+    if (next == ReplaySource::Next::kNotYet) {
+      sleepUntil(monotonicNow_ns() + period_ns_);
+      continue;
+    }
     tick(scripted.index, scripted.index * period_ns_, scripted.newest);
+    releaseScenes(script);
+  }
   stopDevices();
 }
 

@@ -72,6 +72,7 @@ class ServoLoop {
   /// @param newest  The scene that came since the last tick, null for none.
   void tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene* newest) noexcept;
   void adopt(std::uint64_t index, const ServoScene* newest) noexcept;
+  void releaseScenes(ReplaySource& script) const noexcept;
   void beginRecording() noexcept;
   void finish(std::uint64_t newScene) noexcept;
   [[nodiscard]] bool hasNewSample() noexcept;
