@@ -233,6 +233,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   [[nodiscard]] Result<void> preparePlayer() {
     const auto show = [this](const RemadeScene& scene) { return sceneService_->show(scene.version, assetsOf(scene)); };
     if (auto prepared = player_->prepare(sceneService_->assetStore(), show); !prepared) return prepared;
+    sceneService_->carryOutAll();  // who connects finds the scene
     if (!player_->sameStep()) logWarning("it was recorded by another version of the step: its forces may differ");
     const auto resume = [](ServoHand& hand, const RecordedBeginning& begun) {
       if (begun.state) hand.resumeFrom(*begun.state, begun.scene, begun.pending);

@@ -112,13 +112,11 @@ void SceneService::restoreLostParts(const ContentHash& asset) {
 }
 
 bool SceneService::show(SceneVersion version, Sequencer::Assets assets) {
-  auto task = [this, version = std::move(version), assets = std::move(assets)] {
-    sequencer_.show(version, assets);
-    publishHistory();
-  };
-  if (builder_.joinable()) return enqueue(kServerSession, sizeof(Job), std::function<void()>(std::move(task)));
-  task();
-  return true;
+  return enqueue(kServerSession, sizeof(Job),
+                 std::function<void()>([this, version = std::move(version), assets = std::move(assets)] {
+                   sequencer_.show(version, assets);
+                   publishHistory();
+                 }));
 }
 
 std::shared_ptr<const SceneHistory> SceneService::history() const {
@@ -127,9 +125,9 @@ std::shared_ptr<const SceneHistory> SceneService::history() const {
 }
 
 void SceneService::setListener(HistoryListener listener) {
-  const std::lock_guard lock(historyMutex_);
+  const std::lock_guard lock(listenerMutex_);
   listener_ = std::move(listener);
-  if (listener_) listener_(published_);
+  if (listener_) listener_(history());
 }
 
 /// Where what moves has come to, and which dents stay.
@@ -243,9 +241,12 @@ std::optional<ContentHash> SceneService::deformedHash(const SceneVersion& scene,
 }
 
 void SceneService::publishHistory() {
-  const std::lock_guard lock(historyMutex_);
-  published_ = sequencer_.history();
-  if (listener_) listener_(published_);
+  const std::lock_guard lock(listenerMutex_);
+  {
+    const std::lock_guard historyLock(historyMutex_);
+    published_ = sequencer_.history();
+  }
+  if (listener_) listener_(sequencer_.history());
 }
 
 /// Where that cannot be done now, as for want of memory, the servo goes on with the scene that it has: what was accepted

@@ -91,7 +91,7 @@ class SceneService {
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
-  /// In place of start(), for virtual time: the builder's work and the workers' that waits, on this thread.
+  /// Before start(), or in its place for virtual time: the builder's work and the workers' that waits, on this thread.
   void carryOutAll();
   void stop();  ///< Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
   /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
@@ -116,7 +116,7 @@ class SceneService {
                                                         std::span<const ObjectDent> dents) const;
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;  ///< Any thread. The newest.
   /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
-  /// when this returns, the old listener is not running and will not run again.
+  /// when this returns, the old listener is not running and will not run again. A listener sets no other.
   void setListener(HistoryListener listener);
 
  private:
@@ -167,8 +167,9 @@ class SceneService {
   std::thread builder_;
   std::vector<std::thread> workers_;
 
-  mutable std::mutex historyMutex_;  // guards the two below
+  mutable std::mutex historyMutex_;  // guards the one below
   std::shared_ptr<const SceneHistory> published_;
+  std::mutex listenerMutex_;  // held while the listener runs, and then historyMutex_; guards the one below
   HistoryListener listener_;
 
   bool enqueue(SessionId session, std::size_t size_bytes, Lanes::Task task);

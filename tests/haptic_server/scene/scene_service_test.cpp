@@ -255,8 +255,10 @@ TEST_F(SceneServiceTest, RefusesABadStartSceneByField) {
 TEST_F(SceneServiceTest, PublishesAnEditToServoAndListenerBeforeItReplies) {
   std::uint64_t heard = 0;
   sceneService.start();
-  sceneService.setListener(
-      [&](const std::shared_ptr<const SceneHistory>& history) { heard = history->version.revision(); });
+  sceneService.setListener([&](const std::shared_ptr<const SceneHistory>& history) {
+    heard = history->version.revision();
+    EXPECT_EQ(sceneService.history(), history) << "a listener may ask for it";
+  });
   const auto outcome = submit(1, edit(add("a")));
   ASSERT_TRUE(std::holds_alternative<Accepted>(outcome));
   EXPECT_EQ(heard, 1U);
@@ -621,10 +623,12 @@ TEST(SceneService, ThatIsFixedShowsWhatItIsGivenAndRefusesEdits) {
   SceneService sceneService({.assetFolders = {}, .makePlan = {}, .readOnlyReason = "it is a recording", .log = {}},
                             mailbox);
   ASSERT_TRUE(sceneService.show(made.history()->version, {}));
-  EXPECT_EQ(sceneService.history()->version.revision(), 1U) << "at once, before it runs";
-  sceneService.start();
+  sceneService.carryOutAll();
+  EXPECT_EQ(sceneService.history()->version.revision(), 1U) << "before it runs";
   made.submit(kAlice, 2, edit(add("b")));
-  ASSERT_TRUE(sceneService.show(made.history()->version, {}));
+  std::thread player([&] { EXPECT_TRUE(sceneService.show(made.history()->version, {})); });
+  sceneService.start();
+  player.join();
   EXPECT_EQ(std::get<Error>(submitTo(sceneService, 1, edit(add("c")))).reason, "it is a recording");
   EXPECT_EQ(sceneService.history()->version.root(), made.history()->version.root());
   EXPECT_EQ(mailbox.newest(), nullptr) << "the servo has its scenes from elsewhere";
