@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,11 +22,6 @@ struct ResidueSource {
   ContentHash hash;
 };
 
-/// Thrown where an edit needs what takes long, by a resolver that is not to take long.
-struct NotPrepared : std::exception {
-  [[nodiscard]] const char* what() const noexcept override { return "it takes long"; }
-};
-
 /// An object that an edit was going to make, with all that was made of it.
 struct PreparedObject {
   ObjectRecord record;
@@ -38,8 +32,10 @@ struct PreparedObject {
 class AssetResolver {
  public:
   virtual ~AssetResolver() = default;
-  /// Called before work on so many triangles of a mesh; may throw NotPrepared, as may all that makes assets.
-  virtual void beforeWork([[maybe_unused]] std::size_t triangles) const {}
+  /// Called before work on so many triangles of a mesh, which is not done where this is refused.
+  [[nodiscard]] virtual Result<void> beforeWork([[maybe_unused]] std::size_t triangles) { return {}; }
+  /// Whether something was refused because it takes long, and is to be prepared first.
+  [[nodiscard]] virtual bool needsPreparation() const { return false; }
   /// The object of this name, where the edit was tried before; null: it was not, or holds no such object.
   [[nodiscard]] virtual const PreparedObject* prepared([[maybe_unused]] const std::string& name) const {
     return nullptr;

@@ -82,8 +82,7 @@ class Deriver {
     const bool taken = takeOver(&DerivedParts::body, [this](const KnownObject& known) {
       return known.assets->mesh == assets_.mesh && known.record->motion == record_.motion;
     });
-    if (taken) return;
-    work();
+    if (taken || !mayWork()) return;
     assets_.derived.body = makeBody(*record_.motion, *assets_.mesh);
   }
 
@@ -96,8 +95,7 @@ class Deriver {
     };
     const bool taken = takeOver(&DerivedParts::shape, same);
     const bool counted = takeOver(&DerivedParts::flattened, same);
-    if (taken || !isNew) return;
-    work();
+    if (taken || !isNew || !mayWork()) return;
     assets_.derived.shape = refitCollisionMesh(*assets_.mesh->surface, assets_.shapeAtRest(record_.deformation));
     if (own.lattice && !counted) assets_.derived.flattened = flattenedBy(*own.lattice, *assets_.mesh->mesh);
   }
@@ -109,18 +107,23 @@ class Deriver {
     const bool taken = takeOver(&DerivedParts::normals, [&](const KnownObject& known) {
       return surfaceOf(*known.record, *known.assets) == surface && known.record->material.surface.shading == shading;
     });
-    if (taken) return;
-    work();
+    if (taken || !mayWork()) return;
     assets_.derived.normals = std::make_shared<const ShadingNormals>(*surface, shading->crease_rad, shading->creases);
   }
+
+  [[nodiscard]] const Result<void>& done() const noexcept { return done_; }
 
  private:
   const ObjectRecord& record_;
   ObjectAssets& assets_;
   const std::span<const KnownObject> known_;
   const BeforeWork& beforeWork_;
+  Result<void> done_;
 
-  void work() const { beforeWork_(assets_.mesh->mesh->triangles.size()); }
+  bool mayWork() {
+    if (done_) done_ = beforeWork_(assets_.mesh->mesh->triangles.size());
+    return done_.has_value();
+  }
 
   /// Whether there is nothing to be made.
   template <class Part, class Same>
@@ -136,12 +139,13 @@ class Deriver {
 
 }  // namespace
 
-void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known, bool shapeIsNew,
-            const BeforeWork& beforeWork) {
+Result<void> derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known,
+                    bool shapeIsNew, const BeforeWork& beforeWork) {
   Deriver deriver(record, assets, known, beforeWork);
   deriver.addBody();
   deriver.addShape(shapeIsNew);
   deriver.addNormals();
+  return deriver.done();
 }
 
 std::shared_ptr<const Result<BodyParts>> bodyPartsOf(const ObjectRecord& record, const ObjectAssets& assets) {

@@ -42,14 +42,15 @@ struct KnownObject {
   bool isLast = false;  ///< As it was before: what has not been made of it is left to others.
 };
 
-/// Called with the number of triangles before work on all of them; may throw to have it done elsewhere.
-using BeforeWork = std::function<void(std::size_t triangles)>;
+/// Called with the number of triangles before work on all of them; refuses what is to be done elsewhere.
+using BeforeWork = std::function<Result<void>(std::size_t triangles)>;
 
-/// Makes assets.derived. What one of the known objects has of the same is taken over, the first one's first.
+/// Makes assets.derived. What one of the known objects has of the same is taken over, the first one's first. Refused: what
+/// beforeWork refuses.
 /// \param shapeIsNew  Mesh or lattice were given: their shape is made here. Else one that only its residue has changed
 ///                    is left to ServoSceneBuilder, which knows the last one.
-void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known, bool shapeIsNew,
-            const BeforeWork& beforeWork);
+[[nodiscard]] Result<void> derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known,
+                                  bool shapeIsNew, const BeforeWork& beforeWork);
 
 /// assets.derived.body, or made now; null: it does not move.
 [[nodiscard]] std::shared_ptr<const Result<BodyParts>> bodyPartsOf(const ObjectRecord& record,

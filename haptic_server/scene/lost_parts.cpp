@@ -45,7 +45,7 @@ Result<ObjectAssets> gatherReady(const ObjectRecord& record, const AssetLookup& 
   auto assets = gatherAssets(record, lookUp);
   if (!assets || !record.motion) return assets;
   // The mesh is whole; an edit of the object as it was without may have given it a motion that does not fit.
-  derive(record, *assets, {}, false, [](std::size_t) {});
+  (void)derive(record, *assets, {}, false, [](std::size_t) { return Result<void>(); });
   if (const auto& body = *assets->derived.body; !body) return tl::unexpected(Error(body.error()).within("motion."));
   return assets;
 }

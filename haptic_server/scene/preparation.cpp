@@ -11,6 +11,7 @@ namespace haptics {
 
 void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& transaction) {
   mayTakeLong_ = true;
+  needsPreparation_ = false;
   objects_.clear();
   SceneDraft draft(scene.history->version, scene.assets, scene.nextId, scene.limits);
   bool applies = true;
@@ -23,10 +24,15 @@ void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& tran
   mayTakeLong_ = false;
 }
 
+tl::unexpected<Error> Preparation::refuseLongWork() {
+  needsPreparation_ = true;
+  return refused("", "takes long");
+}
+
 template <class Key, class Kind, class Make>
 Result<Resolved<Kind>> Preparation::once(Kept<Key, Kind>& kept, Key place, Make make) {
   if (const auto at = kept.find(place); at != kept.end()) return at->second;
-  if (!mayTakeLong_) throw NotPrepared();
+  if (!mayTakeLong_) return refuseLongWork();
   return kept.emplace(place, make()).first->second;
 }
 
@@ -49,8 +55,9 @@ Result<Resolved<PointFieldAsset>> Preparation::resolve(const PointFieldSource& s
   return once(points_, Place{&source, mesh.name.hash}, [&] { return library_.resolve(source, mesh); });
 }
 
-void Preparation::beforeWork(std::size_t triangles) const {
-  if (!mayTakeLong_ && triangles > maxTriangles_) throw NotPrepared();
+Result<void> Preparation::beforeWork(std::size_t triangles) {
+  if (!mayTakeLong_ && triangles > maxTriangles_) return refuseLongWork();
+  return {};
 }
 
 const PreparedObject* Preparation::prepared(const std::string& name) const {

@@ -13,7 +13,7 @@ namespace haptics {
 
 /// What takes long of one edit, made on a worker's thread from the scene as it was then, and kept for the commit on the
 /// sequencer's thread, which judges the edit by the scene as it is by then. A resolver that makes nothing itself but what
-/// takes milliseconds: all else is there, or NotPrepared is thrown and the edit is to be prepared (again).
+/// takes milliseconds: all else is there, or it is refused and the edit is to be prepared (again).
 class Preparation final : public AssetResolver {
  public:
   /// Triangles of a mesh that may be gone through while others wait; to build a mesh of so many takes 10 ms.
@@ -43,7 +43,8 @@ class Preparation final : public AssetResolver {
                                                   const ObjectAssets& assets) const override {
     return library_.warnings(record, assets);
   }
-  void beforeWork(std::size_t triangles) const override;
+  [[nodiscard]] Result<void> beforeWork(std::size_t triangles) override;
+  [[nodiscard]] bool needsPreparation() const override { return needsPreparation_; }
   [[nodiscard]] const PreparedObject* prepared(const std::string& name) const override;
 
   /// All that was made, held until the edit is decided.
@@ -60,11 +61,13 @@ class Preparation final : public AssetResolver {
   AssetResolver& library_;
   const std::size_t maxTriangles_;
   bool mayTakeLong_ = false;
+  bool needsPreparation_ = false;
   Kept<MeshPlace, MeshAsset> meshes_;
   Kept<Place, FieldAsset> fields_;
   Kept<Place, PointFieldAsset> points_;
   std::vector<PreparedObject> objects_;
 
+  [[nodiscard]] tl::unexpected<Error> refuseLongWork();
   template <class Key, class Kind, class Make>
   Result<Resolved<Kind>> once(Kept<Key, Kind>& kept, Key place, Make make);
 };

@@ -100,7 +100,7 @@ class SceneDraft {
   Result<void> checkMovingCount(const std::string& field) const;
   [[nodiscard]] Result<void> checkOnlyTool(const ObjectRecord& record, const std::string& field) const;
   Result<void> fitDeformation(ObjectRecord& record, const FieldPaths& given) const;
-  Result<void> gather(const ObjectRecord& record, const FieldPaths& given, const AssetResolver& resolver);
+  Result<void> gather(const ObjectRecord& record, const FieldPaths& given, AssetResolver& resolver);
   std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;
   [[nodiscard]] std::vector<std::string> overlaps() const;
   const ObjectRecord* find(const ObjectRef& ref) const;

@@ -35,8 +35,10 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
     ObjectRecord& record = *put(object);
     if (auto gathered = gather(record, given, resolver); !gathered) return tl::unexpected(std::move(gathered).error());
     if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
-    derive(record, assets_.at(object), known(record, resolver), !(given.mesh.empty() && given.deformation.empty()),
-           [&resolver](std::size_t triangles) { resolver.beforeWork(triangles); });
+    auto derived =
+        derive(record, assets_.at(object), known(record, resolver), !(given.mesh.empty() && given.deformation.empty()),
+               [&resolver](std::size_t triangles) { return resolver.beforeWork(triangles); });
+    if (!derived) return tl::unexpected(std::move(derived).error());
     if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
     if (given.onlyResidue()) continue;  // the server's own, time and again
     stiffened_.erase(object);
@@ -207,13 +209,14 @@ std::vector<KnownObject> SceneDraft::known(const ObjectRecord& record, const Ass
   return known;
 }
 
-Result<void> SceneDraft::gather(const ObjectRecord& record, const FieldPaths& given, const AssetResolver& resolver) {
+Result<void> SceneDraft::gather(const ObjectRecord& record, const FieldPaths& given, AssetResolver& resolver) {
   const auto& shading = record.material.surface.shading;
   const bool creasesFit = std::ranges::any_of(known(record, resolver), [&](const KnownObject& its) {
     return its.record->mesh == record.mesh && its.record->material.surface.shading == shading;
   });
-  if (const auto mesh = as<MeshAsset>(findAsset(record.id, record.mesh)); mesh && shading && !creasesFit) {
-    if (!shading->creases.empty()) resolver.beforeWork(mesh->mesh->triangles.size());
+  if (const auto mesh = as<MeshAsset>(findAsset(record.id, record.mesh));
+      mesh && shading && !shading->creases.empty() && !creasesFit) {
+    if (auto may = resolver.beforeWork(mesh->mesh->triangles.size()); !may) return may;
   }
   const auto find = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
     auto asset = findAsset(record.id, name.hash);

@@ -139,8 +139,8 @@ void SceneService::followServo() {
   permanentDentsAt_ = motion->sceneRevision;
 }
 
-std::vector<EditOutcome> SceneService::apply(std::span<const Submission> submissions, AssetResolver* resolver,
-                                             const std::stop_token& unwanted) {
+EditOutcomes SceneService::apply(std::span<const Submission> submissions, AssetResolver& resolver,
+                                 const std::stop_token& unwanted) {
   if (!options_.readOnlyReason.empty())
     return std::vector<EditOutcome>(submissions.size(), Error{"", options_.readOnlyReason});
   const auto before = sequencer_.history();
@@ -159,8 +159,8 @@ void SceneService::publish(const std::shared_ptr<const SceneHistory>& before) {
 }
 
 /// Until then an edit may be given up, by the server or by whoever asked for it.
-std::vector<EditOutcome> SceneService::decide(std::span<const Submission> submissions, AssetResolver* resolver,
-                                              const std::stop_token& unwanted) {
+EditOutcomes SceneService::decide(std::span<const Submission> submissions, AssetResolver& resolver,
+                                  const std::stop_token& unwanted) {
   std::stop_source either;
   const auto stop = [&either] { either.request_stop(); };
   const std::stop_callback onStop(Interruptible::token(), stop);
@@ -168,8 +168,6 @@ std::vector<EditOutcome> SceneService::decide(std::span<const Submission> submis
   const Interruptible work(either.get_token());
   try {
     return sequencer_.submit(submissions, resolver);
-  } catch (const NotPrepared&) {
-    throw;
   } catch (const std::exception& failure) {
     const Error error{"", std::string("the server could not carry out the edit: ") + failure.what()};
     return std::vector<EditOutcome>(submissions.size(), error);
@@ -208,7 +206,7 @@ bool SceneService::bakeDents(ObjectId object, std::span<const PermanentDent> den
     servoScenes_.setBakedDents(object, residue, taken.upTo);
     if (residue != record->deformation.residue) {
       const Submission submission{kServerSession, before->version.revision() + 1, {{}, {std::move(set)}}};
-      static_cast<void>(apply(std::span(&submission, 1)));
+      static_cast<void>(apply(std::span(&submission, 1), library_));
       if (sequencer_.history() == before) return false;
     } else {
       publishToServo(ServoSceneBuilder::Plan::kOfTheLastScene);

@@ -190,10 +190,10 @@ class SceneService {
   void drop(Job& job);
   void finish(std::span<const Job> jobs);
   void followServo();
-  std::vector<EditOutcome> apply(std::span<const Submission> submissions, AssetResolver* resolver = nullptr,
-                                 const std::stop_token& unwanted = {});
-  std::vector<EditOutcome> decide(std::span<const Submission> submissions, AssetResolver* resolver,
-                                  const std::stop_token& unwanted);
+  EditOutcomes apply(std::span<const Submission> submissions, AssetResolver& resolver,
+                     const std::stop_token& unwanted = {});
+  EditOutcomes decide(std::span<const Submission> submissions, AssetResolver& resolver,
+                      const std::stop_token& unwanted);
   void publish(const std::shared_ptr<const SceneHistory>& before);
   [[nodiscard]] Result<std::shared_ptr<const Asset>> findOrRead(const AssetName& name);
   void restoreLostParts(const ContentHash& asset);

@@ -217,17 +217,17 @@ void SceneService::carryOut(std::vector<Job>& jobs) {
 bool SceneService::carryOutTogether(std::span<Job> jobs) {
   std::vector<Submission> submissions;
   for (Job& job : jobs) submissions.push_back(std::move(std::get<Edit>(job.task).submission));
-  try {
-    Preparation nothing(library_);
-    const auto outcomes = apply(submissions, &nothing);
-    for (std::size_t i = 0; i < outcomes.size(); ++i) std::get<Edit>(jobs[i].task).reply(outcomes[i]);
-    return true;
-  } catch (const NotPrepared&) {
-    for (std::size_t i = 0; i < jobs.size(); ++i) {
-      std::get<Edit>(jobs[i].task).submission = std::move(submissions[i]);
+  Preparation nothing(library_);
+  const auto outcomes = apply(submissions, nothing);
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    auto& edit = std::get<Edit>(jobs[i].task);
+    if (outcomes) {
+      edit.reply((*outcomes)[i]);
+    } else {
+      edit.submission = std::move(submissions[i]);
     }
-    return false;
   }
+  return outcomes.has_value();
 }
 
 /// False: it takes long, and is to be prepared.
@@ -250,14 +250,13 @@ bool SceneService::carryOut(Edit& edit) {
   if (!edit.preparation) edit.preparation = std::make_unique<Preparation>(library_);
   const bool unchanged = edit.scene && edit.scene->history == sequencer_.history();
   if (unchanged || edit.timesPrepared >= kMaxPreparations) edit.preparation->allowLongWork();
-  try {
-    edit.reply(apply({&edit.submission, 1}, edit.preparation.get(), edit.unwanted).front());
+  if (const auto outcomes = apply({&edit.submission, 1}, *edit.preparation, edit.unwanted)) {
+    edit.reply(outcomes->front());
     return true;
-  } catch (const NotPrepared&) {
-    edit.scene = sequencer_.scene();
-    ++edit.timesPrepared;
-    return false;
   }
+  edit.scene = sequencer_.scene();
+  ++edit.timesPrepared;
+  return false;
 }
 
 bool SceneService::carryOut(Upload& upload) {

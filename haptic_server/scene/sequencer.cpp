@@ -103,7 +103,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
   return submit(std::span(&submission, 1)).front();
 }
 
-std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions, AssetResolver* resolver) {
+EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetResolver& resolver) {
   Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
@@ -113,12 +113,11 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
       continue;
     }
     try {
-      outcomes.push_back(decide(submission, batch, resolver ? *resolver : resolver_));
-    } catch (const NotPrepared&) {
-      throw;
+      outcomes.push_back(decide(submission, batch, resolver));
     } catch (const std::exception& failure) {
       outcomes.emplace_back(Error{"", std::string("the server could not carry out the edit: ") + failure.what()});
     }
+    if (resolver.needsPreparation()) return std::nullopt;
     if (!batch.edits.empty()) unkept.push_back(outcomes.size() - 1);
   }
   if (batch.edits.empty()) return outcomes;

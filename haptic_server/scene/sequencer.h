@@ -32,6 +32,8 @@ struct EditConflict {
 
 /// Accepted (the edit, shared with the history), in conflict, or rejected with the bad field's path.
 using EditOutcome = std::variant<std::shared_ptr<const AcceptedEdit>, EditConflict, Error>;
+/// Of several edits, in their order; none where what takes long of one of them is to be prepared first.
+using EditOutcomes = std::optional<std::vector<EditOutcome>>;
 
 /// Puts all edits into one order and makes the scene's revisions: one per accepted transaction, all of its operations
 /// or none. The same submissions give the same history. One thread; no clock, no sockets.
@@ -53,9 +55,12 @@ class Sequencer {
   /// is answered again with the same revision and root and not applied again (with its objects and reports while the
   /// history still holds them). Conflicts and rejections are not remembered,
   /// but one that a later edit of its session has passed over is never applied: a session's edits keep their order.
-  /// @return The outcomes, in the same order.
-  /// \param resolver  Instead of the sequencer's own; may throw NotPrepared, which goes through and leaves all as it was.
-  std::vector<EditOutcome> submit(std::span<const Submission> submissions, AssetResolver* resolver = nullptr);
+  /// @return None, and all is as it was, where the resolver needs preparation.
+  /// \param resolver  Instead of the sequencer's own.
+  EditOutcomes submit(std::span<const Submission> submissions, AssetResolver& resolver);
+  std::vector<EditOutcome> submit(std::span<const Submission> submissions) {
+    return submit(submissions, resolver_).value();
+  }
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
   /// Applies an edit of the server's own that counts even if it cannot be kept now: it is kept before the next one is.
   EditOutcome submitOwn(const Submission& submission);

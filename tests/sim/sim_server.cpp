@@ -138,8 +138,8 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   void prepared(Job job);
   void post(std::function<void()> task);
   void postTo(std::uint64_t connection, std::function<void(ServerSession&)> task);
-  void decide(std::span<Edit* const> batch, AssetResolver* resolver = nullptr);
-  std::vector<EditOutcome> apply(std::span<Edit* const> batch, AssetResolver* resolver = nullptr);
+  bool decide(std::span<Edit* const> batch, AssetResolver& resolver);
+  EditOutcomes apply(std::span<Edit* const> batch, AssetResolver& resolver);
   void answer(std::uint64_t connection, std::uint64_t clientSeq, const EditOutcome& outcome);
   void adoptLater();
   void dentLater();
@@ -244,11 +244,11 @@ void SimServer::Process::begin(Disk& disk, bool keepsState) {
 
 void SimServer::Process::makeStartScene() {
   Edit counters{.submission = {kServerSession, 1, startScene()}};
-  (void)apply(std::vector{&counters});
+  (void)apply(std::vector{&counters}, library);
   if (stage.limits.startObjects == 0) return;
   Edit others{.submission = {kServerSession, 2, moreObjects(stage.limits, stage.random)}};
-  const auto made = apply(std::vector{&others});
-  if (const auto* error = std::get_if<Error>(&made.front())) stage.oracle.fail("no start scene: " + error->text());
+  const auto made = apply(std::vector{&others}, library);
+  if (const auto* error = std::get_if<Error>(&made->front())) stage.oracle.fail("no start scene: " + error->text());
 }
 
 /// A hand leaves dents in what is plastic, which the builder bakes by edits of the server's own.
@@ -274,7 +274,8 @@ void SimServer::Process::dent() {
     SetDeformation set{ObjectRef{object->id}, {}};
     set.deformation.residue = asset->name.hash;
     Edit own{.submission = {kServerSession, version.revision() + 1, {{}, {std::move(set)}}}};
-    return decide(std::vector{&own});
+    decide(std::vector{&own}, library);
+    return;
   }
 }
 
@@ -345,12 +346,10 @@ void SimServer::Process::carryOut() {
     if (edit != nullptr && !edit->unwanted.stop_requested()) wanted.push_back(edit);
   }
   if (wanted.size() > 1) {
-    try {
-      Preparation nothing(library, stage.limits.maxTriangles);
-      decide(wanted, &nothing);
+    Preparation nothing(library, stage.limits.maxTriangles);
+    if (decide(wanted, nothing)) {
       for (const Job& job : jobs) lanes.finished(job);
       return;
-    } catch (const NotPrepared&) {
     }
   }
   std::set<SessionId> waiting;
@@ -379,15 +378,11 @@ bool SimServer::Process::carryOut(Job& job) {
   if (edit->unwanted.stop_requested()) return true;
   if (!edit->preparation) edit->preparation = std::make_unique<Preparation>(library, stage.limits.maxTriangles);
   if (edit->scene && edit->scene->history == sequencer.history()) edit->preparation->allowLongWork();
-  try {
-    decide(std::vector{edit}, edit->preparation.get());
-    return true;
-  } catch (const NotPrepared&) {
-    edit->scene = sequencer.scene();
-    // Until here they held.
-    if (stage.mutant == Mutant::kPreconditionsJudgedEarly) edit->submission.transaction.preconditions.clear();
-    return false;
-  }
+  if (decide(std::vector{edit}, *edit->preparation)) return true;
+  edit->scene = sequencer.scene();
+  // Until here they held.
+  if (stage.mutant == Mutant::kPreconditionsJudgedEarly) edit->submission.transaction.preconditions.clear();
+  return false;
 }
 
 void SimServer::Process::prepareNext() {
@@ -433,42 +428,37 @@ void SimServer::Process::postTo(std::uint64_t connection, std::function<void(Ser
   });
 }
 
-void SimServer::Process::decide(std::span<Edit* const> batch, AssetResolver* resolver) {
+/// False: the resolver needs preparation.
+bool SimServer::Process::decide(std::span<Edit* const> batch, AssetResolver& resolver) {
   const auto before = sequencer.history();
   const auto outcomes = apply(batch, resolver);
+  if (!outcomes) return false;
   if (sequencer.history() != before) {
     post([this, history = sequencer.history()] {
       published = history;
       for (auto& [n, other] : connections) other->session.sceneChanged();
     });
   }
-  for (std::size_t i = 0; i < batch.size(); ++i) answer(batch[i]->connection, batch[i]->clientSeq, outcomes[i]);
+  for (std::size_t i = 0; i < batch.size(); ++i) answer(batch[i]->connection, batch[i]->clientSeq, (*outcomes)[i]);
+  return true;
 }
 
-std::vector<EditOutcome> SimServer::Process::apply(std::span<Edit* const> batch, AssetResolver* resolver) {
+EditOutcomes SimServer::Process::apply(std::span<Edit* const> batch, AssetResolver& resolver) {
   const std::uint64_t before = sequencer.history()->version.revision();
   std::vector<Submission> submissions;
   for (Edit* edit : batch) {
     if (stage.mutant == Mutant::kNoDedupe) edit->submission.clientSeq = ++freshSeq[edit->submission.session];
     submissions.push_back(std::move(edit->submission));
   }
-  const auto giveBack = [&] {
-    for (std::size_t i = 0; i < batch.size(); ++i) batch[i]->submission = std::move(submissions[i]);
-  };
-  std::vector<EditOutcome> outcomes;
-  try {
-    outcomes = sequencer.submit(submissions, resolver);
-  } catch (const NotPrepared&) {
-    giveBack();
-    throw;
-  }
-  giveBack();
+  auto outcomes = sequencer.submit(submissions, resolver);
+  for (std::size_t i = 0; i < batch.size(); ++i) batch[i]->submission = std::move(submissions[i]);
+  if (!outcomes) return outcomes;
   std::uint64_t revision = before;
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const Edit& edit = *batch[i];
-    const auto* accepted = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcomes[i]);
+    const auto* accepted = std::get_if<std::shared_ptr<const AcceptedEdit>>(&(*outcomes)[i]);
     if (accepted == nullptr) {
-      const auto* error = std::get_if<Error>(&outcomes[i]);
+      const auto* error = std::get_if<Error>(&(*outcomes)[i]);
       const bool superseded = error != nullptr && error->reason.starts_with("was refused before");
       stage.oracle.turnedDown(edit.session, edit.clientSeq, superseded);
     } else if ((*accepted)->commit.revision == revision + 1) {

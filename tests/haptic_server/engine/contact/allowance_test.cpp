@@ -106,7 +106,7 @@ TEST(Allowance, SpentKeepsTheIhipOnTheContactSide) {
 }
 
 TEST(Allowance, SpentIsFollowedAlikeWithTheCacheAndWithoutIt) {
-  World kept(shapes::bumpy(0.05, 40)), dropped(shapes::bumpy(0.05, 40));
+  ContactRig kept(shapes::bumpy(0.05, 40)), dropped(shapes::bumpy(0.05, 40));
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> within(-0.05, 0.05);
   Vec3 hip(0, 0, 0.08);
