@@ -83,7 +83,7 @@ void DentedPoints::colorIn(vtkPolyData* data, palette::Shade own) {
     colors_->SetNumberOfComponents(3);
     colors_->SetNumberOfTuples(points_->GetNumberOfPoints());
   }
-  const auto* now = reinterpret_cast<const Vec3f*>(vtkFloatArray::SafeDownCast(points_->GetData())->GetPointer(0));
+  const std::vector<Vec3f> now = vectorsOf(vtkFloatArray::SafeDownCast(points_->GetData()));
   for (std::size_t i = 0; i < restPoints_.size(); ++i) {
     const double way = glm::distance(Vec3(now[i]), Vec3(restPoints_[i]));
     const auto color = palette::bytes(palette::displacementShade(own, deepest_m_ > 0 ? way / deepest_m_ : 0));
