@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <map>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -89,27 +90,28 @@ Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& 
   if (status == NATS_OK) {
     status = natsOptions_SetErrorHandler(
         made,
-        [](natsConnection* which, natsSubscription*, natsStatus error, void* self) {
+        [](natsConnection* which, natsSubscription*, natsStatus error, void* self) noexcept {
           if (error == NATS_SLOW_CONSUMER) return;  // a reader finds the gap
           const char* detail = nullptr;
           (void)natsConnection_GetLastError(which, &detail);
-          const std::string text = detail != nullptr && *detail != '\0' ? detail : natsStatus_GetText(error);
-          const bool forbids = error == NATS_NOT_PERMITTED;
-          static_cast<NatsConnection*>(self)->fail(forbids ? std::string(kNatsRefusal) + text : text);
+          static_cast<NatsConnection*>(self)->fail(
+              error == NATS_NOT_PERMITTED ? kNatsRefusal : "",
+              detail != nullptr && *detail != '\0' ? detail : natsStatus_GetText(error));
         },
         connection.get());
   }
   if (status == NATS_OK) {
     status = natsOptions_SetDisconnectedCB(
         made,
-        [](natsConnection*, void* self) {
-          static_cast<NatsConnection*>(self)->fail("the connection to the NATS server is lost");
+        [](natsConnection*, void* self) noexcept {
+          static_cast<NatsConnection*>(self)->fail("", "the connection to the NATS server is lost");
         },
         connection.get());
   }
   if (status == NATS_OK) {
     status = natsOptions_SetClosedCB(
-        made, [](natsConnection*, void* self) { static_cast<NatsConnection*>(self)->closed(); }, connection.get());
+        made, [](natsConnection*, void* self) noexcept { static_cast<NatsConnection*>(self)->closed(); },
+        connection.get());
   }
   if (status == NATS_OK) status = natsConnection_Connect(&connection->connection_, made);
   if (status == NATS_OK) return connection;
@@ -131,15 +133,20 @@ NatsConnection::~NatsConnection() {
   natsConnection_Destroy(connection_);
 }
 
-void NatsConnection::closed() {
+void NatsConnection::closed() noexcept {
   const std::lock_guard lock(mutex_);
   closed_ = true;
   becameClosed_.notify_all();
 }
 
-void NatsConnection::fail(std::string why) {
+void NatsConnection::fail(std::string_view kind, const char* why) noexcept {
   const std::lock_guard lock(mutex_);
-  if (!failure_) failure_ = Error{"NATS", std::move(why)};
+  if (failure_) return;
+  try {
+    failure_ = Error{"NATS", std::string(kind) + why};
+  } catch (const std::bad_alloc&) {
+    failure_ = Error{"NATS", "no memory"};  // so short that it takes none
+  }
 }
 
 std::optional<Error> NatsConnection::failure() const {

@@ -101,8 +101,9 @@ class NatsConnection {
   std::condition_variable becameClosed_;
 
   [[nodiscard]] natsStatus subscribe(const std::string& subject, natsSubscription*& made);
-  void fail(std::string why);
-  void closed();
+  // The library, which calls these back, is C.
+  void fail(std::string_view kind, const char* why) noexcept;
+  void closed() noexcept;
 };
 
 }  // namespace haptics

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 #include <set>
 #include <utility>
 
@@ -73,7 +74,7 @@ std::optional<RelayFailure> SessionPublisher::claim() {
   natsSubscription* made = nullptr;
   const natsStatus status = natsConnection_Subscribe(
       &made, connection_->handle(), subjects_.relay.c_str(),
-      [](natsConnection* connection, natsSubscription*, natsMsg* message, void*) {
+      [](natsConnection* connection, natsSubscription*, natsMsg* message, void*) noexcept {
         if (const char* replyTo = natsMsg_GetReply(message))
           (void)natsConnection_PublishString(connection, replyTo, "here");
         natsMsg_Destroy(message);
@@ -320,12 +321,17 @@ void SessionPublisher::purge(const std::string& stream, const std::string& subje
   if (status != NATS_OK) fail(failureOf("JetStream stream " + stream, status, code, natsErrorText(status)));
 }
 
-/// Of the library's thread.
-void SessionPublisher::acknowledged(jsCtx*, natsMsg* message, jsPubAck*, jsPubAckErr* error, void* self) {
+/// Of a thread of the library, which is C.
+void SessionPublisher::acknowledged(jsCtx*, natsMsg* message, jsPubAck*, jsPubAckErr* error, void* self) noexcept {
   if (error != nullptr) {
-    const std::string text = error->ErrText != nullptr ? error->ErrText : "";
-    static_cast<SessionPublisher*>(self)->fail(
-        failureOf("JetStream subject " + std::string(natsMsg_GetSubject(message)), error->Err, error->ErrCode, text));
+    auto& publisher = *static_cast<SessionPublisher*>(self);
+    try {
+      const std::string text = error->ErrText != nullptr ? error->ErrText : "";
+      publisher.fail(
+          failureOf("JetStream subject " + std::string(natsMsg_GetSubject(message)), error->Err, error->ErrCode, text));
+    } catch (const std::bad_alloc&) {
+      publisher.fail({{"JetStream", "no memory"}});  // so short that it takes none
+    }
   }
   natsMsg_Destroy(message);
 }

@@ -96,7 +96,7 @@ class SessionPublisher {
   void noteStoredChunks(const jsStreamInfo& info);
   void purge(const std::string& stream, const std::string& subject, std::uint64_t upTo);
   void fail(RelayFailure failure);
-  static void acknowledged(jsCtx* context, natsMsg* message, jsPubAck* ack, jsPubAckErr* error, void* self);
+  static void acknowledged(jsCtx* context, natsMsg* message, jsPubAck* ack, jsPubAckErr* error, void* self) noexcept;
 };
 
 }  // namespace haptics

@@ -52,6 +52,7 @@ static int read_it(void* device, uint64_t timeout_ns, struct haptics_device_stat
   static int calls;
   (void)device; (void)timeout_ns;
   if (++calls % 3000 > 2990) usleep(BLOCK_US);
+  if (calls == 1500) THROW;
   const double half = 0.04 * sin(calls / 300.0) + (calls > 1500 ? JUMP : 0);
   *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)},
                                          .orientation = {calls > 1500 ? W : cos(half), 0, sin(half), 0}, .homed = 1};
@@ -76,7 +77,7 @@ const struct haptics_device_functions* NAME(void) {
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "W": "cos(half)", "BLOCK_US": "0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -232,10 +233,10 @@ class DevicePlugin(harness.EndToEnd):
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn("BAD   +x does not move the hand", done.stdout)
 
-    def build_plugin(self, **differences):
+    def build_plugin(self, compiler="cc", **differences):
         source, library = self.folder / "plugin.c", self.folder / "plugin.so"
         source.write_text(PLUGIN)
-        subprocess.run(["cc", "-shared", "-fPIC", f"-I{self.place / 'prefix' / 'include'}",
+        subprocess.run([*compiler.split(), "-shared", "-fPIC", f"-I{self.place / 'prefix' / 'include'}",
                         *(f"-D{name}={value}" for name, value in {**PLUGIN_AS_IT_SHOULD_BE, **differences}.items()),
                         source, "-o", library, "-lm"], check=True)
         return library
@@ -298,6 +299,12 @@ class DevicePlugin(harness.EndToEnd):
                 server = self.start_server(device=f"plugin:{self.build_plugin(DEGREES='6', **differences)}")
                 harness.wait_until(lambda: said in server.text(), 20, said)
                 self.stop_and_check(server)
+
+    def test_an_exception_takes_the_force_away_and_the_device_comes_back(self):
+        server = self.start_server(device=f"plugin:{self.build_plugin('c++ -x c++', THROW='throw 1')}")
+        harness.wait_until(lambda: server.text().count(" works") == 2, 20, "the device comes back")
+        self.stop_and_check(server)
+        self.assertIn("its plug-in's read() throws an exception", server.text())
 
     def test_a_call_that_blocks_takes_the_force_away_and_is_named(self):
         library = self.build_plugin(BLOCK_US="40000")

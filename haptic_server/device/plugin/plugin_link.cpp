@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -68,12 +69,32 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
   return {};
 }
 
+/// What a plug-in in C++ throws ends here.
+template <class Call, class Outcome>
+[[nodiscard]] Outcome caught(Call call, Outcome thrown) noexcept {
+  try {
+    return call();
+  } catch (...) {
+    return thrown;
+  }
+}
+
+/// Null, or why not.
+[[nodiscard]] const char* openDevice(const haptics_device_functions& functions, const std::string& which, void*& device,
+                                     haptics_device_info& info) noexcept {
+  return caught([&] { return functions.open(which.c_str(), &device, &info); }, "its open() throws an exception");
+}
+
+void closeDevice(const haptics_device_functions& functions, void* device) noexcept {
+  (void)caught([&] { return functions.close(device), true; }, false);
+}
+
 class PluginPort final : public UsbPort {
  public:
   PluginPort(const haptics_device_functions& functions, void* device, std::string name,
              const std::function<void(const std::string&)>& warning)
       : functions_(functions), device_(device), name_(std::move(name)), warning_(warning) {}
-  ~PluginPort() override { functions_.close(device_); }
+  ~PluginPort() override { closeDevice(functions_, device_); }
   PluginPort(const PluginPort&) = delete;
   PluginPort& operator=(const PluginPort&) = delete;
 
@@ -83,9 +104,8 @@ class PluginPort final : public UsbPort {
   [[nodiscard]] UsbOutcome send(std::span<const std::uint8_t> bytes) override {
     std::array<double, 6> output;
     std::memcpy(output.data(), bytes.data(), sizeof output);
-    const std::uint64_t began_ns = monotonicNow_ns();
-    const int outcome = functions_.write(device_, output.data(), output.data() + 3);
-    noteTime("write", began_ns);
+    const int outcome =
+        call("write", monotonicNow_ns(), [&] { return functions_.write(device_, output.data(), output.data() + 3); });
     if (outcome == HAPTICS_DEVICE_DONE) return UsbOutcome::kDone;
     return outcome == HAPTICS_DEVICE_GONE ? UsbOutcome::kGone : UsbOutcome::kFailed;
   }
@@ -97,8 +117,8 @@ class PluginPort final : public UsbPort {
       if (now_ns >= deadline_ns && std::exchange(read_, false)) return {UsbArrival::Kind::kDeadline, {}};
       read_ = true;
       const std::uint64_t timeout_ns = deadline_ns - std::min(deadline_ns, now_ns);
-      const int outcome = functions_.read(device_, timeout_ns, &state_);
-      noteTime("read", now_ns + timeout_ns);
+      const int outcome =
+          call("read", now_ns + timeout_ns, [&] { return functions_.read(device_, timeout_ns, &state_); });
       if (outcome == HAPTICS_DEVICE_DONE) {
         return {UsbArrival::Kind::kBytes, {reinterpret_cast<const std::uint8_t*>(&state_), sizeof state_}};
       }
@@ -118,6 +138,15 @@ class PluginPort final : public UsbPort {
   haptics_device_state state_{};
   std::uint64_t warned_ns_ = 0;
   bool read_ = false;  // since the last deadline
+
+  /// The function's outcome; one that throws says that the device is gone.
+  template <class Call>
+  [[nodiscard]] int call(const char* function, std::uint64_t until_ns, Call call) {
+    const std::optional<int> outcome = caught([&] { return std::optional(call()); }, std::optional<int>());
+    noteTime(function, until_ns);
+    if (!outcome) warning_(name_ + ": its plug-in's " + function + "() throws an exception");
+    return outcome.value_or(HAPTICS_DEVICE_GONE);
+  }
 
   void noteTime(const char* function, std::uint64_t until_ns) {
     const std::uint64_t now_ns = monotonicNow_ns();
@@ -171,7 +200,7 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
   const auto entry = reinterpret_cast<Entry>(dlsym(library, kSymbol));
   if (entry == nullptr)
     return refused(file, std::string("has no function ") + kSymbol + "(); see haptics/device_plugin.h");
-  const haptics_device_functions* functions = entry();
+  const auto* const functions = caught(entry, static_cast<const haptics_device_functions*>(nullptr));
   if (functions == nullptr) return refused(file, std::string(kSymbol) + "() returns nothing");
   if (functions->abi != HAPTICS_DEVICE_ABI) {
     return refused(file, "is a plug-in of version " + std::to_string(functions->abi) + "; this server has version " +
@@ -185,8 +214,8 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
 Result<haptics_device_info> PluginLibrary::describe(const std::string& which) const {
   void* device = nullptr;
   haptics_device_info info{};
-  if (const char* reason = functions_->open(which.c_str(), &device, &info)) return refused(file_, reason);
-  functions_->close(device);
+  if (const char* reason = openDevice(*functions_, which, device, info)) return refused(file_, reason);
+  closeDevice(*functions_, device);
   if (auto checked = check(info); !checked) return tl::unexpected(std::move(checked.error()).within(file_ + ": "));
   return info;
 }
@@ -205,7 +234,7 @@ tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> PluginBus::open(const UsbMode
                                                                    const UsbPlace& /*place*/) {
   void* device = nullptr;
   haptics_device_info info{};
-  if (const char* reason = library_.functions().open(which_.c_str(), &device, &info)) {
+  if (const char* reason = openDevice(library_.functions(), which_, device, info)) {
     return tl::unexpected(UsbRefusal{DeviceFault::kNotAnswering, {library_.file(), reason}});
   }
   return std::make_unique<PluginPort>(library_.functions(), device, info.name, warning_);

@@ -127,7 +127,7 @@ void LibusbPort::keepReceiving() {
   }
 }
 
-void LibusbPort::completed(libusb_transfer* transfer) {
+void LibusbPort::completed(libusb_transfer* transfer) noexcept {
   auto& ours = *static_cast<Transfer*>(transfer->user_data);
   LibusbPort& port = *ours.port;
   ours.underWay = false;

@@ -50,7 +50,7 @@ class LibusbPort final : public UsbPort {
     bool in = false;
   };
 
-  static void completed(libusb_transfer* transfer);
+  static void completed(libusb_transfer* transfer) noexcept;  // libusb, which calls it, is C
   bool submit(Transfer& transfer, std::size_t length);
   void keepReceiving();
   void handleEvents(std::uint64_t deadline_ns);
