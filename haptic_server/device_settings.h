@@ -7,10 +7,10 @@
 
 namespace haptics {
 
-/// What the step is to know of the device, as the command line changes it.
+/// The step's configuration for the device, as the command line changes it.
 [[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz);
 
-/// What the device bears, for clamps of the scene's materials. May search for seconds where it was never asked for such a
+/// The device's limits, for clamps of the scene's materials. May search for seconds where it was never asked for such a
 /// device; the log says what came of it.
 [[nodiscard]] DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, const StepConfig& step,
                                     double rate_Hz);

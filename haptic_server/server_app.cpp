@@ -101,10 +101,10 @@ class SecondHand final : public HandHost {
 };
 
 /// Device, servo, scene, network: made in the order in which they stand below, so that each outlives what uses it.
-class WholeServer final : public ServerApp, private ServerHost {
+class ServerAppImpl final : public ServerApp, private ServerHost {
  public:
-  WholeServer(const ServerOptions& options, std::unique_ptr<AttachedDevice> device,
-              std::unique_ptr<AttachedDevice> secondAttached, std::function<void()> onEnd)
+  ServerAppImpl(const ServerOptions& options, std::unique_ptr<AttachedDevice> device,
+                std::unique_ptr<AttachedDevice> secondAttached, std::function<void()> onEnd)
       : options_(options),
         onEnd_(std::move(onEnd)),
         attached_(std::move(device)),
@@ -116,19 +116,19 @@ class WholeServer final : public ServerApp, private ServerHost {
         servo_(device_, mailbox_, step_) {
     if (Device* second = secondDevice()) {
       secondStep_ = player_ != nullptr ? player_->facts().secondHand->config
-                                       : oneOfTwo(stepConfigOf(options.ofSecondHand(), second->info(), rate_Hz_));
+                                       : perHandConfig(stepConfigOf(options.ofSecondHand(), second->info(), rate_Hz_));
       servo_.addHand(*second, *secondStep_);
       secondHand_.emplace(*servo_.secondHand(), secondAttached_.get());
     }
   }
-  ~WholeServer() override { halt(); }  // the room waits for its builder
+  ~ServerAppImpl() override { halt(); }  // the scene service waits for its builder
 
   [[nodiscard]] Result<void> start() {
     if (player_ == nullptr) {
       limits_ = deviceLimits();
       if (auto recording = startRecording(); !recording) return recording;
     }
-    sceneService_.emplace(player_ != nullptr ? playersRoom() : deviceRoom(), mailbox_);
+    sceneService_.emplace(player_ != nullptr ? replaySceneOptions() : liveSceneOptions(), mailbox_);
     if (auto prepared = player_ != nullptr ? preparePlayer() : prepareScene(); !prepared) return prepared;
     sceneService_->start();
     if (auto listening = listen(); !listening) return listening;
@@ -168,7 +168,7 @@ class WholeServer final : public ServerApp, private ServerHost {
     return secondAttached_ ? &secondAttached_->device() : nullptr;
   }
   [[nodiscard]] StepConfig ofHands(const StepConfig& config) const {
-    return secondAttached_ ? oneOfTwo(config) : config;
+    return secondAttached_ ? perHandConfig(config) : config;
   }
 
   [[nodiscard]] Result<void> finish() {
@@ -180,21 +180,22 @@ class WholeServer final : public ServerApp, private ServerHost {
     return player_->verdict().map(logInfo);
   }
 
-  [[nodiscard]] static SceneService::Options playersRoom() {
-    SceneService::Options room;
-    room.readOnlyReason = "the scene is that of a recording that is played";
-    room.log = logInfo;
-    return room;
+  [[nodiscard]] static SceneService::Options replaySceneOptions() {
+    SceneService::Options options;
+    options.readOnlyReason = "the scene is that of a recording that is played";
+    options.log = logInfo;
+    return options;
   }
-  [[nodiscard]] SceneService::Options deviceRoom() {
-    return {
-        .assetFolders = options_.assets,
-        .makePlan = explorationPlans(),
-        .takeMotion = [this] { return servo_.hand().takeMotionForBuilder(); },
-        .device = limits_,
-        .log = logInfo,
-        .onServoScene = [this](const ServoScene& scene,
-                               const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }};
+  [[nodiscard]] SceneService::Options liveSceneOptions() {
+    return {.assetFolders = options_.assets,
+            .makePlan = explorationPlans(),
+            .takeMotion = [this] { return servo_.hand().takeMotionForBuilder(); },
+            .device = limits_,
+            .log = logInfo,
+            .onServoScene =
+                [this](const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
+                  recorder_->onSceneBuilt(scene, objects);
+                }};
   }
 
   [[nodiscard]] DeviceLimits deviceLimits() {
@@ -233,7 +234,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   [[nodiscard]] Result<void> preparePlayer() {
     const auto show = [this](const RemadeScene& scene) { return sceneService_->show(scene.version, assetsOf(scene)); };
     if (auto prepared = player_->prepare(sceneService_->assetStore(), show); !prepared) return prepared;
-    sceneService_->carryOutAll();  // who connects finds the scene
+    sceneService_->executeAll();  // who connects finds the scene
     if (!player_->sameStep()) logWarning("it was recorded by another version of the step: its forces may differ");
     const auto resume = [](ServoHand& hand, const RecordedBeginning& begun) {
       if (begun.state) hand.resumeFrom(*begun.state, begun.scene, begun.pending);
@@ -370,8 +371,8 @@ class WholeServer final : public ServerApp, private ServerHost {
   SceneMailbox mailbox_;
   ServoLoop servo_;
   std::optional<SecondHand> secondHand_;
-  std::unique_ptr<FlightRecorder> recorder_;  // is given the scenes that the room makes
-  std::unique_ptr<StateFolder> state_;        // keeps what the room decides
+  std::unique_ptr<FlightRecorder> recorder_;  // takes the scenes that the service builds
+  std::unique_ptr<StateFolder> state_;        // keeps the edits that the service accepts
   std::optional<SceneService> sceneService_;
   ServoThread servoThread_;
   std::unique_ptr<Server> server_;
@@ -389,7 +390,7 @@ Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options
     if (!attached) return tl::unexpected(std::move(attached.error()).within("second hand: "));
     second = *std::move(attached);
   }
-  auto app = std::make_unique<WholeServer>(options, *std::move(device), std::move(second), std::move(onEnd));
+  auto app = std::make_unique<ServerAppImpl>(options, *std::move(device), std::move(second), std::move(onEnd));
   if (auto started = app->start(); !started) return tl::unexpected(started.error());
   return app;
 }

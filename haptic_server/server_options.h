@@ -24,7 +24,7 @@ struct HandOptions {
   double startsAt = 0;                   ///< As for ExploringHand.
 };
 
-/// What a server is to do; its command line says it.
+/// Options of a server, from its command line.
 struct ServerOptions : HandOptions {
   std::optional<HandOptions> secondHand;      ///< None: one hand feels the scene.
   std::string scene;                          ///< Scene file; empty: an empty scene.

@@ -15,7 +15,7 @@ namespace haptics {
 [[nodiscard]] Result<void> loadScene(SceneService& sceneService, const std::string& file);
 
 /// Goes on from the state in the folder of --state where there is one, and keeps all edits there. The folder outlives the
-/// room. Refused: a folder that cannot be used.
+/// scene service. Refused: a folder that cannot be used.
 [[nodiscard]] Result<std::unique_ptr<StateFolder>> resumeState(SceneService& sceneService,
                                                                const ServerOptions& options);
 

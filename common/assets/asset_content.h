@@ -15,7 +15,7 @@
 
 namespace haptics {
 
-/// What an asset's name stands for, decoded. Immutable and never null: threads share it, and so do a server and a client
+/// The decoded content of an asset. Immutable and never null: threads share it, and so do a server and a client
 /// in one process.
 using AssetContent = std::variant<std::shared_ptr<const TriMesh>, std::shared_ptr<const SampledField>,
                                   std::shared_ptr<const std::vector<float>>, std::shared_ptr<const MovedVertices>,
@@ -23,7 +23,7 @@ using AssetContent = std::variant<std::shared_ptr<const TriMesh>, std::shared_pt
 
 [[nodiscard]] AssetKind kindOf(const AssetContent& content) noexcept;
 
-/// What is hashed and sent, where the content has it.
+/// The bytes that are hashed and sent, where the content has them.
 [[nodiscard]] CanonicalBytes canonicalBytes(const AssetContent& content);
 
 /// Refused: what the kind's decoder refuses (decodeMesh, decodeField, decodeVertexValues, decodeMovedVertices,

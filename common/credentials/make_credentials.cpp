@@ -85,9 +85,9 @@ Result<void> writeNew(const fs::path& file, const std::string& content) {
   if (descriptor < 0 && errno == EEXIST)
     return refused(file.string(), "exists and is not replaced; choose a new folder");
   if (descriptor < 0) return refused(file.string(), std::strerror(errno));
-  const bool whole = ::write(descriptor, content.data(), content.size()) == static_cast<ssize_t>(content.size());
+  const bool isComplete = ::write(descriptor, content.data(), content.size()) == static_cast<ssize_t>(content.size());
   const bool closed = ::close(descriptor) == 0;
-  if (!whole || !closed) return refused(file.string(), "cannot be written: is the disk full?");
+  if (!isComplete || !closed) return refused(file.string(), "cannot be written: is the disk full?");
   return {};
 }
 

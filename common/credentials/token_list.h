@@ -26,7 +26,7 @@ class TokenList {
   [[nodiscard]] Result<bool> refresh(bool anyway = false);
 
  private:
-  /// What changes with a file's content.
+  /// File attributes that change with its content.
   struct Stamp {
     dev_t device = 0;
     ino_t inode = 0;

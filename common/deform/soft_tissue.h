@@ -8,7 +8,7 @@
 
 namespace haptics {
 
-/// What a soft object yields like.
+/// How a soft object yields.
 ///
 /// The contact's spring, k_c, and the tissue's, k_t, are in series: of a penetration p below the surface at rest, the
 /// tissue takes w* = p k_c / (k_c + k_t), and what is felt is as stiff as (1 / k_c + 1 / k_t)^-1. A viscous tissue
@@ -29,7 +29,7 @@ struct SoftTissue {
 
   bool operator==(const SoftTissue&) const = default;
 
-  /// What is left after a time of a dent that nothing touches.
+  /// The part of an untouched dent that is left after a time.
   [[nodiscard]] double leftAfter(double time_s) const noexcept {
     const double return_s = plastic > 0 ? std::max(returnTime_s, kMinReturn_s) : returnTime_s;
     return return_s > 0 ? elementary::exp(-time_s / return_s) : 0;

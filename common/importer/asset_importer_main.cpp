@@ -110,7 +110,7 @@ Result<Answer> carryOut(const ImportRequest& request, const FileHandle& file) {
 }
 
 int run() {
-  becomeExpendable(kMaxImportTime_s);
+  lowerPriorityAndLimit(kMaxImportTime_s);
   ImportRequest request;
   FileHandle file;
   if (receiveWith(kSocket, &request, sizeof request, file) != sizeof request) {

@@ -86,9 +86,9 @@ Result<void> ChildProcess::waitFor(short events) {
 tl::unexpected<Error> ChildProcess::ended() {
   if (child_ == 0) return refused("", "cannot be read: " + name_ + " has ended");
   const int status = wait(kEndsWithin);
-  const std::string how = WIFSIGNALED(status) ? std::string("by ") + strsignal(WTERMSIG(status))
-                                              : "with code " + std::to_string(WEXITSTATUS(status));
-  return refused("", "is damaged: " + name_ + " ends on it " + how);
+  const std::string cause = WIFSIGNALED(status) ? std::string("by ") + strsignal(WTERMSIG(status))
+                                                : "with code " + std::to_string(WEXITSTATUS(status));
+  return refused("", "is damaged: " + name_ + " ends on it " + cause);
 }
 
 Result<void> ChildProcess::send(const void* bytes, std::size_t size, int descriptor) {

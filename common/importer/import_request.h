@@ -27,7 +27,7 @@ struct GrownRequest {
 using ImportRequest = std::variant<MeshFileRequest, ImageRequest, MeshRecipe, ReactionDiffusionSource, GrownRequest>;
 static_assert(std::is_trivially_copyable_v<ImportRequest>);
 
-/// What comes back: any number of names of files that the file includes, each answered with an IncludeReply, then an
+/// The importer's messages: any number of names of files that the file includes, each answered with an IncludeReply, then an
 /// error or what was asked for.
 struct ImporterMessage {
   enum class Kind : std::uint32_t {

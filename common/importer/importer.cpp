@@ -176,14 +176,16 @@ Result<std::string> importImage(const fs::path& file, const std::stop_token& sto
   return importFile(file, ImageRequest{}, nullptr, stop).map([](EncodedMesh made) { return std::move(made.bytes); });
 }
 
-Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_token& stop) { return made(recipe, stop); }
-
-Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe, const std::stop_token& stop) {
+Result<std::string> makeInImporterProcess(const MeshRecipe& recipe, const std::stop_token& stop) {
   return made(recipe, stop);
 }
 
-Result<std::string> makeElsewhere(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
-                                  const std::stop_token& stop) {
+Result<std::string> makeInImporterProcess(const ReactionDiffusionSource& recipe, const std::stop_token& stop) {
+  return made(recipe, stop);
+}
+
+Result<std::string> makeInImporterProcess(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
+                                          const std::stop_token& stop) {
   return fileOf(encodeMesh(mesh)).and_then([&](const FileHandle& file) {
     return made(GrownRequest{recipe}, stop, &file);
   });

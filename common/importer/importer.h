@@ -34,10 +34,10 @@ struct EncodedMesh {
 [[nodiscard]] Result<std::string> importImage(const std::filesystem::path& file, const std::stop_token& stop = {});
 
 /// Canonical bytes of what generate(), reactionDiffusion() and grownReactionDiffusion() make, not checked.
-[[nodiscard]] Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_token& stop = {});
-[[nodiscard]] Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe,
-                                                const std::stop_token& stop = {});
-[[nodiscard]] Result<std::string> makeElsewhere(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
-                                                const std::stop_token& stop = {});
+[[nodiscard]] Result<std::string> makeInImporterProcess(const MeshRecipe& recipe, const std::stop_token& stop = {});
+[[nodiscard]] Result<std::string> makeInImporterProcess(const ReactionDiffusionSource& recipe,
+                                                        const std::stop_token& stop = {});
+[[nodiscard]] Result<std::string> makeInImporterProcess(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
+                                                        const std::stop_token& stop = {});
 
 }  // namespace haptics

@@ -42,7 +42,7 @@ namespace {
 /// models nest below 50.
 constexpr int kDeepestNesting = 500;
 
-/// What Coin says while a file is read; it would go to stderr.
+/// Messages of Coin while it reads a file, which would go to stderr.
 std::string& said() {
   static std::string text;
   return text;
@@ -71,7 +71,7 @@ int deepestNesting(std::string_view text) {
   return deepest;
 }
 
-/// What fopen() gives while Coin opens a file that it was allowed to include; null: no file.
+/// The result of fopen() while Coin opens a file that it may include; null: none.
 const std::string*& handedOver() {
   static const std::string* bytes = nullptr;
   return bytes;

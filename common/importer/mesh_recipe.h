@@ -8,7 +8,7 @@
 
 namespace haptics {
 
-/// What a generator makes a mesh from.
+/// Input of a mesh generator.
 using MeshRecipe = std::variant<BoxSource, SphereSource, CylinderSource, TorusSource>;
 
 /// In this thread, for as long as it takes. Refused, naming the field below MeshSource ("sphere.radius_m"): what the

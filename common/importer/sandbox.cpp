@@ -77,7 +77,7 @@ class Filter {
 
 }  // namespace
 
-void becomeExpendable(unsigned processorTime_s) {
+void lowerPriorityAndLimit(unsigned processorTime_s) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   std::ofstream("/proc/self/oom_score_adj") << "1000";
   const sched_param none{};

@@ -8,7 +8,7 @@ namespace haptics {
 /// runs out, leaves the processors to others, has no capabilities and gains none, writes no file and no core, opens no
 /// more than a few, and gets no more than `processorTime_s` of a processor and no more memory than importing the largest
 /// mesh takes, half of what the machine has at the most. For the beginning of a program.
-void becomeExpendable(unsigned processorTime_s);
+void lowerPriorityAndLimit(unsigned processorTime_s);
 
 /// From now on this process may use what it holds, memory and open files, and nothing else: opening a file fails,
 /// every other system call ends it. For good. Refused where the kernel cannot filter system calls.

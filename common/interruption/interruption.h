@@ -8,12 +8,12 @@
 // whether it is still wanted. What nobody makes interruptible runs to its end.
 namespace haptics {
 
-/// Thrown where it ends.
+/// Thrown where cancelled work ends.
 struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("it was cancelled") {}
 };
 
-/// What this thread does while it lives ends when the token says so; the innermost one counts.
+/// While it lives, the token stops this thread's work; the innermost one counts.
 class Interruptible {
  public:
   explicit Interruptible(std::stop_token token) : outer_(std::exchange(current_, std::move(token))) {}

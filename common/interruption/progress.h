@@ -9,10 +9,10 @@ namespace haptics {
 
 enum class WorkStage : std::uint8_t {
   kMaking = 1,  ///< Read from a file, or generated: in another process, of which not more is known.
-  kBuilding     ///< What is felt is built from it.
+  kBuilding     ///< Collision mesh and detail are built from it.
 };
 
-/// What this thread reports while it lives goes to the listener; the innermost one counts.
+/// While it lives, this thread's reports go to the listener; the innermost one counts.
 class ProgressWatch {
  public:
   /// Gets the stage and the share of it that is done, from 0 to 1.

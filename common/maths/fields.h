@@ -92,7 +92,7 @@ struct IsWord<Word<T>> : std::true_type {};
 template <class T>
 inline constexpr bool kIsList = IsArray<T>::value || IsSequence<T>::value;
 
-/// Those in use.
+/// The items in use.
 [[nodiscard]] constexpr auto itemsOf(auto& list) noexcept {
   if constexpr (IsSequence<std::remove_cvref_t<decltype(list)>>::value) {
     return list.all();

@@ -31,7 +31,7 @@ class CrossingSearch {
   /// Is one of these triangles in such a pair? True as well when the work does not suffice.
   [[nodiscard]] bool any(std::span<const std::uint32_t> triangles, Work& work) const;
 
-  /// What all() may take. A sane mesh needs some 150 units a triangle, with many fans 500.
+  /// Limit of the work of all(). A sane mesh needs some 150 units a triangle, with many fans 500.
   [[nodiscard]] static Work allowance(const TriMesh& mesh) { return {mesh.triangles.size(), 512}; }
 
  private:

@@ -16,7 +16,7 @@ namespace haptics {
 /// Faces around one vertex above which the contact search cannot look at all of them in one tick.
 inline constexpr std::uint32_t kCrowdedValence = 3200;
 
-/// What import found in a file and what it did about it. Counts are of triangles unless the name says otherwise.
+/// Defects that import found in a file, and repairs. Counts are of triangles unless the name says otherwise.
 struct MeshReport {
   std::uint64_t trianglesInFile = 0;  ///< After triangulating polygons.
   std::uint64_t kept = 0;
@@ -37,7 +37,7 @@ struct MeshReport {
   std::uint64_t slivers = 0;             ///< More than 1,000 times as long as high; kept.
   std::uint64_t crowdedVertices = 0;     ///< More than kCrowdedValence triangles around them.
   std::uint32_t maxValence = 0;          ///< Most triangles around one vertex.
-  RepairReport repair;                   ///< What was done where the mesh passed through itself.
+  RepairReport repair;                   ///< Of self-intersections.
   bool tJunctionsSearched = true;        ///< False: that would have taken too long; none are counted.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.

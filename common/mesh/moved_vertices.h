@@ -33,7 +33,7 @@ struct MovedVertices {
   [[nodiscard]] std::optional<Vec3f> placeOf(std::uint32_t vertex) const noexcept;
 };
 
-/// Those that differ. Both of the same mesh.
+/// The vertices that differ between two shapes of one mesh.
 [[nodiscard]] MovedVertices movedBetween(std::span<const Vec3f> before, std::span<const Vec3f> after);
 
 /// Canonical bytes, which are what is hashed and sent: "HMOV", u32 version 1, u64 count, then a u32 for each vertex, then

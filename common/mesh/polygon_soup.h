@@ -10,7 +10,7 @@
 
 namespace haptics {
 
-/// What a file holds, before welding and scaling: triangles in the file's units, in the file's order, and what was left
+/// Content of a mesh file before welding and scaling: triangles in the file's units, in the file's order, and what was left
 /// out on the way here.
 struct PolygonSoup {
   std::vector<Vec3> vertices;

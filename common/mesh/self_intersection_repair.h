@@ -6,7 +6,7 @@
 
 namespace haptics {
 
-/// What was done about a mesh that passes through itself.
+/// Repairs of a mesh that intersects itself.
 struct RepairReport {
   std::uint64_t crossings = 0;      ///< Pairs of triangles that passed through each other.
   std::uint64_t crossingsLeft = 0;  ///< That still do.

@@ -17,7 +17,7 @@ using EdgeIndices = std::array<std::uint32_t, 2>;
 /// extent. None when the work does not suffice: edges pass too many ends without meeting one.
 [[nodiscard]] std::optional<std::uint64_t> countTJunctions(const std::vector<Vec3f>& vertices,
                                                            const std::vector<EdgeIndices>& boundary, Work& work);
-/// What it may take. A sane mesh needs up to 80 units an edge.
+/// Limit of the search's work. A sane mesh needs up to 80 units an edge.
 [[nodiscard]] inline Work tJunctionAllowance(std::size_t boundaryEdges) { return {boundaryEdges, 160}; }
 
 }  // namespace haptics

@@ -10,7 +10,7 @@ namespace haptics {
 class Work {
  public:
   explicit constexpr Work(std::int64_t units) noexcept : left_(units) {}
-  /// What a mesh of so many triangles or edges may take, each of them `each` units.
+  /// Limit for a mesh of so many triangles or edges, `each` units for each of them.
   constexpr Work(std::size_t count, std::int64_t each) noexcept
       : left_(kForAnyMesh + each * static_cast<std::int64_t>(count)) {}
 

@@ -13,7 +13,7 @@ class SharedMemory {
  public:
   /// Refused: the system has no more.
   [[nodiscard]] static Result<SharedMemory> make(const char* name, std::size_t size);
-  /// What another process has made. Refused: no memory of at least this size.
+  /// Maps memory that another process has made. Refused: no memory of at least this size.
   [[nodiscard]] static Result<SharedMemory> map(FileHandle file, std::size_t minSize);
   ~SharedMemory();
   SharedMemory(SharedMemory&& other) noexcept;

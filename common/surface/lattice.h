@@ -46,7 +46,7 @@ class CellLattice {
   [[nodiscard]] Place place(Vec3 point) const noexcept {
     const Vec3 coordinates = toLattice_ * point + offset_;
     const Vec3 corner = glm::floor(coordinates);
-    return {seed_ + kAlong[0] * whole(corner.x) + kAlong[1] * whole(corner.y) + kAlong[2] * whole(corner.z),
+    return {seed_ + kAlong[0] * toInteger(corner.x) + kAlong[1] * toInteger(corner.y) + kAlong[2] * toInteger(corner.z),
             coordinates - corner};
   }
   /// A gradient by lattice coordinates as a gradient by the object's, 1/m.
@@ -66,7 +66,7 @@ class CellLattice {
   Vec3 offset_;
   std::uint64_t seed_;
 
-  [[nodiscard]] static std::uint64_t whole(double x) noexcept {
+  [[nodiscard]] static std::uint64_t toInteger(double x) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(x));
   }
 };

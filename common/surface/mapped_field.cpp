@@ -191,7 +191,7 @@ class OnBox final : public ScalarField {
     }
   };
   [[nodiscard]] static Share rest(const Share& a) noexcept { return {1 - a.value, -a.slope}; }
-  /// What the faces of the first axis have against those of the second: all where its part is larger by far.
+  /// Blend weight of the faces of the first axis against those of the second: 1 where its part is larger by far.
   [[nodiscard]] static Share share(Vec3 part, int first, int second) noexcept {
     const double sum = part[first] + part[second];
     const double t = 0.5 + (part[first] - part[second]) / (2 * kBlend * sum);

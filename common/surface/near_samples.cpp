@@ -74,7 +74,7 @@ bool NearSamples::enter(std::span<const std::uint64_t> numbers) {
   return true;
 }
 
-/// Those within reach of the point.
+/// Samples within reach of the point.
 template <class Visit>
 void NearSamples::visitCubes(Vec3f point, Visit visit) {
   const Place place = placeOf(point);

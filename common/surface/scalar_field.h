@@ -10,7 +10,7 @@ struct FieldSample {
   Vec3 gradient{0};  ///< 1/m, object frame.
 };
 
-/// What a field stays within.
+/// Bounds of a field's values.
 struct FieldBounds {
   double lowest = 0,
          highest = 0;  ///< Of the value: never passed anywhere, and come near to within about 1 % (LayeredField: less).

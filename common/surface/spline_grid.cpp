@@ -41,16 +41,16 @@ void filter(double* samples, std::size_t count, std::vector<double>& state) {
 }  // namespace
 
 SplineGrid interpolatingGrid(std::uint32_t width, std::uint32_t height, std::span<const float> samples) {
-  std::vector<double> whole(samples.begin(), samples.end());
+  std::vector<double> filtered(samples.begin(), samples.end());
   std::vector<double> state(1);
-  for (std::size_t y = 0; y < height; ++y) filter(whole.data() + y * width, width, state);
+  for (std::size_t y = 0; y < height; ++y) filter(filtered.data() + y * width, width, state);
   state.resize(width);
-  filter(whole.data(), height, state);
+  filter(filtered.data(), height, state);
 
   SplineGrid grid{width, height, {}};
   grid.coefficients.reserve((width + std::size_t{3}) * (height + std::size_t{3}));
   for (std::size_t y = 0; y < height + std::size_t{3}; ++y) {
-    const double* row = whole.data() + (y + height - 1) % height * width;
+    const double* row = filtered.data() + (y + height - 1) % height * width;
     for (std::size_t x = 0; x < width + std::size_t{3}; ++x) {
       grid.coefficients.push_back(static_cast<float>(row[(x + width - 1) % width]));
     }

@@ -23,7 +23,7 @@ struct SplineGrid {
 /// The spline that passes through the samples (Unser, Aldroubi & Eden 1991: two recursive passes along each axis).
 [[nodiscard]] SplineGrid interpolatingGrid(std::uint32_t width, std::uint32_t height, std::span<const float> samples);
 
-/// What a spline stays within.
+/// Bounds of a spline's values.
 struct SplineBounds {
   double lowest = 0, highest = 0;  ///< Never passed; reached within 0.5 % of the samples' range.
   double slope = 0;                ///< Largest |gradient| at corners and middles of up to 512 * 512 cells, per sample.

@@ -14,10 +14,10 @@
 namespace haptics {
 namespace {
 
-constexpr int kMaxDivisor = 12;        ///< Of a combination's factors: k = 5/12 of another is seen to depend on it.
-constexpr double kWhole = 1e-9;        ///< How far from whole a factor may be by rounding.
-constexpr double kWaveMargin = 0.005;  ///< Of the sum of the amplitudes: the search ends that near to the extreme.
-constexpr int kMaxBoxes = 20'000;      ///< And after so many boxes at the latest; the bound holds all the same.
+constexpr int kMaxDivisor = 12;  ///< Of a combination's factors: k = 5/12 of another is seen to depend on it.
+constexpr double kIntegerTolerance = 1e-9;  ///< How far from an integer a factor may be by rounding.
+constexpr double kWaveMargin = 0.005;       ///< Of the sum of the amplitudes: the search ends that near to the extreme.
+constexpr int kMaxBoxes = 20'000;           ///< And after so many boxes at the latest; the bound holds all the same.
 
 /// amplitude * cos(turns . angles + phase), the angles anywhere.
 struct Harmonic {
@@ -35,7 +35,8 @@ class Base {
   std::optional<Vec3> factorsOf(Vec3 k) {
     Vec3 factors = glm::inverse(completed()) * k;
     bool within = true;
-    for (int i = size_; i < 3; ++i) within = within && std::abs(factors[i]) < kWhole * glm::length(k) / scale();
+    for (int i = size_; i < 3; ++i)
+      within = within && std::abs(factors[i]) < kIntegerTolerance * glm::length(k) / scale();
     if (!within) {
       vectors_[size_] = k;
       factors = Vec3(0);
@@ -43,14 +44,14 @@ class Base {
       return factors;
     }
     for (int divisor = 1; divisor <= kMaxDivisor; ++divisor) {
-      const Vec3 whole = glm::round(static_cast<double>(divisor) * factors);
-      if (glm::length(static_cast<double>(divisor) * factors - whole) > divisor * kWhole) continue;
+      const Vec3 rounded = glm::round(static_cast<double>(divisor) * factors);
+      if (glm::length(static_cast<double>(divisor) * factors - rounded) > divisor * kIntegerTolerance) continue;
       divisor_ = std::lcm(divisor_, divisor);
-      return whole / static_cast<double>(divisor);
+      return rounded / static_cast<double>(divisor);
     }
     return std::nullopt;
   }
-  /// What makes all factors whole.
+  /// The divisor that makes all factors integers.
   [[nodiscard]] int divisor() const noexcept { return divisor_; }
 
  private:

@@ -13,9 +13,9 @@ enum class DeviceFault : std::uint8_t {
   kInUse = 4,         ///< Another program has it.
   kFirmware = 5,      ///< Its firmware could not be loaded.
   kNotAnswering = 6,  ///< It does not answer the first request.
-  kUnplugged = 7,     ///< It went away.
+  kUnplugged = 7,     ///< The device was unplugged.
   kSilent = 8,        ///< Nothing comes from it.
-  kGarbled = 9,       ///< What comes from it is no whole reply.
+  kGarbled = 9,       ///< Its bytes are no complete reply.
   kStalled = 10,      ///< It refuses transfers.
   kLate = 11,         ///< Replies come, but those to requests of long ago.
   kHomingLost = 12,   ///< It says that it no longer knows where it is.

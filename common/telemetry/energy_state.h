@@ -12,7 +12,7 @@
 
 namespace haptics {
 
-/// What gives the hand energy, or takes it. Values are one less than those of the wire's enum (telemetry.proto).
+/// Sources and sinks of the hand's energy. Values are one less than those of the wire's enum (telemetry.proto).
 enum class EnergyFeature : std::uint8_t {
   kContact = 0,  ///< Spring and damper, as sampled and held: what is left when the others are taken off.
   kShading = 1,
@@ -26,7 +26,7 @@ inline constexpr std::size_t kEnergyFeatures = 6;
 /// Joules given to the hand since the servo started, by feature: together the work of the force as written.
 using EnergyByFeature = std::array<double, kEnergyFeatures>;
 
-/// What one object gave.
+/// Energy that one object gave.
 struct ObjectEnergy {
   std::uint64_t object = 0;
   EnergyByFeature given_J{};
@@ -49,7 +49,7 @@ struct EnergyState {
 };
 static_assert(std::is_trivially_copyable_v<EnergyState>, "crosses threads by copy");
 
-/// What gives the hand energy.
+/// The object and feature that give the hand most energy.
 struct EnergySource {
   std::uint64_t object = 0;
   EnergyFeature feature = EnergyFeature::kContact;

@@ -27,7 +27,7 @@ namespace haptics {
   return "unknown";
 }
 
-/// What TelemetrySample::wait_s adds to that; empty when there is nothing to wait for.
+/// TelemetrySample::wait_s in words, for the end of a line; empty at 0.
 [[nodiscard]] inline std::string waitInWords(double wait_s) {
   if (!(wait_s > 0)) return {};
   return ", again and again: back in " + std::to_string(static_cast<int>(std::ceil(std::min(wait_s, 1e6)))) + " s";

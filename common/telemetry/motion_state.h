@@ -56,8 +56,7 @@ struct ToolState {
   [[nodiscard]] std::span<const Point> points() const noexcept { return std::span(point).first(pointCount); }
 };
 
-/// What the servo has made of the objects that move or yield since the scene said where they are. As of `tick`, and of
-/// every later one until there is a newer state.
+/// Poses of moving objects and dents of yielding ones: as of `tick`, and of every later one until there is a newer state.
 struct MotionState {
   std::uint64_t tick = 0;
   std::uint64_t sceneRevision = 0;  ///< Adopted then, by a servo in whose scene something yields.
@@ -74,7 +73,7 @@ struct MotionState {
   [[nodiscard]] std::span<const ObjectDent> dents() const noexcept { return std::span(dent).first(dentCount); }
 };
 
-/// What both hands have made of the scene: the first hand's state with the dents of the second after its own.
+/// The state of a scene that two hands touch: the first hand's state with the dents of the second after its own.
 [[nodiscard]] inline MotionState ofBothHands(const MotionState& first, const MotionState& second) noexcept {
   MotionState all = first;
   for (const ObjectDent& dent : second.dents()) {

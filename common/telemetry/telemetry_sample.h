@@ -44,7 +44,7 @@ struct ForceComponents {
   Vec3 written{0};  ///< Sent to the device.
 };
 
-/// What the servo felt in one tick. SI units, world frame.
+/// Result of one servo tick. SI units, world frame.
 struct TelemetrySample {
   std::uint64_t tick = 0;
   std::uint64_t time_ns = 0;        ///< Monotonic clock when the device was read; 0 in virtual time.

@@ -329,18 +329,18 @@ std::optional<ToolState> toolFromWire(const v1::Telemetry& message) {
                  .torque_Nm = vectorFrom(message.tool().torque_nm()),
                  .written_Nm = vectorFrom(message.tool().written_nm()),
                  .point = {}};
-  bool whole = isFinite(tool.torque_Nm) && isFinite(tool.written_Nm);
+  bool isValid = isFinite(tool.torque_Nm) && isFinite(tool.written_Nm);
   if (message.tool().has_device_rotation()) {
-    whole = whole && !checkRotation(message.tool().device_rotation(), "");
+    isValid = isValid && !checkRotation(message.tool().device_rotation(), "");
     tool.deviceRotation = rotationFrom(message.tool().device_rotation());
   }
   for (const v1::ToolPoint& point : message.tool().point()) {
     if (tool.pointCount == ToolState::kMaxPoints) break;
     const ToolState::Point& taken =
         tool.point[tool.pointCount++] = {vectorFrom(point.place()), vectorFrom(point.force_n())};
-    whole = whole && !checkPosition(point.place(), "") && isFinite(taken.force_N);
+    isValid = isValid && !checkPosition(point.place(), "") && isFinite(taken.force_N);
   }
-  return whole ? std::optional(tool) : std::nullopt;
+  return isValid ? std::optional(tool) : std::nullopt;
 }
 
 void toWire(const ToolState& tool, v1::ToolContact& message) {

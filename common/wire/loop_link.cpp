@@ -7,7 +7,7 @@
 namespace haptics {
 namespace {
 
-/// What both ends share. Each end's state is its own thread's; the mutex guards the loops, which the other thread posts to.
+/// State that both ends share. Each end's state is its own thread's; the mutex guards the loops, which the other thread posts to.
 class Link : public std::enable_shared_from_this<Link> {
  public:
   Link(EventLoop& first, EventLoop& second) {

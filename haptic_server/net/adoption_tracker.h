@@ -18,7 +18,7 @@ class AdoptionTracker {
   /// The servo feels `revision` since `tick`. Only a revision newer than the last counts.
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void accepted(std::uint64_t clientSeq, std::uint64_t revision);
-  /// What has become known since the last call, in order of acceptance.
+  /// The edits whose tick became known since the last call, in order of acceptance.
   [[nodiscard]] std::vector<v1::EditLive> take();
 
   struct Adoption {

@@ -25,7 +25,7 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   /// and say nothing keep nobody out who speaks at once.
   static constexpr std::size_t kMaxHalfOpen = 64;
 
-  /// Room and host outlive every call.
+  /// Scene service and host outlive every call.
   Connections(const ServerIdentity& identity, const std::optional<ServerCredentials>& credentials,
               SceneService& sceneService, ServerHost& host)
       : identity_(identity), shared_(credentials, sceneService, host) {

@@ -31,9 +31,9 @@ void DatagramPaths::remove(std::uint64_t connection) {
 
 void DatagramPaths::received(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns) {
   v1::Datagram datagram;
-  const bool whole =
+  const bool isComplete =
       bytes.size() <= kMaxDatagramBytes && datagram.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
-  const auto at = whole ? byCookie_.find(datagram.cookie()) : byCookie_.end();
+  const auto at = isComplete ? byCookie_.find(datagram.cookie()) : byCookie_.end();
   if (at == byCookie_.end() || paths_[at->second].host != from.host || datagram.has_telemetry()) {
     ++forged_;
     return;

@@ -45,7 +45,7 @@ class EditGate {
     retryLater(clientSeq);
     return false;
   }
-  /// It passed, and there was no room for it.
+  /// The edit passed, and the queue had no room for it.
   void retryLater(std::uint64_t clientSeq) noexcept { retryUpTo_ = std::max(retryUpTo_, clientSeq); }
 
  private:

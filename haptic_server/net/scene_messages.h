@@ -13,7 +13,7 @@ namespace haptics {
 /// Bytes of a frame around the objects: envelope, numbers, roots and a reason.
 inline constexpr std::size_t kAroundObjects_bytes = 1536;
 
-/// What became of an edit, in at most frame_bytes with its envelope: of an accepted edit that was made under other
+/// The outcome of an edit, in at most frame_bytes with its envelope: of an accepted edit that was made under other
 /// limits, revision and root only; of a conflict's objects as many as fit; the beginning of a long reason.
 void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& reply);
 

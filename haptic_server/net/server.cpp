@@ -24,7 +24,7 @@ constexpr double kFastClient_Hz = 250;
 /// How long stop() lets clients read why.
 constexpr milliseconds kStopGrace{200};
 
-/// What a client hears that does not speak TLS to a server that does.
+/// The answer of a server with TLS to a client without.
 std::string plainRefusal() {
   v1::Envelope envelope;
   envelope.set_protocol_version(kProtocolVersion);

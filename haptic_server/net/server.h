@@ -39,15 +39,15 @@ class Server {
 
   static constexpr std::chrono::milliseconds kTokensEvery{250};
 
-  /// Binds the address. Room and host outlive the server. Errors: malformed or not allowed address, port in use, a key
+  /// Binds the address. Scene service and host outlive the server. Errors: malformed or not allowed address, port in use, a key
   /// that is not the certificate's.
   [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneService& sceneService,
                                                               ServerHost& host);
   ~Server();  ///< Stops.
 
   void start();
-  /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is
-  /// destroyed.
+  /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the scene service
+  /// is destroyed.
   void stop();
   /// Looks at the list of tokens now. Connections whose token is not on it, or has another role there, are closed. Any thread.
   void refreshTokens();

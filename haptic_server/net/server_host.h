@@ -21,14 +21,14 @@ class HandHost {
   [[nodiscard]] virtual bool popTelemetry(TelemetrySample& sample) = 0;
   /// Where the objects that move are; null when nothing has changed since the last call. By default nothing moves.
   [[nodiscard]] virtual const MotionState* takeMotion() { return nullptr; }
-  /// What the objects gave the hand; null when nothing has changed since the last call. By default nobody looks.
+  /// Energy that the objects gave the hand; null when nothing has changed since the last call. By default null.
   [[nodiscard]] virtual const EnergyState* takeEnergy() { return nullptr; }
 
   /// Of the client that leads the simulated hand, or that none leads it. False, as by default: no hand can be led.
   [[nodiscard]] virtual bool commandHand([[maybe_unused]] const HandCommand& command) { return false; }
 };
 
-/// What a server needs of the program around it: the servo's mailboxes, a recorder, a log. It is the first hand itself.
+/// Interface of a server to its program: the servo's mailboxes, a recorder, a log. It is the first hand itself.
 /// Called as a HandHost is.
 class ServerHost : public HandHost {
  public:
@@ -40,7 +40,7 @@ class ServerHost : public HandHost {
   /// Records the last seconds. False, as by default: this program keeps none, and no answer follows.
   [[nodiscard]] virtual bool requestDump([[maybe_unused]] const DumpAnswer& answer) { return false; }
 
-  /// Adds what a Status says of servo, device and uptime.
+  /// Adds servo, device and uptime to a Status.
   virtual void fillStatus([[maybe_unused]] v1::Status& status) {}
   virtual void log([[maybe_unused]] const std::string& line) {}
 };

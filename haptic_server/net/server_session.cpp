@@ -412,13 +412,13 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
   if (const TelemetrySample* second = telemetry_.second()) toWireOfSecondHand(*second, message);
-  addAllElse(message);
+  addBodiesAndDents(message);
   if (byDatagram_ && host_.sendDatagram(message)) return;
   if (lineIsFree) send(telemetryEnvelope_);
 }
 
-/// What is known as of the newest tick only.
-void ServerSession::addAllElse(v1::Telemetry& message) {
+/// Fields that are known for the newest tick only.
+void ServerSession::addBodiesAndDents(v1::Telemetry& message) {
   if (const EnergySource source = host_.largestEnergySource(); source.object != 0)
     toWire(source, *message.add_energy());
   bodies_.add(host_.motion(), message);
@@ -429,7 +429,7 @@ void ServerSession::sendTicks() {
   v1::TelemetryBatch& batch = *batchEnvelope_.mutable_telemetry_batch();
   while (phase_ == Phase::kLive && transport_.backlog() <= limits_.sendAhead_bytes &&
          batches_.take(*host_.ticks(), host_.now_ns(), batch)) {
-    if (batch.reaches_newest()) addAllElse(*batch.mutable_sample()->rbegin());
+    if (batch.reaches_newest()) addBodiesAndDents(*batch.mutable_sample()->rbegin());
     send(batchEnvelope_);
   }
 }

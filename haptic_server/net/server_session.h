@@ -22,7 +22,7 @@
 
 namespace haptics {
 
-/// What the server says of itself in Welcome.
+/// The server's fields of Welcome.
 struct ServerIdentity {
   std::string name;
   std::string device;
@@ -145,7 +145,7 @@ class ServerSession {
   void pump();
   void sendTelemetry(bool lineIsFree);
   void sendTicks();
-  void addAllElse(v1::Telemetry& message);
+  void addBodiesAndDents(v1::Telemetry& message);
   void sendCommits();
   void sendLive();
   void sendHeartbeat();

@@ -10,7 +10,7 @@
 
 namespace haptics {
 
-/// What the servo tells the network thread: samples through a queue, and where what moves is through a mailbox.
+/// The network thread's end of the servo: samples through a queue, poses of moving bodies through a mailbox.
 class ServoFeed {
  public:
   explicit ServoFeed(ServerHost& host) noexcept : host_(host) {}
@@ -28,7 +28,7 @@ class ServoFeed {
   }
 
   [[nodiscard]] const std::optional<TelemetrySample>& last() const noexcept { return last_; }
-  /// What the second hand felt in the same tick; null: there is none, or it was dropped.
+  /// The second hand's sample of the same tick; null: there is none, or it was dropped.
   [[nodiscard]] const TelemetrySample* lastOfSecondHand() const noexcept {
     return second_ && last_ && second_->tick == last_->tick ? &*second_ : nullptr;
   }
@@ -36,7 +36,7 @@ class ServoFeed {
   [[nodiscard]] TickHistory& ticks() noexcept { return ticks_; }
   /// Of both hands.
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
-  /// What the objects gave the hand, of the last 20 ms; and who of them gave most, object 0 for nobody.
+  /// Energy that the objects gave the hand in the last 20 ms; and which gave most, object 0 for none.
   [[nodiscard]] const EnergyState& energy() const noexcept { return energy_; }
   [[nodiscard]] EnergySource largestEnergySource() const noexcept { return largestEnergySource_; }
 

@@ -43,7 +43,7 @@ class UploadHost {
   virtual void releaseUpload(std::size_t bytes) = 0;
 };
 
-/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
+/// Interface of a session to its server: the network thread's, or a simulation's in virtual time. Called on
 /// the session's thread only.
 class SessionHost : public SceneHost, public UploadHost {
  public:
@@ -85,7 +85,7 @@ class SessionHost : public SceneHost, public UploadHost {
   }
 
   [[nodiscard]] virtual std::uint64_t now_ns() const = 0;  ///< Nanoseconds on the server's monotonic clock.
-  /// What a client may do that says Hello as `session` with this token; or why it is turned away. By default, as on a
+  /// The role of a client that says Hello as `session` with this token, or why it is refused. By default, as on a
   /// server that only this machine can reach: everybody may edit.
   [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,
                                            [[maybe_unused]] const std::string& token) {

@@ -74,7 +74,7 @@ class DeformedHashCache {
   std::optional<Known> known_;
 };
 
-/// What the connections of a server share. The network thread's, but for the counts, which any thread may read.
+/// State that the connections of a server share. The network thread's, but for the counts, which any thread may read.
 struct SharedByConnections {
   SharedByConnections(const std::optional<ServerCredentials>& credentials, SceneService& sceneService_,
                       ServerHost& host_)

@@ -21,7 +21,7 @@ class UploadBudget {
     ofToken_bytes += bytes;
     return true;
   }
-  /// What was reserved with that token.
+  /// Gives back bytes that were reserved with that token.
   void release(const ContentHash& token, std::size_t bytes) {
     used_bytes_ -= bytes;
     const auto at = ofToken_bytes_.find(token);

@@ -57,7 +57,7 @@ Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, Fl
 
 FlightRecorder::~FlightRecorder() { (void)stop(); }
 
-void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
+void FlightRecorder::onSceneBuilt(const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
   const auto kept = std::make_shared<const SceneSource>(SceneSource{scene.number, scene.revision, objects});
   bool later = false, running = false;
@@ -72,7 +72,7 @@ void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjec
   if (!later && options_.keepScenes) keep(kept.get());
 }
 
-/// What given() left to this thread.
+/// What onSceneBuilt() left to this thread.
 void FlightRecorder::keepDue() {
   std::unique_lock lock(mutex_);
   while (!toKeep_.empty()) {
@@ -111,7 +111,7 @@ void FlightRecorder::releaseScenes() {
   const std::uint64_t now_ns = monotonicNow_ns();
   std::vector<Held> old;  // freed without the lock
   const std::lock_guard lock(mutex_);
-  while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) {
+  while (scenes_.size() > 1 && scenes_[1].built_ns + kHoldScenes_ns < now_ns) {
     old.push_back(std::move(scenes_.front()));
     scenes_.pop_front();
   }

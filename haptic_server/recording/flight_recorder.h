@@ -31,7 +31,7 @@ class FlightRecorder {
     std::filesystem::path folder;  ///< For the others.
     RecordingQuota quota = {};     ///< Of the folder.
     /// Memory of the scenes that a recording after a crash needs (SceneJournal), another one from time to time: its
-    /// descriptor, which is the recorder's. On the thread of given(), before the servo gets a scene that is only there; of
+    /// descriptor, which is the recorder's. On the thread of onSceneBuilt(), before the servo gets a scene that is only there; of
     /// scenes of more than kKeptAtOnce_bytes on the recorder's, soon after.
     std::function<void(int descriptor)> keepScenes = {};
     std::function<void(const std::string&)> info, warning;
@@ -52,7 +52,7 @@ class FlightRecorder {
   /// kept, 30 s after 235 MB (12.6 million triangles).
   static constexpr double kFaultBytes_per_s = 8e6;
   static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;  ///< Between two requests that are granted.
-  /// Assets of a scene that given() itself keeps for after a crash; to keep more takes tens of milliseconds.
+  /// Assets of a scene that onSceneBuilt() itself keeps for after a crash; to keep more takes tens of milliseconds.
   static constexpr std::size_t kKeptAtOnce_bytes = 4U << 20;
 
   /// The ring outlives the recorder. Refused: a file that cannot be written.
@@ -62,7 +62,7 @@ class FlightRecorder {
   FlightRecorder& operator=(const FlightRecorder&) = delete;
 
   /// A scene that the servo is about to get. Any one thread, also before start().
-  void given(const ServoScene& scene, const std::vector<ServoObjectSource>& objects);
+  void onSceneBuilt(const ServoScene& scene, const std::vector<ServoObjectSource>& objects);
   void start();
   /// In place of start(), for virtual time: takes what the ring holds, on this thread.
   void collect() { look(false); }
@@ -81,7 +81,7 @@ class FlightRecorder {
   };
   struct Held {
     std::shared_ptr<const SceneSource> scene;
-    std::uint64_t given_ns;
+    std::uint64_t built_ns;
   };
   FlightRecorder(Options options, FlightRing& ring) : options_(std::move(options)), ring_(ring) {}
 
@@ -114,7 +114,7 @@ class FlightRecorder {
   // To keep in the journal; not empty while the recorder's thread is at it.
   std::deque<std::shared_ptr<const SceneSource>> toKeep_;
 
-  // The thread of given(), unless there are scenes to keep: then the recorder's.
+  // The thread of onSceneBuilt(), unless there are scenes to keep: then the recorder's.
   std::optional<SceneJournal> journal_;
   std::uint64_t journalBegan_ = 0;  // its size with the scenes that it began with
   bool keepsScenes_ = true;         // no: there was no memory

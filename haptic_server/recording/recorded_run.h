@@ -57,7 +57,7 @@ class RecordedRun {
   /// That were not let go.
   [[nodiscard]] std::vector<std::shared_ptr<const RemadeScene>> heldScenes() const;
   /// Releases the scenes before this one (ServoScene::number): none is in use any more.
-  void letGoBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
+  void releaseBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
 
   [[nodiscard]] double share() const noexcept { return source_->share(); }  ///< Of the bytes that were read.
   [[nodiscard]] std::uint64_t scenes() const noexcept { return scenesMade_; }

@@ -66,7 +66,7 @@ void RecordingPlayer::run() {
   while (!quit_) {
     showTaken(played_.ticks.load(std::memory_order_acquire));
     const std::uint64_t used = used_.load(std::memory_order_acquire);
-    run_->letGoBefore(toShow_.empty() ? used : std::min(used, toShow_.front().scene));
+    run_->releaseBefore(toShow_.empty() ? used : std::min(used, toShow_.front().scene));
     while (!quit_ && !readAll_ && ahead_.write_available() > 0) readOne();
     std::this_thread::sleep_for(kLookEvery);
   }

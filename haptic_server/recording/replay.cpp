@@ -305,7 +305,7 @@ class Replay {
     servo_ = std::move(computed.servo);
     scenes_ = std::move(oldest.stretch.scenes);
     meetsNext_ = computed.meetsNext;
-    run_.letGoBefore(servo_->oldestScene());
+    run_.releaseBefore(servo_->oldestScene());
     underWay_.pop_front();
     computed.clear();
     spare_.push_back(std::move(computed));

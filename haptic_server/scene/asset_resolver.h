@@ -14,7 +14,7 @@ namespace haptics {
 template <class Kind>
 struct Resolved {
   std::shared_ptr<const Kind> asset;
-  std::string report;  ///< What importing or making it kept and dropped, one line.
+  std::string report;  ///< Of its import or generation, one line.
 };
 
 /// A residue that the server holds.
@@ -52,7 +52,7 @@ class AssetResolver {
   [[nodiscard]] virtual Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) = 0;
   /// Moved vertices by their hash; errors are of the field "asset" below Residue.
   [[nodiscard]] virtual Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) = 0;
-  /// What the editor of an object may want to know of it as it is to be: a line each.
+  /// Warnings about an object as an edit would make it, a line each.
   [[nodiscard]] virtual std::vector<std::string> warnings(const ObjectRecord&, const ObjectAssets&) const { return {}; }
 };
 

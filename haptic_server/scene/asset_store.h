@@ -20,7 +20,7 @@
 
 namespace haptics {
 
-/// What is named by its content, as clients get it. Immutable, shared between threads.
+/// An asset, named by the hash of its content. Immutable, shared between threads.
 struct Asset {
   AssetName name;  ///< Its hash is that of bytes().
 

@@ -18,7 +18,7 @@ struct PermanentDent {
   Dent dent;
 };
 
-/// What has become of each object's dents so far, whether the servo has followed or not yet.
+/// Up to which number each object's dents were handled, whether the servo has followed or not yet.
 struct DentWatermark {
   std::uint64_t upTo = 0;          ///< Baked.
   std::uint64_t releasedUpTo = 0;  ///< Or not allowed to stay.
@@ -30,7 +30,7 @@ using DentWatermarks = std::map<std::uint64_t, DentWatermark>;
 [[nodiscard]] std::map<std::uint64_t, std::vector<PermanentDent>> permanentDents(const MotionState& motion,
                                                                                  const DentWatermarks& handled);
 
-/// What becomes of an object's staying dents.
+/// Result of baking an object's permanent dents.
 struct BakeResult {
   std::uint64_t upTo = 0;  ///< The residue holds the dents up to this number; 0: none.
   /// Then all vertices that are elsewhere now, those of before included; none where dents lie between vertices.

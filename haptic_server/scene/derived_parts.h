@@ -26,7 +26,7 @@ struct BodyParts {
   std::shared_ptr<const Tool> tool;                  ///< Null: the hand does not hold it.
 };
 
-/// What is computed of an object's record and assets, in time that grows with its mesh. Each is null where the object has
+/// Parts computed from an object's record and assets, in time that grows with its mesh. Each is null where the object has
 /// none, or it has not been made yet.
 struct DerivedParts {
   std::shared_ptr<const Result<BodyParts>> body;  ///< Refused: what no body or tool can be.

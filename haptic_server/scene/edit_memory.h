@@ -31,7 +31,7 @@ class EditDeduplicator {
     Result result;  ///< For kApplied.
   };
 
-  /// What is remembered of one session.
+  /// The remembered edits of one session.
   struct SessionResults {
     SessionId session = kServerSession;
     std::uint64_t forgottenUpTo = 0;  ///< Highest clientSeq dropped from the results.

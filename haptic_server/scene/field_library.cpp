@@ -45,7 +45,7 @@ Result<Resolved<PointFieldAsset>> FieldLibrary::resolve(const PointFieldSource& 
   }
   const auto& recipe = std::get<GrownReactionDiffusionSource>(source);
   auto asset = once(grown_, GrownKey(recipe, mesh.name.hash), [&] {
-    return fromElsewhere<PointFieldAsset>(makeElsewhere(recipe, *mesh.mesh, Interruptible::token()));
+    return fromImporterProcess<PointFieldAsset>(makeInImporterProcess(recipe, *mesh.mesh, Interruptible::token()));
   });
   if (!asset) return tl::unexpected<Error>(std::move(asset).error());
   return Resolved<PointFieldAsset>{*asset, "grown on the mesh by reaction and diffusion, " +
@@ -70,7 +70,7 @@ Result<std::shared_ptr<const Kind>> FieldLibrary::once(Made<K, Kind>& made, cons
 }
 
 template <class Kind>
-Result<std::shared_ptr<const Kind>> FieldLibrary::fromElsewhere(Result<std::string> bytes) {
+Result<std::shared_ptr<const Kind>> FieldLibrary::fromImporterProcess(Result<std::string> bytes) {
   return std::move(bytes)
       .and_then([this](std::string read) { return store_.internEncoded(Kind::kKind, std::move(read)); })
       .map(as<Kind>);
@@ -83,7 +83,7 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
   const fs::path& path = located->file;
   const ImageKey key{path.string(), fs::last_write_time(path, error), fs::file_size(path, error)};
   auto asset =
-      once(made_, Key(key), [&] { return fromElsewhere<FieldAsset>(importImage(path, Interruptible::token())); });
+      once(made_, Key(key), [&] { return fromImporterProcess<FieldAsset>(importImage(path, Interruptible::token())); });
   if (!asset) return refused("image", seenFromOutside(asset.error().text(), path, file.path));
   return withSize(*asset, file.path + ": ");
 }
@@ -95,7 +95,9 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const AssetSource& source) const
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const ReactionDiffusionSource& recipe) {
-  const auto make = [&] { return fromElsewhere<FieldAsset>(makeElsewhere(recipe, Interruptible::token())); };
+  const auto make = [&] {
+    return fromImporterProcess<FieldAsset>(makeInImporterProcess(recipe, Interruptible::token()));
+  };
   return once(made_, Key(recipe), make).map([](const auto& asset) {
     return withSize(asset, "computed by reaction and diffusion, ");
   });

@@ -25,7 +25,7 @@ class FieldLibrary {
   /// a process of its own, and ends when this thread's work is interrupted.
   /// Refused: a file that is not below an asset folder or no image, a hash that is not here.
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source);
-  /// What grows on the mesh. Refused: what cannot grow on it, a hash that is not here.
+  /// A pattern grown on the mesh. Refused: one that cannot grow on it, a hash that is not here.
   [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source, const MeshAsset& mesh);
   /// Refused: a hash that is not here.
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source);
@@ -50,7 +50,7 @@ class FieldLibrary {
   Result<Resolved<FieldAsset>> from(const SpotNoiseSource& recipe);
   /// Canonical bytes from a process that may have been taken over by what it read.
   template <class Kind>
-  Result<std::shared_ptr<const Kind>> fromElsewhere(Result<std::string> bytes);
+  Result<std::shared_ptr<const Kind>> fromImporterProcess(Result<std::string> bytes);
   template <class K, class Kind, class Make>
   Result<std::shared_ptr<const Kind>> once(Made<K, Kind>& made, const K& key, Make make);
 };

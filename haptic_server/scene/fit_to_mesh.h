@@ -26,7 +26,7 @@ namespace haptics {
 [[nodiscard]] std::vector<std::string> deformationWarnings(const DeformationProperties& properties, const TriMesh& mesh,
                                                            std::optional<std::size_t> flattened = std::nullopt);
 
-/// What an edit left open of a mapping's intermediate surface becomes that of the mesh's box in its frame.
+/// Completes a mapping's intermediate surface by the box of the mesh in its frame.
 void fitToMesh(const MappedSource& source, const TriMesh& mesh, Mapping& mapping);
 
 }  // namespace haptics

@@ -44,7 +44,7 @@ void dropPart(ObjectRecord& record, const std::string& field) {
 Result<ObjectAssets> gatherReady(const ObjectRecord& record, const AssetLookup& lookUp) {
   auto assets = gatherAssets(record, lookUp);
   if (!assets || !record.motion) return assets;
-  // The mesh is whole; an edit of the object as it was without may have given it a motion that does not fit.
+  // The mesh is restored; an edit of the object without it may have given it a motion that does not fit.
   (void)derive(record, *assets, {}, false, [](std::size_t) { return Result<void>(); });
   if (const auto& body = *assets->derived.body; !body) return tl::unexpected(Error(body.error()).within("motion."));
   return assets;
@@ -76,36 +76,36 @@ RecoveredObject recoverObject(ObjectRecord record, const AssetLookup& lookUp, As
 }
 
 ObjectRecord withLostParts(const ObjectRecord& now, const ObjectRecord& before) {
-  ObjectRecord whole = now;
-  if (now.mesh == placeholderHash()) whole.mesh = before.mesh;
-  if (whole.mesh != before.mesh) return now;  // it has been given another
-  SurfaceProperties& surface = whole.material.surface;
+  ObjectRecord restored = now;
+  if (now.mesh == placeholderHash()) restored.mesh = before.mesh;
+  if (restored.mesh != before.mesh) return now;  // it has been given another
+  SurfaceProperties& surface = restored.material.surface;
   const SurfaceProperties& itsSurface = before.material.surface;
   if (!surface.shading) surface.shading = itsSurface.shading;
   if (!surface.friction) surface.friction = itsSurface.friction;
   if (!surface.texture) surface.texture = itsSurface.texture;
   if (!surface.stiffnessOver) surface.stiffnessOver = itsSurface.stiffnessOver;
   if (!surface.softnessOver) surface.softnessOver = itsSurface.softnessOver;
-  if (!whole.motion) whole.motion = before.motion;
-  if (whole.deformation.empty()) whole.deformation = before.deformation;
-  if (!whole.deformation.residue && whole.deformation.lattice == before.deformation.lattice)
-    whole.deformation.residue = before.deformation.residue;
-  return whole;
+  if (!restored.motion) restored.motion = before.motion;
+  if (restored.deformation.empty()) restored.deformation = before.deformation;
+  if (!restored.deformation.residue && restored.deformation.lattice == before.deformation.lattice)
+    restored.deformation.residue = before.deformation.residue;
+  return restored;
 }
 
 std::vector<std::string> lostParts(const ObjectRecord& now, const ObjectRecord& before) {
-  const ObjectRecord whole = withLostParts(now, before);
+  const ObjectRecord restored = withLostParts(now, before);
   std::vector<std::string> parts;
-  if (whole.mesh != now.mesh) parts.emplace_back("mesh");
-  const SurfaceProperties& had = whole.material.surface;
+  if (restored.mesh != now.mesh) parts.emplace_back("mesh");
+  const SurfaceProperties& had = restored.material.surface;
   const SurfaceProperties& has = now.material.surface;
   if (had.shading != has.shading) parts.emplace_back("shading");
   if (had.friction != has.friction) parts.emplace_back("friction");
   if (had.texture != has.texture) parts.emplace_back("texture");
   if (had.stiffnessOver != has.stiffnessOver) parts.emplace_back("stiffness_over");
   if (had.softnessOver != has.softnessOver) parts.emplace_back("softness_over");
-  if (whole.motion != now.motion) parts.emplace_back("motion");
-  if (whole.deformation != now.deformation) parts.emplace_back("deformation");
+  if (restored.motion != now.motion) parts.emplace_back("motion");
+  if (restored.deformation != now.deformation) parts.emplace_back("deformation");
   return parts;
 }
 
@@ -126,10 +126,10 @@ RestoredState restore(SequencerState state, const AssetLookup& lookUp, AssetStor
   bool lostMore = false;
   for (const auto& now : version.objects()) {
     const auto before = recordOf(state.lost, now->id);
-    const ObjectRecord whole = before ? withLostParts(*now, *before) : *now;
-    RecoveredObject held = recoverObject(whole, lookUp, store);
+    const ObjectRecord complete = before ? withLostParts(*now, *before) : *now;
+    RecoveredObject held = recoverObject(complete, lookUp, store);
     for (const std::string& part : held.lost) restored.warnings.push_back("object \"" + now->name + "\": " + part);
-    if (!held.lost.empty()) stillGone.push_back(std::make_shared<const ObjectRecord>(whole));
+    if (!held.lost.empty()) stillGone.push_back(std::make_shared<const ObjectRecord>(complete));
     if (!(held.record == *now)) {
       if (held.lost.empty())
         restored.warnings.push_back("object \"" + now->name + "\": what was lost of it is here again");

@@ -33,7 +33,7 @@ struct RecoveredObject {
 [[nodiscard]] ObjectRecord withLostParts(const ObjectRecord& now, const ObjectRecord& before);
 /// "mesh", "texture": what withLostParts() would bring back.
 [[nodiscard]] std::vector<std::string> lostParts(const ObjectRecord& now, const ObjectRecord& before);
-/// Those of the state's lost records that withLostParts() would still bring something back from.
+/// The lost records from which withLostParts() can still restore a part.
 [[nodiscard]] std::vector<std::shared_ptr<const ObjectRecord>> stillLost(const SequencerState& state);
 
 /// A kept state whose assets are all here.

@@ -63,28 +63,28 @@ void MeshLibrary::keep(std::map<Key, Imported>& meshes, const Key& key, const Re
 }
 
 Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source, double stiffness_N_per_m) {
-  return source.simplifyError ? simplified(source, stiffness_N_per_m) : whole(source);
+  return source.simplifyError ? simplified(source, stiffness_N_per_m) : unsimplified(source);
 }
 
 Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double stiffness_N_per_m) {
   std::optional<SimplifiedKey> key;
   if (const auto* file = std::get_if<FileSource>(&source.source)) {
-    auto of = keyOf(source, *file);
-    if (!of) return tl::unexpected(std::move(of).error());
-    key.emplace(*std::move(of), *source.simplifyError, stiffness_N_per_m);
+    auto fileKey = keyOf(source, *file);
+    if (!fileKey) return tl::unexpected(std::move(fileKey).error());
+    key.emplace(*std::move(fileKey), *source.simplifyError, stiffness_N_per_m);
     if (auto mesh = known(simplified_, *key)) return *std::move(mesh);
   }
-  auto mesh = whole(source);
+  auto mesh = unsimplified(source);
   if (!mesh) return mesh;
   reportProgress(WorkStage::kMaking, 0);
   const TriMesh& all = *mesh->asset->mesh;
-  auto less = simplify(all, *mesh->asset->surface, *source.simplifyError, stiffness_N_per_m);
+  auto simpler = simplify(all, *mesh->asset->surface, *source.simplifyError, stiffness_N_per_m);
   const auto number = [](auto value) { return std::to_string(value); };
-  if (less) {
+  if (simpler) {
     mesh->report += "; simplified from " + number(all.triangles.size()) + " triangles to " +
-                    number(less->mesh.triangles.size()) + ", force error " + errorText(less->error_jnd) + " of " +
+                    number(simpler->mesh.triangles.size()) + ", force error " + errorText(simpler->error_jnd) + " of " +
                     errorText(*source.simplifyError);
-    mesh->asset = store_.intern(std::move(less->mesh), std::move(less->surface));
+    mesh->asset = store_.intern(std::move(simpler->mesh), std::move(simpler->surface));
   } else {
     mesh->report += "; not simplified: with fewer than its " + number(all.triangles.size()) +
                     " triangles the force error is not below " + errorText(*source.simplifyError);
@@ -93,7 +93,7 @@ Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double st
   return mesh;
 }
 
-Result<ResolvedMesh> MeshLibrary::whole(const MeshSource& source) {
+Result<ResolvedMesh> MeshLibrary::unsimplified(const MeshSource& source) {
   if (const auto* file = std::get_if<FileSource>(&source.source)) return fromFile(source, *file);
   if (source.largestExtent_m) return refused("largest_extent_m", "only a mesh from a file is scaled; leave it out");
   if (source.unit_m != 1) return refused("unit_m", "only a mesh from a file has a unit; leave it out");
@@ -125,7 +125,7 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
       {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m, .keepCrossings = source.keepCrossings},
       Interruptible::token());
   if (!imported) return refused("file", seenFromOutside(imported.error().text(), located->file, file.path));
-  auto mesh = fromElsewhere(std::move(imported->bytes));
+  auto mesh = fromImporterProcess(std::move(imported->bytes));
   if (!mesh) return refused("file", file.path + ": " + mesh.error().text());
 
   ResolvedMesh resolved{*std::move(mesh), file.path + ": " + imported->report.text()};
@@ -144,8 +144,8 @@ Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
   Result<std::shared_ptr<const MeshAsset>> mesh;
   if (trianglesOf(recipe) > kMaxMadeHere) {
     reportProgress(WorkStage::kMaking, 0);
-    mesh = makeElsewhere(recipe, Interruptible::token()).and_then([this](std::string bytes) {
-      return fromElsewhere(std::move(bytes));
+    mesh = makeInImporterProcess(recipe, Interruptible::token()).and_then([this](std::string bytes) {
+      return fromImporterProcess(std::move(bytes));
     });
   } else {
     mesh = generate(recipe).map([this](TriMesh made) { return store_.intern(std::move(made)); });
@@ -155,7 +155,7 @@ Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
   return ResolvedMesh{*std::move(mesh), std::move(report)};
 }
 
-Result<std::shared_ptr<const MeshAsset>> MeshLibrary::fromElsewhere(std::string bytes) {
+Result<std::shared_ptr<const MeshAsset>> MeshLibrary::fromImporterProcess(std::string bytes) {
   if (bytes.size() > SceneLimits{}.assets_bytes) {
     return refused("", "is a mesh of " + std::to_string(bytes.size()) + " bytes; all assets of a scene take at most " +
                            std::to_string(SceneLimits{}.assets_bytes));

@@ -25,7 +25,7 @@ class MeshLibrary {
   /// Both outlive the library.
   MeshLibrary(const AssetFolders& folders, AssetStore& store) : folders_(folders), store_(store) {}
 
-  /// What reads a file or takes long to make is done in a process of its own; a mesh that is to be simplified is, in this
+  /// Files are read and large meshes made in a process of its own; a mesh that is to be simplified is, in this
   /// thread. Either ends when this thread's work is interrupted. Refused: a file that is not below an asset folder, and
   /// whatever importMeshFile() and the generators refuse. Errors name a file as the source does, never where it lies.
   /// @param stiffness_N_per_m  With which a mesh that is to be simplified is judged.
@@ -53,14 +53,14 @@ class MeshLibrary {
   template <class Key>
   void keep(std::map<Key, Imported>& meshes, const Key& key, const ResolvedMesh& mesh);
 
-  Result<ResolvedMesh> whole(const MeshSource& source);
+  Result<ResolvedMesh> unsimplified(const MeshSource& source);
   Result<ResolvedMesh> simplified(const MeshSource& source, double stiffness_N_per_m);
   [[nodiscard]] Result<FileKey> keyOf(const MeshSource& source, const FileSource& file) const;
   Result<ResolvedMesh> fromFile(const MeshSource& source, const FileSource& file);
   Result<ResolvedMesh> fromStore(const AssetSource& asset) const;
   Result<ResolvedMesh> generated(const MeshSource& source);
   /// Canonical bytes from a process that may have been taken over by what it read.
-  Result<std::shared_ptr<const MeshAsset>> fromElsewhere(std::string bytes);
+  Result<std::shared_ptr<const MeshAsset>> fromImporterProcess(std::string bytes);
 };
 
 }  // namespace haptics

@@ -12,7 +12,7 @@
 
 namespace haptics {
 
-/// What an object's record names, held and ready to be felt.
+/// The assets that an object's record names, with the fields made of them.
 struct ObjectAssets {
   std::shared_ptr<const MeshAsset> mesh;
   std::vector<std::shared_ptr<const Asset>> others;        ///< All but the mesh.

@@ -27,7 +27,7 @@ struct Meeting {
   [[nodiscard]] Vec3 centre() const { return toWorld(pose, surface->centre()); }
 };
 
-/// What meets others, at places that are known.
+/// Colliding objects at known poses.
 std::vector<Meeting> meetingOnes(std::span<const PlacedObject> objects) {
   std::vector<Meeting> meeting;
   for (const PlacedObject& object : objects) {

@@ -11,9 +11,9 @@
 
 namespace haptics {
 
-/// What takes long of one edit, made on a worker's thread from the scene as it was then, and kept for the commit on the
-/// sequencer's thread, which judges the edit by the scene as it is by then. A resolver that makes nothing itself but what
-/// takes milliseconds: all else is there, or it is refused and the edit is to be prepared (again).
+/// The long work of one edit: done on a worker's thread with the scene as it was then, and kept for the commit on the
+/// sequencer's thread, which decides the edit by the scene as it is by then. A resolver that does work of milliseconds alone;
+/// longer work was prepared, or is refused and the edit has to be prepared (again).
 class Preparation final : public AssetResolver {
  public:
   /// Triangles of a mesh that may be gone through while others wait; to build a mesh of so many takes 10 ms.

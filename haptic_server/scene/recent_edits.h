@@ -19,7 +19,7 @@ struct AcceptedEdit {
   SessionId session = kServerSession;
   std::uint64_t clientSeq = 0;
   Commit commit;  ///< `put` holds each object once, in the order in which the operations first name them.
-  std::vector<std::string> reports;  ///< What making each mesh kept and dropped.
+  std::vector<std::string> reports;  ///< Of imports and generators, and warnings.
   ObjectId nextId = 1;               ///< First id that no object has had after it.
 };
 

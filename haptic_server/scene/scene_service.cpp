@@ -54,7 +54,7 @@ std::vector<std::string> SceneService::resume(SequencerState state, AssetReader 
   sequencer_.resume(std::move(restored.state), std::move(restored.assets), journal);
   if (restored.changed) sequencer_.checkpoint();
   published_ = sequencer_.history();
-  publishToServo(ServoSceneBuilder::Plan::kOfTheLastScene);
+  publishToServo(ServoSceneBuilder::Plan::kKeep);
   return std::move(restored.warnings);
 }
 
@@ -97,9 +97,9 @@ void SceneService::restoreLostParts(const ContentHash& asset) {
   for (const auto& lost : lostAtStart_) {
     const auto now = before->version.find(lost->id);
     if (!now) continue;
-    const ObjectRecord whole = withLostParts(*now, *lost);
-    if (whole == *now || !std::ranges::count(whole.assets(), asset, &AssetName::hash)) continue;
-    RecoveredObject held = recoverObject(whole, lookUp, store_);
+    const ObjectRecord restored = withLostParts(*now, *lost);
+    if (restored == *now || !std::ranges::count(restored.assets(), asset, &AssetName::hash)) continue;
+    RecoveredObject held = recoverObject(restored, lookUp, store_);
     if (held.record == *now) continue;
     held.record.revision = before->version.revision() + 1;
     objects.push_back(std::move(held.record));
@@ -152,7 +152,7 @@ EditOutcomes SceneService::apply(std::span<const Submission> submissions, AssetR
 void SceneService::publish(const std::shared_ptr<const SceneHistory>& before) {
   const auto& now = sequencer_.history();
   publishHistory();  // first: what the network sends, it sends while the servo's scene is made
-  publishToServo(ServoSceneBuilder::Plan::kOfTheLastScene);
+  publishToServo(ServoSceneBuilder::Plan::kKeep);
   for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
     for (const std::string& report : now->find(revision)->reports) log(report);
   }
@@ -209,11 +209,11 @@ bool SceneService::bakeDents(ObjectId object, std::span<const PermanentDent> den
       static_cast<void>(apply(std::span(&submission, 1), library_));
       if (sequencer_.history() == before) return false;
     } else {
-      publishToServo(ServoSceneBuilder::Plan::kOfTheLastScene);
+      publishToServo(ServoSceneBuilder::Plan::kKeep);
     }
     handled_[object].upTo = taken.upTo;
   } else if (taken.releasedUpTo > 0) {
-    publishToServo(ServoSceneBuilder::Plan::kOfTheLastScene);
+    publishToServo(ServoSceneBuilder::Plan::kKeep);
   }
   if (taken.releasedUpTo > 0) handled_[object].releasedUpTo = taken.releasedUpTo;
   return true;

@@ -31,8 +31,8 @@
 namespace haptics {
 
 /// The server's own copy of the scene and the builder thread that changes it: edits and uploads in, servo scenes and
-/// histories out. What takes long of an edit, that is assets that are read, computed, checked, hashed and built, and what
-/// is derived from large meshes, is prepared by workers first; the builder then decides the edit by the scene as it is by
+/// histories out. The long work of an edit, that is assets that are read, computed, checked, hashed and built, and parts
+/// derived from large meshes, is prepared by workers first; the builder then decides the edit by the scene as it is by
 /// then. Each session's edits and uploads take effect in their order; nobody waits for another session's.
 class SceneService {
  public:
@@ -92,7 +92,7 @@ class SceneService {
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
   /// Before start(), or in its place for virtual time: the builder's work and the workers' that waits, on this thread.
-  void carryOutAll();
+  void executeAll();
   void stop();  ///< Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
   /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
   /// waits for; all else may be asked of the service meanwhile.
@@ -179,11 +179,11 @@ class SceneService {
   void work();
   void ended();
   std::vector<Job> takeJobs();
-  void carryOut(std::vector<Job>& jobs);
-  [[nodiscard]] bool carryOutTogether(std::span<Job> jobs);
-  [[nodiscard]] bool carryOut(Job& job);
-  [[nodiscard]] bool carryOut(Edit& edit);
-  [[nodiscard]] bool carryOut(Upload& upload);
+  void execute(std::vector<Job>& jobs);
+  [[nodiscard]] bool executeTogether(std::span<Job> jobs);
+  [[nodiscard]] bool execute(Job& job);
+  [[nodiscard]] bool execute(Edit& edit);
+  [[nodiscard]] bool execute(Upload& upload);
   [[nodiscard]] bool prepare(Job& job);
   void prepare(Edit& edit);
   void build(Upload& upload);

@@ -10,7 +10,7 @@
 #include "haptic_server/scene/scene_limits.h"
 #include "haptic_server/scene/scene_service.h"
 
-// Which of the jobs that wait are carried out next, and on which thread.
+// The schedule of jobs on the builder's and the workers' threads.
 namespace haptics {
 namespace {
 
@@ -45,8 +45,8 @@ std::stop_token unwantedOf(const auto& job) {
       job.task);
 }
 
-/// Passes on what is new about the stage, and at most so often.
-ProgressWatch::Listener nowAndThen(SceneService::EditProgress progress) {
+/// Passes a new stage on at once, and its share at most every kProgressEvery.
+ProgressWatch::Listener throttled(SceneService::EditProgress progress) {
   if (!progress) return {};
   constexpr std::uint64_t kEvery_ns = std::chrono::nanoseconds(SceneService::kProgressEvery).count();
   return [progress = std::move(progress), last = WorkStage{}, after_ns = std::uint64_t{0}](WorkStage stage,
@@ -137,12 +137,12 @@ void SceneService::runRound(std::vector<Job> jobs) {
   const bool idle = jobs.empty();
   try {
     followServo();
-    carryOut(jobs);
+    execute(jobs);
     bakeDents();
     const auto departure = servoScenes_.nextDeparture_ns();
     const bool due = (departure && *departure <= options_.now_ns()) || isBehind_;
     if ((idle && servoScenes_.planIsOld()) || due) {
-      publishToServo(idle ? ServoSceneBuilder::Plan::kOfThisOne : ServoSceneBuilder::Plan::kOfTheLastScene);
+      publishToServo(idle ? ServoSceneBuilder::Plan::kReplan : ServoSceneBuilder::Plan::kKeep);
     }
   } catch (const std::exception& failure) {
     log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
@@ -151,7 +151,7 @@ void SceneService::runRound(std::vector<Job> jobs) {
   mailbox_.reclaim();
 }
 
-void SceneService::carryOutAll() {
+void SceneService::executeAll() {
   for (bool more = true; more;) {
     std::unique_lock lock(queueMutex_);
     std::vector<Job> jobs = takeJobs();
@@ -183,8 +183,8 @@ std::vector<SceneService::Job> SceneService::takeJobs() {
   return jobs;
 }
 
-/// What is left in the list is done.
-void SceneService::carryOut(std::vector<Job>& jobs) {
+/// Leaves the finished jobs in the list.
+void SceneService::execute(std::vector<Job>& jobs) {
   std::vector<Job> wanted, done, early;
   for (Job& job : jobs) {
     const bool unwanted = unwantedOf(job).stop_requested();
@@ -192,7 +192,7 @@ void SceneService::carryOut(std::vector<Job>& jobs) {
     (unwanted ? done : wanted).push_back(std::move(job));
   }
   jobs = std::move(done);
-  if (wanted.size() > 1 && carryOutTogether(wanted)) {
+  if (wanted.size() > 1 && executeTogether(wanted)) {
     std::ranges::move(wanted, std::back_inserter(jobs));
     return;
   }
@@ -200,7 +200,7 @@ void SceneService::carryOut(std::vector<Job>& jobs) {
   for (Job& job : wanted) {
     if (waiting.contains(job.session)) {
       early.push_back(std::move(job));
-    } else if (carryOut(job)) {
+    } else if (execute(job)) {
       jobs.push_back(std::move(job));
     } else {
       waiting.insert(job.session);
@@ -214,7 +214,7 @@ void SceneService::carryOut(std::vector<Job>& jobs) {
 }
 
 /// Edits. False: one of them takes long, and nothing was done.
-bool SceneService::carryOutTogether(std::span<Job> jobs) {
+bool SceneService::executeTogether(std::span<Job> jobs) {
   std::vector<Submission> submissions;
   for (Job& job : jobs) submissions.push_back(std::move(std::get<Edit>(job.task).submission));
   Preparation nothing(library_);
@@ -231,10 +231,10 @@ bool SceneService::carryOutTogether(std::span<Job> jobs) {
 }
 
 /// False: it takes long, and is to be prepared.
-bool SceneService::carryOut(Job& job) {
+bool SceneService::execute(Job& job) {
   try {
-    if (auto* edit = std::get_if<Edit>(&job.task)) return carryOut(*edit);
-    if (auto* upload = std::get_if<Upload>(&job.task)) return carryOut(*upload);
+    if (auto* edit = std::get_if<Edit>(&job.task)) return execute(*edit);
+    if (auto* upload = std::get_if<Upload>(&job.task)) return execute(*upload);
     std::get<std::function<void()>>(job.task)();
   } catch (const std::exception& failure) {
     log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
@@ -242,7 +242,7 @@ bool SceneService::carryOut(Job& job) {
   return true;
 }
 
-bool SceneService::carryOut(Edit& edit) {
+bool SceneService::execute(Edit& edit) {
   if (edit.failure) {
     edit.reply(*edit.failure);
     return true;
@@ -259,7 +259,7 @@ bool SceneService::carryOut(Edit& edit) {
   return false;
 }
 
-bool SceneService::carryOut(Upload& upload) {
+bool SceneService::execute(Upload& upload) {
   if (!upload.built) {
     if (upload.bytes.size() > kBuiltAtOnce_bytes) return false;
     build(upload);
@@ -330,7 +330,7 @@ bool SceneService::prepare(Job& job) {
 }
 
 void SceneService::prepare(Edit& edit) {
-  const ProgressWatch watch(nowAndThen(edit.progress));
+  const ProgressWatch watch(throttled(edit.progress));
   try {
     edit.preparation->prepare(*edit.scene, edit.submission.transaction);
     if (!journal_) return;

@@ -43,7 +43,7 @@ std::optional<EditConflict> conflictOf(const SceneVersion& version, const std::v
   return conflict;
 }
 
-/// What makes one version of another.
+/// The commit that leads from one version to another.
 Commit difference(const SceneVersion& before, const SceneVersion& after) {
   Commit commit{
       .revision = after.revision(), .prevRoot = before.root(), .put = {}, .removed = {}, .root = after.root()};

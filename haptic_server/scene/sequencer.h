@@ -71,7 +71,7 @@ class Sequencer {
 
   [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return state_.history; }
   [[nodiscard]] const SequencerState& state() const noexcept { return state_; }
-  /// What edits are decided by at present.
+  /// The scene by which edits are decided.
   struct Scene {
     std::shared_ptr<const SceneHistory> history;
     Assets assets;
@@ -85,7 +85,7 @@ class Sequencer {
   [[nodiscard]] std::uint64_t posedAt(ObjectId id) const;
 
  private:
-  /// What becomes of the state while edits are decided, until the journal has kept them.
+  /// The state after edits that the journal has not kept yet.
   struct Batch {
     SceneHistory history;
     Assets assets;

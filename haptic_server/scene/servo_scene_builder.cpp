@@ -34,7 +34,7 @@ std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& seque
   }
   addPendingRemovals(objects, version, now_ns);
   auto scene = make(std::move(objects), version.revision());
-  if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
+  if (makePlan_ && (!plan_ || (plan == Plan::kReplan && planIsOld()))) {
     plan_ = planFor(*scene);
     planRevision_ = revision_;
     bodiesMoved_ = false;

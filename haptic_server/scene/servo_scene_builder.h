@@ -18,7 +18,7 @@ namespace haptics {
 /// at RateLimitedStiffness::kRate_N_per_s 15 N do.
 inline constexpr std::uint64_t kRemovalFade_ns = 500'000'000;
 
-/// What one object of a servo scene is made of, beside the device's limits. A recording holds all of it.
+/// Source of one object of a servo scene, beside the device's limits. A recording holds all of it.
 struct ServoObjectSource {
   SceneVersion::Object record;
   ObjectAssets assets;             ///< Those that the record names; what is derived of them saves time only.
@@ -42,10 +42,10 @@ class ServoSceneBuilder {
 
   /// The surface holds an object's dents up to this number once the object has this residue.
   void setBakedDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo);
-  /// They may not stay.
+  /// Makes the object's dents up to this number go back.
   void releaseDents(ObjectId object, std::uint64_t upTo) { dentStates_[object].releasedUpTo = upTo; }
 
-  enum class Plan { kOfTheLastScene, kOfThisOne };  ///< Planning takes milliseconds, which no edit should wait for.
+  enum class Plan { kKeep, kReplan };  ///< Planning takes milliseconds, which no edit should wait for.
 
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
   /// that have left for kRemovalFade_ns are dropped. The first scene's plan is always its own.
@@ -54,7 +54,7 @@ class ServoSceneBuilder {
   /// same in memory, where and only where what it is made of has the same values: by that adoptScene() tells edits, and a
   /// scene made again of recorded sources is edited where the first one was.
   [[nodiscard]] std::unique_ptr<ServoScene> make(std::vector<ServoObjectSource> objects, std::uint64_t revision);
-  /// What the last scene was made of, object by object.
+  /// The sources of the last scene, object by object.
   [[nodiscard]] const std::vector<ServoObjectSource>& sources() const noexcept { return sources_; }
   /// Whether the last scene's plan was made for another revision, or for bodies that were elsewhere.
   [[nodiscard]] bool planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
@@ -95,7 +95,7 @@ class ServoSceneBuilder {
   std::map<ObjectId, BodyState> bodies_;  // as they rested last
   bool bodiesMoved_ = false;              // since plan_ was made
 
-  /// What the device bears of a material: at a factor of 1, and the highest factor.
+  /// A material's stiffness within the device's limit: at a factor of 1, and the highest factor.
   struct StableStiffness {
     Stiffness stiffness;
     double highestFactor;

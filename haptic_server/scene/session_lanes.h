@@ -11,10 +11,10 @@
 
 namespace haptics {
 
-/// In which order what the sessions ask for is carried out: each session's in its own order, all by their arrival, and
-/// nobody waits for what another session has prepared. One who carries out, any number who prepare; not thread-safe.
+/// Queue of jobs: each session's run in their order, all by their arrival, and none waits for a job of another session that
+/// is being prepared. One thread executes, any number prepare; not thread-safe.
 ///
-/// A job is taken and finished, or it takes long: then it is set aside, prepared by another thread, and taken again. The
+/// A job is taken and finished; one that takes long is set aside, prepared by another thread, and taken again. The
 /// later jobs of its session wait meanwhile.
 template <class TaskType>
 class SessionLanes {
@@ -50,7 +50,7 @@ class SessionLanes {
   [[nodiscard]] const Job* next() const {
     return ready_.empty() ? nullptr : &lanes_.at(ready_.begin()->second).waiting.front();
   }
-  /// It.
+  /// Pops the job that next() shows.
   [[nodiscard]] Job take() {
     Lane& lane = lanes_.at(ready_.begin()->second);
     ready_.erase(ready_.begin());
@@ -82,7 +82,7 @@ class SessionLanes {
     aside_.pop_front();
     return job;
   }
-  /// It may be carried out.
+  /// The job may be executed.
   void prepared(Job job) {
     lanes_.at(job.session).prepares = 0;
     putBack(std::move(job));

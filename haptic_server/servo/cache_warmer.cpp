@@ -15,11 +15,11 @@ void CacheWarmer::operator()(const ServoScene& scene, const HapticState& state) 
     isCopy_ = false;  // of what the state goes on to
     return;
   }
-  const bool whole = rehearse(scene, state);
+  const bool isComplete = rehearse(scene, state);
   Allowance looks(state.allowance.left() / 16);
   prefetchNeighbours(state.contact, looks);
   prefetchNeighbours(rehearsal_.contact, looks);
-  if (whole) static_cast<void>(rehearse(scene, state));
+  if (isComplete) static_cast<void>(rehearse(scene, state));
 }
 
 /// Triangles from each of the neighbours: what a tick needs that hops over one or two. Around a vertex of thousands nobody

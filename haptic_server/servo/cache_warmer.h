@@ -19,7 +19,7 @@ class CacheWarmer {
   /// for the next may take all.
   void operator()(const ServoScene& scene, const HapticState& state) noexcept;
 
-  /// What a tick has left of its allowance.
+  /// The allowance that a tick has left.
   void note(const Allowance& left) noexcept { left_ = left; }
 
   /// For the tick that comes next, until a scene is adopted.

@@ -13,7 +13,7 @@
 
 namespace haptics {
 
-/// One tick as a recording keeps it: all that it computed with, beside the scene and the state, and what came of it.
+/// One recorded tick: its inputs beside scene and state, and its outputs.
 struct RecordedTick {
   StepInput input;
   std::uint64_t scene = 0;  ///< ServoScene::number of the one that came at its start; 0: none came.
@@ -31,15 +31,15 @@ struct Keyframe {
   StateFields state;
 };
 
-/// What a keyframe is taken of.
+/// A hand between two ticks, of which a keyframe is taken.
 struct StateMoment {
   const HapticState* state;
   std::uint64_t scene;    ///< As in Keyframe,
   std::uint64_t pending;  ///< likewise.
 };
 
-/// What the servo did last, in memory that is there from the start, and that outlives the process where another one has
-/// it too: at least kSeconds of ticks, and a keyframe for each second of them, of each hand. One servo thread writes, one
+/// The last ticks of the servo in shared memory, allocated at the start, which outlives the process where another one has
+/// mapped it: at least kSeconds of ticks, and a keyframe for each second of them, of each hand. One servo thread writes, one
 /// other thread reads.
 class FlightRing {
  public:

@@ -14,7 +14,7 @@ namespace haptics {
 class LatencyHistogram {
  public:
   void record(std::uint64_t ns) noexcept {
-    bump(counts_[bucketOf(ns)]);
+    increment(counts_[bucketOf(ns)]);
     if (ns > max_.load(std::memory_order_relaxed)) max_.store(ns, std::memory_order_relaxed);
   }
 
@@ -47,7 +47,7 @@ class LatencyHistogram {
     const std::size_t shift = bucket / kSub - 1;
     return ((bucket % kSub + kSub + 1) << shift) - 1;
   }
-  static void bump(std::atomic<std::uint64_t>& count) noexcept {
+  static void increment(std::atomic<std::uint64_t>& count) noexcept {
     count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
 

@@ -6,7 +6,7 @@
 
 namespace haptics {
 
-/// What the machine granted.
+/// Real-time privileges that the system granted.
 struct RealtimeStatus {
   bool fifo = false;
   bool memoryLocked = false;

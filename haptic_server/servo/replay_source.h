@@ -18,7 +18,7 @@ class ReplaySource {
 
   virtual ~ReplaySource() = default;
   [[nodiscard]] virtual Next next(Tick& tick) noexcept = 0;
-  /// What came before this scene (ServoScene::number) is not used any more.
+  /// Scenes before this one (ServoScene::number) are not used any more.
   virtual void releaseBefore(std::uint64_t scene) noexcept = 0;
 };
 

@@ -11,11 +11,11 @@ class SampleWait {
  public:
   explicit SampleWait(std::uint64_t period_ns) noexcept : period_ns_(period_ns) {}
 
-  /// May the tick wait, and ask again in step_ns()? `waited_ns`: since it was due. A device that has let a tick go without
-  /// a position is not waited for until there is one.
-  [[nodiscard]] bool waits(bool news, std::uint64_t waited_ns) noexcept {
-    const bool wait = !news && cameLast_ && waited_ns + step_ns() <= longest_ns();
-    if (!wait) cameLast_ = news;
+  /// Whether the tick waits for another step_ns(). `waited_ns`: since it was due. A device that has let a tick go without a
+  /// position is not waited for until there is one.
+  [[nodiscard]] bool shouldWait(bool hasSample, std::uint64_t waited_ns) noexcept {
+    const bool wait = !hasSample && hadLast_ && waited_ns + step_ns() <= longest_ns();
+    if (!wait) hadLast_ = hasSample;
     return wait;
   }
   [[nodiscard]] std::uint64_t step_ns() const noexcept { return period_ns_ / 20; }
@@ -24,7 +24,7 @@ class SampleWait {
 
  private:
   std::uint64_t period_ns_;
-  bool cameLast_ = false;
+  bool hadLast_ = false;
 };
 
 }  // namespace haptics

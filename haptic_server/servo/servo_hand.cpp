@@ -33,10 +33,10 @@ bool ServoHand::adopt(const ServoScene* newest, std::uint64_t tick) noexcept {
   return true;
 }
 
-void ServoHand::feel(std::uint64_t tick, std::uint64_t now_ns) noexcept {
+void ServoHand::computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept {
   std::construct_at(&result_);
   input_ = {tick, now_ns, device_.read(tick)};
-  computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
+  haptics::computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
   if (state_.features.hasUntouchable) [[unlikely]]
     device_.writeTorque(writtenTorque_Nm(state_));
   device_.write(result_.force.written);
@@ -47,12 +47,12 @@ RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& 
   return {input_, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_)};
 }
 
-void ServoHand::tell(const TelemetrySample& sample) noexcept {
+void ServoHand::publish(const TelemetrySample& sample) noexcept {
   account(sample);
-  if (!samples_.push(sample)) countOn(statistics_.droppedSamples, 1);
+  if (!samples_.push(sample)) increment(statistics_.droppedSamples, 1);
   if (state_.features.tool + state_.moving.count + motion_.bodyCount + state_.dents.count + motion_.dentCount > 0)
       [[unlikely]]
-    tellMotion(sample.tick);
+    publishMotion(sample.tick);
   if (sample.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
     energyPublished_ns_ = sample.time_ns;
     state_.energy.describe(energy_);
@@ -60,7 +60,7 @@ void ServoHand::tell(const TelemetrySample& sample) noexcept {
   }
 }
 
-void ServoHand::tellMotion(std::uint64_t tick) noexcept {
+void ServoHand::publishMotion(std::uint64_t tick) noexcept {
   const bool moved = describeMotion(state_, tick, motion_);
   const auto staying = motion_.staying;
   const std::uint64_t revision = motion_.sceneRevision;
@@ -69,13 +69,13 @@ void ServoHand::tellMotion(std::uint64_t tick) noexcept {
 }
 
 void ServoHand::account(const TelemetrySample& sample) noexcept {
-  if (sample.object != 0) countOn(statistics_.contactTicks, 1);
+  if (sample.object != 0) increment(statistics_.contactTicks, 1);
   if (const double force = glm::length(sample.force.written);
       force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
     statistics_.maxForce_N.store(force, std::memory_order_relaxed);
   }
   if (sample.fault != statistics_.fault.load(std::memory_order_relaxed)) {
-    if (sample.fault != Fault::kNone) countOn(statistics_.faults, 1);
+    if (sample.fault != Fault::kNone) increment(statistics_.faults, 1);
     statistics_.fault.store(sample.fault, std::memory_order_relaxed);
     statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
   }

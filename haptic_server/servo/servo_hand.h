@@ -16,7 +16,7 @@
 
 namespace haptics {
 
-/// What a hand met. The servo thread writes, any thread reads; each value is whole, their set is not.
+/// Counters of one hand. The servo thread writes, any thread reads; each value is whole, their set is not.
 struct HandStatistics {
   std::atomic<std::uint64_t> contactTicks{0};
   std::atomic<std::uint64_t> depenetrated{0};  ///< As in TelemetrySample.
@@ -31,19 +31,19 @@ struct HandStatistics {
 };
 
 /// Adds to a counter that only the servo thread writes.
-inline void countOn(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {
+inline void increment(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {
   counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
 }
 
-/// A device in the servo loop, the step's state for the hand that holds it, and what other threads hear of it. The servo
-/// thread calls what is not said to be for another one.
+/// A device in the servo loop, the step's state for the hand that holds it, and its outputs to other threads. The servo
+/// thread calls all that names no other thread.
 class ServoHand {
  public:
   /// Ticks held for the network thread: 4 s at 1 kHz, 200 ms at 20 kHz. When it is full, new samples are dropped and
   /// counted.
   static constexpr std::size_t kQueuedSamples = 4096;
 
-  /// The device outlives it. Without pre-touch the forces are the same, only later.
+  /// The device outlives it. Without the cache warmer the forces are the same, only later.
   ServoHand(Device& device, const StepConfig& config, bool withCacheWarmer);
 
   /// Its bodies go where those of the first hand go. Before the first tick.
@@ -52,22 +52,22 @@ class ServoHand {
   /// it was still to adopt, null for none.
   void resumeFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept;
 
-  /// At a tick's start. `newest`: the scene that came since the last one, null for none. @return Whether it went over to one.
+  /// At a tick's start. `newest`: the scene that came since the last one, null for none. @return Whether one was adopted.
   [[nodiscard]] bool adopt(const ServoScene* newest, std::uint64_t tick) noexcept;
-  /// It has a scene to go over to, once the contact that this would break has faded.
-  [[nodiscard]] bool isToAdopt() const noexcept { return next_ != nullptr; }
+  /// A scene waits until the contact that adopting it would break has faded.
+  [[nodiscard]] bool hasPendingScene() const noexcept { return next_ != nullptr; }
   /// Warms the caches, while the device's position is not yet known.
   void rehearse() noexcept {
     if (cacheWarmer_) (*cacheWarmer_)(*scene_, state_);
   }
   /// From the device's position to the force that is written to it.
-  void feel(std::uint64_t tick, std::uint64_t now_ns) noexcept;
+  void computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept;
   /// For finishStep() or finishSteps().
-  [[nodiscard]] HandTick ticked() noexcept { return {*scene_, state_, config_, input_, result_}; }
-  /// What a recording keeps of the tick, once it is finished. `newScene`: the number of the scene that came, 0 for none.
+  [[nodiscard]] HandTick handTick() noexcept { return {*scene_, state_, config_, input_, result_}; }
+  /// The record of the finished tick. `newScene`: the number of the scene that came, 0 for none.
   [[nodiscard]] RecordedTick recorded(std::uint64_t newScene, const TelemetrySample& sample) const noexcept;
-  /// Queues the sample of the finished tick; tells where what moves and what yields is.
-  void tell(const TelemetrySample& sample) noexcept;
+  /// Queues the sample of the finished tick; publishes poses of moving bodies, dents and energies.
+  void publish(const TelemetrySample& sample) noexcept;
   void stop() noexcept { device_.stop(); }
 
   [[nodiscard]] Device& device() noexcept { return device_; }
@@ -94,7 +94,7 @@ class ServoHand {
 
  private:
   void account(const TelemetrySample& sample) noexcept;
-  void tellMotion(std::uint64_t tick) noexcept;
+  void publishMotion(std::uint64_t tick) noexcept;
 
   Device& device_;
   StepConfig config_;

@@ -40,7 +40,7 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
     sleepUntil(start_ns + index * period_ns_);
     std::uint64_t now_ns = monotonicNow_ns();
     if (const std::uint64_t current = (now_ns - start_ns) / period_ns_; current > index) {
-      countOn(statistics_.missedTicks, current - index);
+      increment(statistics_.missedTicks, current - index);
       index = current;
     }
     const std::uint64_t due_ns = start_ns + index * period_ns_;
@@ -66,7 +66,7 @@ void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcep
       continue;
     }
     const std::uint64_t missed = after == 0 ? 0 : scripted.index - after;
-    countOn(statistics_.missedTicks, missed);
+    increment(statistics_.missedTicks, missed);
     after = scripted.index + 1;
     due_ns += (std::min(missed, longestPause) + 1) * period_ns_;
     sleepUntil(due_ns);
@@ -111,7 +111,7 @@ bool ServoLoop::hasNewSample() noexcept {
 
 /// @return The time after it.
 std::uint64_t ServoLoop::waitForSample(std::uint64_t due_ns, std::uint64_t now_ns) noexcept {
-  while (sampleWait_.waits(hasNewSample(), now_ns - due_ns)) {
+  while (sampleWait_.shouldWait(hasNewSample(), now_ns - due_ns)) {
     sleepUntil(now_ns + sampleWait_.step_ns());
     now_ns = monotonicNow_ns();
   }
@@ -124,8 +124,8 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
   adopt(index, newest);
   first_.rehearse();
   if (second_) second_->rehearse();
-  first_.feel(index, now_ns);
-  if (second_) second_->feel(index, now_ns);
+  first_.computeForce(index, now_ns);
+  if (second_) second_->computeForce(index, now_ns);
   account(now_ns);
   finish(newest != nullptr ? newest->number : 0);
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
@@ -134,7 +134,7 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
 void ServoLoop::adopt(std::uint64_t index, const ServoScene* newest) noexcept {
   bool any = first_.adopt(newest, index);
   if (second_) any = second_->adopt(newest, index) || any;
-  if (!any || first_.isToAdopt() || (second_ && second_->isToAdopt())) return;
+  if (!any || first_.hasPendingScene() || (second_ && second_->hasPendingScene())) return;
   mailbox_.adopted();
   statistics_.adoptedRevision.store(first_.scene().revision, std::memory_order_relaxed);
 }
@@ -146,30 +146,30 @@ void ServoLoop::beginRecording() noexcept {
 
 /// Work done after the forces are written.
 void ServoLoop::finish(std::uint64_t newScene) noexcept {
-  const HandTick ticked = first_.ticked();
+  const HandTick first = first_.handTick();
   TelemetrySample sample;
   if (!second_) {
-    sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
+    sample = finishStep(first.scene, first.state, first.config, first.input, first.result);
     if (flight_ != nullptr) flight_->add(std::array{first_.recorded(newScene, sample)});
-    return tell(first_, sample);
+    return publish(first_, sample);
   }
   TelemetrySample secondSample;
-  finishSteps(ticked, second_->ticked(), sample, secondSample);
+  finishSteps(first, second_->handTick(), sample, secondSample);
   if (flight_ != nullptr)
     flight_->add(std::array{first_.recorded(newScene, sample), second_->recorded(newScene, secondSample)});
-  tell(*second_, secondSample);  // first: who takes the first hand's sample finds this one
-  tell(first_, sample);
+  publish(*second_, secondSample);  // first: who takes the first hand's sample finds this one
+  publish(first_, sample);
 }
 
-void ServoLoop::tell(ServoHand& hand, TelemetrySample& sample) noexcept {
+void ServoLoop::publish(ServoHand& hand, TelemetrySample& sample) noexcept {
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
   sample.droppedSamples = hand.statistics().droppedSamples.load(std::memory_order_relaxed);
   sample.servoRate_Hz = statistics_.rate_Hz.load(std::memory_order_relaxed);
-  hand.tell(sample);
+  hand.publish(sample);
 }
 
 void ServoLoop::account(std::uint64_t now_ns) noexcept {
-  countOn(statistics_.ticks, 1);
+  increment(statistics_.ticks, 1);
   if (now_ns - secondBegan_ns_ < kSecond_ns) return;
   const std::uint64_t ticks = statistics_.ticks.load(std::memory_order_relaxed);
   statistics_.rate_Hz.store(

@@ -18,8 +18,8 @@
 
 namespace haptics {
 
-/// What the servo tells about itself; about each hand, HandStatistics. The servo thread writes, any thread reads; each value
-/// is whole, their set is not.
+/// Counters of the servo loop; HandStatistics has those of each hand. The servo thread writes, any thread reads; each value is
+/// whole, their set is not.
 struct ServoStatistics {
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<std::uint64_t> missedTicks{0};
@@ -30,12 +30,12 @@ struct ServoStatistics {
 };
 
 /// The servo loop: wakes on an absolute clock at a fixed rate, waits for a position that is a little late, adopts a scene
-/// if there is a new one, pre-touches what the tick will read, reads the device, feels the force and writes it; then
+/// if there is a new one, warms the caches, reads the device, computes the force and writes it; then
 /// finishes the step, records it and queues the sample. The same for a second hand in the same tick, where there is one
 /// (two_hands.h). After start-up it neither allocates nor locks nor wakes a thread.
 class ServoLoop {
  public:
-  /// `device` and `mailbox` outlive the loop. Without pre-touch the forces are the same, only later.
+  /// `device` and `mailbox` outlive the loop. Without the cache warmer the forces are the same, only later.
   ServoLoop(Device& device, SceneMailbox& mailbox, const StepConfig& config, bool withCacheWarmer = true);
   /// With serverStepConfig().
   ServoLoop(Device& device, SceneMailbox& mailbox, double rate_Hz, bool withCacheWarmer = true)
@@ -78,7 +78,7 @@ class ServoLoop {
   [[nodiscard]] bool hasNewSample() noexcept;
   [[nodiscard]] std::uint64_t waitForSample(std::uint64_t due_ns, std::uint64_t now_ns) noexcept;
   void account(std::uint64_t now_ns) noexcept;
-  void tell(ServoHand& hand, TelemetrySample& sample) noexcept;
+  void publish(ServoHand& hand, TelemetrySample& sample) noexcept;
   void stopDevices() noexcept;
 
   SceneMailbox& mailbox_;

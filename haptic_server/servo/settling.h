@@ -68,7 +68,7 @@ struct PressKind {
 };
 [[nodiscard]] std::span<const PressKind> pressKinds() noexcept;
 
-/// What is pressed where stiffness is judged: the plane z = 0, the upper side of a cube.
+/// The wall by which stiffness is judged: the plane z = 0, the upper side of a cube.
 struct PressedWall {
   std::shared_ptr<const CollisionMesh> surface;
   Pose pose;

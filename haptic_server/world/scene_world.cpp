@@ -55,7 +55,7 @@ struct SceneWorld::Impl {
     constexpr double kNanoseconds = 1e9;
     const auto now_ns =
         static_cast<std::uint64_t>(static_cast<double>(scene.tick()) * scene.config().period_s * kNanoseconds);
-    scene.publish(builder.make(sequencer, now_ns, ServoSceneBuilder::Plan::kOfTheLastScene));
+    scene.publish(builder.make(sequencer, now_ns, ServoSceneBuilder::Plan::kKeep));
   }
 
   [[nodiscard]] std::uint64_t nextRevision() const { return sequencer.history()->version.revision() + 1; }

@@ -12,7 +12,7 @@ void registerContact(std::span<const std::uint32_t> sizes);
 void registerPhases(std::span<const std::uint32_t> sizes);
 /// The same questions put to Embree, CGAL and a god-object.
 void registerPeers(std::span<const std::uint32_t> sizes);
-/// From the device's position to the force in the server's loop, which sleeps between ticks; with and without pre-touch.
+/// From the device's position to the force in the server's loop, which sleeps between ticks; with and without the cache warmer.
 void registerServo(std::span<const std::uint32_t> sizes);
 /// Tools of many points, ours and a point shell over a distance field.
 void registerTools();

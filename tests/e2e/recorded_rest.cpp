@@ -159,7 +159,7 @@ RestVerdict judgeRest(std::string_view recording, const std::vector<SentWindow>&
     if (tick->given != nullptr) next = tick->given->scene.get();
     if (next != nullptr && adoptScene(*next, *state, input.tick)) {
       scene = std::exchange(next, nullptr);
-      run->letGoBefore(scene->number);
+      run->releaseBefore(scene->number);
     }
     const TelemetrySample sample = hapticStep(*scene, *state, run->facts().config, input);
     if (!sameBits(tick->recorded[0].force_N, sample.force.written)) judge.differs();

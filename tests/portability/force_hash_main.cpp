@@ -89,7 +89,7 @@ struct Stage {
     Sequencer sequencer(1, library);
     const EditOutcome outcome = sequencer.submit(kServerSession, 1, *transaction);
     if (const auto* error = std::get_if<Error>(&outcome)) return tl::unexpected(*error);
-    scene = ServoSceneBuilder(planOf, limits).make(sequencer, 0, ServoSceneBuilder::Plan::kOfThisOne);
+    scene = ServoSceneBuilder(planOf, limits).make(sequencer, 0, ServoSceneBuilder::Plan::kReplan);
     return {};
   }
 

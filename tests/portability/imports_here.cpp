@@ -75,16 +75,16 @@ Result<std::string> importImage(const fs::path& file, const std::stop_token& /*s
       .map([](const SampledField& field) { return encodeField(field); });
 }
 
-Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_token& /*stop*/) {
+Result<std::string> makeInImporterProcess(const MeshRecipe& recipe, const std::stop_token& /*stop*/) {
   return generate(recipe).map([](const TriMesh& mesh) { return encodeMesh(mesh); });
 }
 
-Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe, const std::stop_token& /*stop*/) {
+Result<std::string> makeInImporterProcess(const ReactionDiffusionSource& recipe, const std::stop_token& /*stop*/) {
   return encodeField(reactionDiffusion(recipe));
 }
 
-Result<std::string> makeElsewhere(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
-                                  const std::stop_token& /*stop*/) {
+Result<std::string> makeInImporterProcess(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
+                                          const std::stop_token& /*stop*/) {
   return grownReactionDiffusion(mesh, recipe).map([](const PointField& field) { return encodePointField(field); });
 }
 

@@ -130,9 +130,9 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   bool enqueue(SessionId session, Lanes::Task task);
   bool submit(std::uint64_t connection, Submission submission, std::stop_token unwanted);
   void buildNext();
-  void carryOut();
+  void execute();
   [[nodiscard]] std::vector<Job> takeJobs();
-  [[nodiscard]] bool carryOut(Job& job);
+  [[nodiscard]] bool execute(Job& job);
   void prepareNext();
   void prepare(const std::shared_ptr<Job>& job, std::uint64_t left_ns);
   void prepared(Job job);
@@ -317,7 +317,7 @@ void SimServer::Process::buildNext() {
   if (building || lanes.next() == nullptr) return;
   building = true;
   after(stage.random.milliseconds(0, pace.build_ms), [this] {
-    carryOut();
+    execute();
     building = false;
     buildNext();
   });
@@ -338,7 +338,7 @@ std::vector<SimServer::Process::Job> SimServer::Process::takeJobs() {
   return jobs;
 }
 
-void SimServer::Process::carryOut() {
+void SimServer::Process::execute() {
   std::vector<Job> jobs = takeJobs();
   std::vector<Edit*> wanted;
   for (Job& job : jobs) {
@@ -357,7 +357,7 @@ void SimServer::Process::carryOut() {
   for (Job& job : jobs) {
     if (waiting.contains(job.session)) {
       early.push_back(std::move(job));
-    } else if (carryOut(job)) {
+    } else if (execute(job)) {
       lanes.finished(job);
     } else {
       waiting.insert(job.session);
@@ -369,7 +369,7 @@ void SimServer::Process::carryOut() {
 }
 
 /// False: it is to be prepared.
-bool SimServer::Process::carryOut(Job& job) {
+bool SimServer::Process::execute(Job& job) {
   auto* edit = std::get_if<Edit>(&job.task);
   if (edit == nullptr) {
     std::get<std::function<void()>>(job.task)();

@@ -74,8 +74,8 @@ class Cubes {
   [[nodiscard]] Vec3 placeOf(std::uint32_t i) const { return glm::floor(samples_[i].point / side_m_); }
   /// Cubes that share a key are far from each other: their samples are no neighbours.
   [[nodiscard]] static std::uint64_t keyOf(Vec3 place) {
-    const auto whole = [](double x) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) & 0x1fffff; };
-    return whole(place.x) | whole(place.y) << 21 | whole(place.z) << 42;
+    const auto toInteger = [](double x) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) & 0x1fffff; };
+    return toInteger(place.x) | toInteger(place.y) << 21 | toInteger(place.z) << 42;
   }
 };
 

@@ -53,7 +53,7 @@ double waveNumberOf(const GrownReactionDiffusionSource& source) noexcept {
   return 2 * std::numbers::pi / wave_m;
 }
 
-/// What each sample takes from its neighbours: lap(u)_i = sum over its neighbours of w_ij (u_j - u_i), w symmetric.
+/// Discrete Laplacian: lap(u)_i = sum over its neighbours of w_ij (u_j - u_i), w symmetric.
 struct Diffusion {
   struct Share {
     std::uint32_t sample;

@@ -37,9 +37,9 @@ struct Moving {
         velocity(0),
         spin_m_s(0) {
     if (!isAwake(body)) return;
-    const RigidVelocity v = velocityOf(*body.what, *body.state);
+    const RigidVelocity v = velocityOf(*body.rigidBody, *body.state);
     velocity = v.linear;
-    const Vec3 massCentre = toWorld(body.pose, body.what->mass.centre);
+    const Vec3 massCentre = toWorld(body.pose, body.rigidBody->mass.centre);
     spin_m_s = glm::length(v.angular) * (radius_m + glm::distance(centre, massCentre));
   }
   Moving() = default;

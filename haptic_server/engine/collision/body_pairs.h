@@ -20,8 +20,8 @@ struct Collider {
   const CollisionMesh* surface = nullptr;
   const CollisionPoints* points = nullptr;
   Pose pose;
-  const RigidBody* what = nullptr;  ///< Null: it stands still.
-  RigidState* state = nullptr;      ///< Likewise.
+  const RigidBody* rigidBody = nullptr;  ///< Null: it stands still.
+  RigidState* state = nullptr;           ///< Likewise.
   Push push;
   bool absent = false;  ///< Meets nothing in this tick.
   bool isPut = false;   ///< It has not moved to where it is: it may be inside others.

@@ -55,8 +55,8 @@ class Islands {
 
 [[nodiscard]] Vec3 velocityAt(const Collider& body, Vec3 place) noexcept {
   if (!isAwake(body)) return Vec3(0);
-  const RigidVelocity v = velocityOf(*body.what, *body.state);
-  return v.linear + glm::cross(v.angular, place - toWorld(body.pose, body.what->mass.centre));
+  const RigidVelocity v = velocityOf(*body.rigidBody, *body.state);
+  return v.linear + glm::cross(v.angular, place - toWorld(body.pose, body.rigidBody->mass.centre));
 }
 
 /// Now, or within this tick and the next at the speeds that they have.
@@ -111,7 +111,7 @@ void sleep(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) 
   bool any = false;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!isAwake(bodies[i])) continue;
-    still[i] = isStill(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
+    still[i] = isStill(*bodies[i].rigidBody, *bodies[i].state, bodies[i].push, period_s);
     any = any || still[i];
   }
   if (!any) return;
@@ -137,14 +137,14 @@ class Contacts {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       if (!isAwake(bodies[i])) continue;
       mover_[i] = moverCount_++;
-      movers_[mover_[i]] = Mover(*bodies[i].what, *bodies[i].state, period_s);
+      movers_[mover_[i]] = Mover(*bodies[i].rigidBody, *bodies[i].state, period_s);
     }
   }
 
   void add(Allowance& allowance) noexcept {
     for (std::size_t p = 0; p < pairs_.places.count; ++p) addPair(p);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (isAwake(bodies_[i]) && bodies_[i].what->freedom == Freedom::kFree) addPlanes(i, allowance);
+      if (isAwake(bodies_[i]) && bodies_[i].rigidBody->freedom == Freedom::kFree) addPlanes(i, allowance);
     }
     allowance.spend(kMinOfContact * static_cast<std::int64_t>(solver_.size()));
   }
@@ -234,7 +234,7 @@ class Contacts {
   }
 
   void addPlanes(std::size_t i, Allowance& allowance) noexcept {
-    const RigidBody& body = *bodies_[i].what;
+    const RigidBody& body = *bodies_[i].rigidBody;
     RigidState& state = *bodies_[i].state;
     NearPlanes near;
     const std::size_t count = findNearPlanes(body, state, period_s_, near, allowance);
@@ -282,7 +282,7 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
     const RigidState* state = bodies[i].state;
     if (state == nullptr) continue;
     before[i] = {placeOf(*state), state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s};
-    if (isAwake(bodies[i])) driveRigidBody(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
+    if (isAwake(bodies[i])) driveRigidBody(*bodies[i].rigidBody, *bodies[i].state, bodies[i].push, period_s);
   }
   const std::int64_t half = allowance.search.left() / 2;
   const FoundContacts found = findBodyContacts(bodies, pairs, period_s, allowance.search);
@@ -299,12 +299,12 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   contacts.add(allowance.motion.least);
   contacts.solve(allowance.motion.rounds);
   for (Collider& body : bodies) {
-    if (isAwake(body)) advanceRigidBody(*body.what, *body.state, period_s);
+    if (isAwake(body)) advanceRigidBody(*body.rigidBody, *body.state, period_s);
   }
   contacts.relax();
   contacts.keep();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].what, *bodies[i].state, before[i].place));
+    if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].rigidBody, *bodies[i].state, before[i].place));
   }
   sleep(bodies, pairs, period_s);
   return found.areAllPairs;

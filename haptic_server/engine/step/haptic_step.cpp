@@ -221,8 +221,8 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 }
 
 /// With the tool in place of the point.
-[[gnu::noinline]] void feelThroughTool(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                       const StepInput& input, ForceResult& result) noexcept {
+[[gnu::noinline]] void computeToolForce(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                        const StepInput& input, ForceResult& result) noexcept {
   result.contact.work.allowance = contactAllowance(state, result);
   feelTool(scene, state, config, input.device, result);
   limitTorque(state, result);
@@ -230,12 +230,12 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 }
 
 /// Contact and force where the HIP is.
-[[gnu::always_inline]] inline void feel(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                        const StepInput& input, ForceResult& result,
-                                        const TriangleCache* cache) noexcept {
+[[gnu::always_inline]] inline void computeContactForce(const ServoScene& scene, HapticState& state,
+                                                       const StepConfig& config, const StepInput& input,
+                                                       ForceResult& result, const TriangleCache* cache) noexcept {
   if (state.features.beingMoved | state.features.hasUntouchable) [[unlikely]] {
     followEdits(scene, state, config);
-    if (state.features.tool) return feelThroughTool(scene, state, config, input, result);
+    if (state.features.tool) return computeToolForce(scene, state, config, input, result);
     if (state.features.torqueFades) fadeTorque(state, result);
   }
   findContact(scene, state, result, cache);  // 3.2
@@ -313,7 +313,7 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);
-    feel(scene, state, config, input, result, cache);
+    computeContactForce(scene, state, config, input, result, cache);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
   limit(state, config, input, result);

@@ -89,9 +89,9 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
     is.isPut = false;
     if (moving == nullptr || standsStill(state, static_cast<std::size_t>(is.moving))) continue;
-    colliders[i].what = &state.rigidBody(*moving);
+    colliders[i].rigidBody = &state.rigidBody(*moving);
     colliders[i].state = &moving->state;
-    colliders[i].pose = poseOf(*colliders[i].what, moving->state);
+    colliders[i].pose = poseOf(*colliders[i].rigidBody, moving->state);
     colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
   }
   CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
@@ -99,7 +99,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
   for (std::size_t i = 0; i < count; ++i) {
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
-    moving.moved = !(poseOf(*colliders[i].what, moving.state) == colliders[i].pose);
+    moving.moved = !(poseOf(*colliders[i].rigidBody, moving.state) == colliders[i].pose);
     if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
     if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
   }

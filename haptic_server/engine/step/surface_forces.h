@@ -84,7 +84,7 @@ class SurfaceForceModel {
   }
   /// Its stiffness is that of the shaded point.
   [[nodiscard]] bool isShadedRigid(std::size_t body) const noexcept {
-    return memory_.fade.how == ShadingFade::How::kAlone && object(body).tissue == nullptr;
+    return memory_.fade.mode == ShadingFade::Mode::kAlone && object(body).tissue == nullptr;
   }
 
   // surface_stages.h
@@ -103,7 +103,7 @@ class SurfaceForceModel {
   // surface_texture.cpp
   void computeBumpForces() noexcept;
   [[nodiscard]] bool nearBumps(SurfaceContact& touch) noexcept;
-  void addTextureHeight(SurfaceContact& touch, BumpState& watch) noexcept;
+  void addTextureHeight(SurfaceContact& touch, BumpState& bump) noexcept;
   [[nodiscard]] HeightSample reliefOnMaterial(const SurfaceContact& touch, const Vec3& place) noexcept;
 
   // surface_forces.cpp

@@ -14,14 +14,14 @@ namespace haptics {
 /// Takes the step out of a switch of force shading: on sharp lines, and where several surfaces of a body hold the IHIP, there
 /// is no N_s; where several bodies do, there is one of each. What the switch would change at once fades instead.
 struct ShadingFade {
-  enum class How : std::uint8_t { kNot, kAlone, kBetween, kTogether };
-  friend constexpr How lastOf(How) noexcept { return How::kTogether; }
+  enum class Mode : std::uint8_t { kOff, kAlone, kBetween, kTogether };
+  friend constexpr Mode lastOf(Mode) noexcept { return Mode::kTogether; }
 
   /// Seconds in which what is left falls to 1/e. Shorter is more of a step; longer leaves a wrong direction standing.
   static constexpr double kTime_s = 0.02;
 
-  Word<How> how =
-      How::kNot;           ///< What was shaded in the last tick: one body, none as another holds its dent up, several.
+  Word<Mode> mode =
+      Mode::kOff;          ///< What was shaded in the last tick: one body, none as another holds its dent up, several.
   Vec3 turn{0};            ///< What shading added to the unshaded direction in the last tick; world.
   double deepening_m = 0;  ///< The same for the depth.
   Vec3 turnLeft{0};        ///< Of a switch, still to fade.
@@ -30,7 +30,7 @@ struct ShadingFade {
   Vec3 change_N{0};   ///< Of that to the tick before.
   Vec3 left_N{0};     ///< Of a switch to several bodies' shading or back, still to fade.
 
-  HAPTICS_FIELDS(self.how, self.turn, self.deepening_m, self.turnLeft, self.deepeningLeft_m, self.springs_N,
+  HAPTICS_FIELDS(self.mode, self.turn, self.deepening_m, self.turnLeft, self.deepeningLeft_m, self.springs_N,
                  self.change_N, self.left_N);
 };
 

@@ -32,28 +32,28 @@ namespace haptics {
       contact_.triangle == kNoTriangle ? Feature(state_.contact.feature) : featureOf(contact_.primitive);
   const Vec3 unshaded = touch.normal;
   const double unshaded_m = touch.geometric_m;
-  ShadingFade::How how = ShadingFade::How::kNot;
+  ShadingFade::Mode mode = ShadingFade::Mode::kOff;
   if (severalBodiesHold(state_)) {
-    if (shadeTogether(touch)) how = ShadingFade::How::kTogether;
+    if (shadeTogether(touch)) mode = ShadingFade::Mode::kTogether;
   } else if (state_.features.soft && state_.denting.isHeldUp) {
-    how = ShadingFade::How::kBetween;
+    mode = ShadingFade::Mode::kBetween;
   } else if (hasShading(touch.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
              shadeAt(touch, {touch.triangle, feature, contact_.primitive.localIndex}, state_.contact.holding[0].side)) {
-    how = ShadingFade::How::kAlone;
+    mode = ShadingFade::Mode::kAlone;
   }
   const Vec3 turn = touch.normal - unshaded;
   const double deepening_m = touch.geometric_m + touch.bulge_m - unshaded_m;
   if (memory_.object == 0) {
     fade = {};
-  } else if (how != fade.how && std::max<ShadingFade::How>(how, fade.how) >= ShadingFade::How::kBetween) {
+  } else if (mode != fade.mode && std::max<ShadingFade::Mode>(mode, fade.mode) >= ShadingFade::Mode::kBetween) {
     fade.turnLeft = Vec3(0);
     fade.deepeningLeft_m = 0;
     switched_ = true;
-  } else if (how != fade.how || state_.now.detailEdited) {
+  } else if (mode != fade.mode || state_.now.detailEdited) {
     fade.turnLeft += fade.turn - turn;
     fade.deepeningLeft_m += fade.deepening_m - deepening_m;
   }
-  fade.how = how;
+  fade.mode = mode;
   fade.turn = turn;
   fade.deepening_m = deepening_m;
   if (fade.turnLeft == Vec3(0) && fade.deepeningLeft_m == 0) return;
@@ -67,10 +67,10 @@ namespace haptics {
 [[gnu::always_inline]] inline void SurfaceForceModel::addTexture() noexcept {
   if (contact_.touching) {
     SurfaceContact& touch = touches_[0];
-    BumpState& watch = state_.bumps[touch.body];
-    watch.triangle = touch.triangle;
-    watch.clear_m = 0;
-    addTextureHeight(touch, watch);
+    BumpState& bump = state_.bumps[touch.body];
+    bump.triangle = touch.triangle;
+    bump.clear_m = 0;
+    addTextureHeight(touch, bump);
     const Vec3 shaded_m = std::max(0.0, touch.geometric_m) * touch.normal;
     tick_.shadingForce_N = stiffness(touch).spring_N_per_m * (shaded_m - unshaded_m_);
   }

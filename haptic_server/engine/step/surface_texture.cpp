@@ -19,9 +19,9 @@ constexpr double kUsualWay_m = 1e-4;
 
 /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
 /// all, that is a steeper texture than anybody asked for: that step is EditSlew's.
-void rescaleAfterEdit(BumpState& watch, double height_m) noexcept {
-  const double part = watch.height_m / height_m;
-  watch.blendWeight = std::isfinite(part) ? std::clamp(part, 0.0, 1.0) : 0;
+void rescaleAfterEdit(BumpState& bump, double height_m) noexcept {
+  const double part = bump.height_m / height_m;
+  bump.blendWeight = std::isfinite(part) ? std::clamp(part, 0.0, 1.0) : 0;
 }
 
 /// All of it in the middle half of its reach, and linear to 0 on both sides: without a step there, nor where its direction
@@ -54,14 +54,14 @@ void SurfaceForceModel::computeBumpForces() noexcept {
     addTextureHeight(touch, state_.bumps[i]);
     if (!(touch.depth_m > 0)) continue;
     // Where the polygons are touched next, shading goes on.
-    if (count_ == 0) memory_.fade = {.how = touch.shaded ? ShadingFade::How::kAlone : ShadingFade::How::kNot};
+    if (count_ == 0) memory_.fade = {.mode = touch.shaded ? ShadingFade::Mode::kAlone : ShadingFade::Mode::kOff};
     touches_[count_++] = touch;
   }
 }
 
 /// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.
 bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
-  BumpState& watch = state_.bumps[touch.body];
+  BumpState& bump = state_.bumps[touch.body];
   const Body& body = state_.bodies[touch.body];
   const CollisionMesh& surface = *body.surface;
   // Of several triangles of a body always the same one, whatever order they are in.
@@ -72,8 +72,8 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
     if (held == holding.size() || holding[k].triangle < holding[held].triangle) held = k;
   }
   if (held < holding.size()) {
-    watch.triangle = touch.triangle = holding[held].triangle;
-    watch.clear_m = 0;
+    bump.triangle = touch.triangle = holding[held].triangle;
+    bump.clear_m = 0;
     touch.heightOnly = true;
     touch.normal = heldNormal(state_, held);
     touch.geometric_m = partOf(state_, held, held_m_);
@@ -82,27 +82,27 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
   }
   touch.from = contact_.touching ? contact_.ihip : state_.estimate.hip;
   const Vec3 h = body.frame.toLocal(touch.from);
-  if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
+  if (squaredLength(h - bump.seenFrom) < bump.clear_m * bump.clear_m) return false;
   const double reach_m = detail(touch.body)->reach_m;
   const double lookAhead_m = reach_m + kLookAhead * surface.radius_m();
-  const ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, watch.triangle, contact_.work.allowance);
+  const ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, bump.triangle, contact_.work.allowance);
   const double asked_N = detail(touch.body)->scalars.adhesion_N;
   if (contact_.work.allowance.isSpent()) {
     if (asked_N > 0) state_.fallBehind(contact_.work);
     return false;
   }
   const double distance_m = foot.triangle == kNoTriangle ? lookAhead_m : std::sqrt(foot.squaredDistance);
-  const std::uint32_t last = watch.triangle;
-  const Vec3 seenFrom = watch.seenFrom;
-  watch.triangle = foot.triangle;
-  watch.seenFrom = h;
-  watch.clear_m = std::max(0.0, distance_m - reach_m);
+  const std::uint32_t last = bump.triangle;
+  const Vec3 seenFrom = bump.seenFrom;
+  bump.triangle = foot.triangle;
+  bump.seenFrom = h;
+  bump.clear_m = std::max(0.0, distance_m - reach_m);
   if (distance_m >= reach_m) {
-    watch.blendWeight = 1;
+    bump.blendWeight = 1;
     return false;
   }
   if (surface.closed() && !surface.isOutside(foot, h)) {
-    watch.blendWeight = 0;  // got in without touching: the way out is free too
+    bump.blendWeight = 0;  // got in without touching: the way out is free too
     return false;
   }
   const Vec3 normal = surface.normal(foot);
@@ -124,10 +124,10 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
 }
 
 /// Height and depth, and speed.
-void SurfaceForceModel::addTextureHeight(SurfaceContact& touch, BumpState& watch) noexcept {
+void SurfaceForceModel::addTextureHeight(SurfaceContact& touch, BumpState& bump) noexcept {
   const Body& body = state_.bodies[touch.body];
   const double polygon_m = touch.geometric_m;
-  touch.geometric_m += touch.bulge_m * watch.blendWeight;
+  touch.geometric_m += touch.bulge_m * bump.blendWeight;
   double full_m = 0;
   if (hasTexture(touch.body) && (touch.heightOnly || !isTouched(touch.body) || !severalBodiesHold(state_))) {
     contact_.work.allowance.spend(kField);
@@ -135,15 +135,15 @@ void SurfaceForceModel::addTextureHeight(SurfaceContact& touch, BumpState& watch
     const HeightSample local = isDeformed(scene_, state_, touch.body) ? reliefOnMaterial(touch, place)
                                                                       : detail(touch.body)->texture->at(place);
     full_m = local.height_m;
-    if (state_.now.detailEdited && object(touch.body).id == state_.report.object) rescaleAfterEdit(watch, full_m);
-    touch.height_m = local.height_m * watch.blendWeight;
-    touch.gradient = body.frame.rotate(local.gradient) * watch.blendWeight;
+    if (state_.now.detailEdited && object(touch.body).id == state_.report.object) rescaleAfterEdit(bump, full_m);
+    touch.height_m = local.height_m * bump.blendWeight;
+    touch.gradient = body.frame.rotate(local.gradient) * bump.blendWeight;
   }
   touch.depth_m = texturedDepth(touch.height_m, -touch.geometric_m);
-  watch.height_m = touch.height_m;
+  bump.height_m = touch.height_m;
   const bool reaches = texturedDepth(full_m + touch.bulge_m, -polygon_m) > 0;
   const double most = config_.period_s / BumpState::kFadeIn_s;
-  watch.blendWeight += reaches ? std::clamp(1 - watch.blendWeight, -most, most) : 1 - watch.blendWeight;
+  bump.blendWeight += reaches ? std::clamp(1 - bump.blendWeight, -most, most) : 1 - bump.blendWeight;
   touch.speed_m_per_s =
       separationSpeed(state_, static_cast<int>(touch.body), touch.ihip(), touch.normal, config_.period_s);
 }

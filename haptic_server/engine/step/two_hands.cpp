@@ -6,7 +6,7 @@
 
 namespace haptics {
 
-StepConfig oneOfTwo(StepConfig config) noexcept {
+StepConfig perHandConfig(StepConfig config) noexcept {
   config.work_per_s /= 2;
   return config;
 }

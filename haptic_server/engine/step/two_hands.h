@@ -14,7 +14,7 @@ namespace haptics {
 inline constexpr std::size_t kMaxHands = 2;
 
 /// Of each of two hands: half of a tick's allowance, so that both together take no longer than one alone.
-[[nodiscard]] StepConfig oneOfTwo(StepConfig config) noexcept;
+[[nodiscard]] StepConfig perHandConfig(StepConfig config) noexcept;
 
 /// Makes of a new state the second hand's: its bodies go where those of the first go, it holds no tool, and what it presses
 /// into plastic tissue goes back.

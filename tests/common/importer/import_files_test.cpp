@@ -73,14 +73,14 @@ TEST_F(ImportFiles, ReadImages) {
 
 TEST_F(ImportFiles, MakeTheSameElsewhereAsHere) {
   const MeshRecipe sphere = SphereSource{0.1, 20};
-  EXPECT_EQ(makeElsewhere(sphere), encodeMesh(generate(sphere).value()));
-  EXPECT_EQ(makeElsewhere(MeshRecipe(TorusSource{0.1, 0.2})).error().field, "torus.minor_radius_m");
+  EXPECT_EQ(makeInImporterProcess(sphere), encodeMesh(generate(sphere).value()));
+  EXPECT_EQ(makeInImporterProcess(MeshRecipe(TorusSource{0.1, 0.2})).error().field, "torus.minor_radius_m");
   const ReactionDiffusionSource spots{.cells = 2, .resolution = 32};
-  EXPECT_EQ(makeElsewhere(spots), encodeField(reactionDiffusion(spots)));
+  EXPECT_EQ(makeInImporterProcess(spots), encodeField(reactionDiffusion(spots)));
   const TriMesh ball = generate(sphere).value();
   const GrownReactionDiffusionSource grown{.wavelength_m = 0.08, .seed = 3};
-  EXPECT_EQ(makeElsewhere(grown, ball), encodePointField(grownReactionDiffusion(ball, grown).value()));
-  const Error fine = makeElsewhere(GrownReactionDiffusionSource{.wavelength_m = 1e-4}, ball).error();
+  EXPECT_EQ(makeInImporterProcess(grown, ball), encodePointField(grownReactionDiffusion(ball, grown).value()));
+  const Error fine = makeInImporterProcess(GrownReactionDiffusionSource{.wavelength_m = 1e-4}, ball).error();
   EXPECT_EQ(fine.field, "reaction_diffusion.wavelength_m");
   EXPECT_THAT(fine.reason, HasSubstr("give 0.01"));
 }

@@ -23,7 +23,7 @@ namespace {
 int statusOf(const std::function<bool()>& inside) {
   const pid_t child = fork();
   if (child == 0) {
-    becomeExpendable(60);
+    lowerPriorityAndLimit(60);
     if (!enterSandbox()) _exit(2);
     _exit(inside() ? 0 : 1);
   }
@@ -76,7 +76,7 @@ std::map<std::string, std::string> statusLines() {
 TEST(Sandbox, HasNoPrivilegeAndLittlePriority) {
   const pid_t child = fork();
   if (child == 0) {
-    becomeExpendable(60);
+    lowerPriorityAndLimit(60);
     auto lines = statusLines();
     rlimit memory{}, files{}, size{};
     getrlimit(RLIMIT_AS, &memory);

@@ -21,12 +21,14 @@ void pushAt(Collider& body, Vec3 place, Vec3 force_N) {
 
 [[nodiscard]] Vec3 velocityAt(const Collider& body, Vec3 place) {
   if (body.state == nullptr) return Vec3(0);
-  const RigidVelocity v = velocityOf(*body.what, *body.state);
+  const RigidVelocity v = velocityOf(*body.rigidBody, *body.state);
   return v.linear + glm::cross(v.angular, place - body.state->centre_m);
 }
 
 [[nodiscard]] double reducedMass_kg(const Collider& a, const Collider& b) {
-  const auto perMass = [](const Collider& body) { return body.what == nullptr ? 0 : 1 / body.what->mass.mass_kg; };
+  const auto perMass = [](const Collider& body) {
+    return body.rigidBody == nullptr ? 0 : 1 / body.rigidBody->mass.mass_kg;
+  };
   return 1 / (perMass(a) + perMass(b));
 }
 
@@ -52,7 +54,7 @@ void SpringWorld::publish() {
     bodies_[i].pose = object.pose;
     if (object.motion == nullptr) continue;
     states_[i] = restingAt(*object.motion, object.pose);
-    bodies_[i].what = object.motion.get();
+    bodies_[i].rigidBody = object.motion.get();
     bodies_[i].state = &states_[i];
   }
 }
@@ -125,10 +127,11 @@ void SpringWorld::move() {
     if (!isAwake(body)) continue;
     body.push.place_m = body.state->centre_m;
     const RigidPlace before = placeOf(*body.state);
-    driveRigidBody(*body.what, *body.state, body.push, kPeriod_s);
-    advanceRigidBody(*body.what, *body.state, kPeriod_s);
-    still = keepInWorld(*body.what, *body.state, before) && isStill(*body.what, *body.state, {}, kPeriod_s) && still;
-    body.pose = haptics::poseOf(*body.what, *body.state);
+    driveRigidBody(*body.rigidBody, *body.state, body.push, kPeriod_s);
+    advanceRigidBody(*body.rigidBody, *body.state, kPeriod_s);
+    still = keepInWorld(*body.rigidBody, *body.state, before) && isStill(*body.rigidBody, *body.state, {}, kPeriod_s) &&
+            still;
+    body.pose = haptics::poseOf(*body.rigidBody, *body.state);
   }
   if (!still) return;
   for (RigidState& state : states_) stop(state, BodyCondition::kAsleep);
@@ -136,7 +139,7 @@ void SpringWorld::move() {
 
 double SpringWorld::energyOf(std::uint64_t id) const {
   const Collider& body = bodies_[id - 1];
-  return body.what == nullptr ? 0 : haptics::energyOf(*body.what, *body.state);
+  return body.rigidBody == nullptr ? 0 : haptics::energyOf(*body.rigidBody, *body.state);
 }
 
 }  // namespace haptics::eval

@@ -47,7 +47,7 @@ LiveSetup LiveSetup::drawnFrom(Random& random) {
 StepConfig LiveSetup::stepOf(const DeviceInfo& info) const {
   StepConfig config = serverStepConfig(info, rate_Hz, stabilised);
   config.rise_s = rise_s;
-  return hands == 1 ? config : oneOfTwo(config);
+  return hands == 1 ? config : perHandConfig(config);
 }
 
 HandTarget WanderingHand::next(double dt_s, Vec3 /*felt_N*/) noexcept {
@@ -141,15 +141,16 @@ LiveWorld::LiveWorld(std::uint64_t seed, double duration_s, const std::filesyste
   recorder_ = *std::move(recorder);
 
   scenes_ = std::make_unique<SceneService>(
-      SceneService::Options{
-          .assetFolders = {},
-          .makePlan = {},
-          .takeMotion = [this] { return loop_->hand().takeMotionForBuilder(); },
-          .device = setup_.limits,
-          .log = {},
-          .onServoScene = [this](const ServoScene& scene,
-                                 const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); },
-          .now_ns = [this] { return now_ns(); }},
+      SceneService::Options{.assetFolders = {},
+                            .makePlan = {},
+                            .takeMotion = [this] { return loop_->hand().takeMotionForBuilder(); },
+                            .device = setup_.limits,
+                            .log = {},
+                            .onServoScene =
+                                [this](const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
+                                  recorder_->onSceneBuilt(scene, objects);
+                                },
+                            .now_ns = [this] { return now_ns(); }},
       mailbox_);
 }
 
@@ -182,7 +183,7 @@ ReplaySource::Next LiveWorld::next(Tick& tick) noexcept {
   }
   if (tick_ >= buildDue_) {
     buildDue_ = tick_ + static_cast<std::uint64_t>(std::ceil(kBuildEvery_s * setup_.rate_Hz));
-    scenes_->carryOutAll();
+    scenes_->executeAll();
     recorder_->collect();
   }
   if (random_.chance(1e-3)) tick_ += static_cast<std::uint64_t>(1 + random_.below(random_.chance(0.1) ? 200 : 20));

@@ -213,14 +213,15 @@ class RecordedServo {
   int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;
   SceneMailbox mailbox_;
-  SceneService sceneService_{
-      {.assetFolders = {},
-       .makePlan = {},
-       .device = {},
-       .log = {},
-       .onServoScene = [this](const ServoScene& scene,
-                              const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }},
-      mailbox_};
+  SceneService sceneService_{{.assetFolders = {},
+                              .makePlan = {},
+                              .device = {},
+                              .log = {},
+                              .onServoScene =
+                                  [this](const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
+                                    recorder_->onSceneBuilt(scene, objects);
+                                  }},
+                             mailbox_};
   std::unique_ptr<HapticState> second_;  // of a second hand
   TelemetrySample lastOfSecond_;
   ServoScene emptyForSecond_;

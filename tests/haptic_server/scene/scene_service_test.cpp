@@ -37,8 +37,8 @@ std::vector<ObjectId> idsOf(const ServoScene& scene, bool pendingRemoval) {
   return ids;
 }
 
-constexpr auto kNewPlan = ServoSceneBuilder::Plan::kOfThisOne;
-constexpr auto kOldPlan = ServoSceneBuilder::Plan::kOfTheLastScene;
+constexpr auto kNewPlan = ServoSceneBuilder::Plan::kReplan;
+constexpr auto kOldPlan = ServoSceneBuilder::Plan::kKeep;
 
 TEST(ServoSceneBuilder, KeepsARemovedObjectForAWhileAsLeaving) {
   BoxResolver resolver;
@@ -623,7 +623,7 @@ TEST(SceneService, ThatIsFixedShowsWhatItIsGivenAndRefusesEdits) {
   SceneService sceneService({.assetFolders = {}, .makePlan = {}, .readOnlyReason = "it is a recording", .log = {}},
                             mailbox);
   ASSERT_TRUE(sceneService.show(made.history()->version, {}));
-  sceneService.carryOutAll();
+  sceneService.executeAll();
   EXPECT_EQ(sceneService.history()->version.revision(), 1U) << "before it runs";
   made.submit(kAlice, 2, edit(add("b")));
   std::thread player([&] { EXPECT_TRUE(sceneService.show(made.history()->version, {})); });

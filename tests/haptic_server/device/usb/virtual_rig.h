@@ -96,7 +96,7 @@ class Rig {
 
   /// As ServoLoop::run().
   void servoWakes(std::uint64_t now_ns) {
-    if (sampleWait_.waits(device->hasNewSample(), now_ns - std::min(now_ns, servoDue_ns_))) {
+    if (sampleWait_.shouldWait(device->hasNewSample(), now_ns - std::min(now_ns, servoDue_ns_))) {
       servoWakes_ns_ = now_ns + sampleWait_.step_ns();
       return;
     }
