@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/command_line/command_line.h"
-#include "tests/sim/world.h"
+#include "tests/sim/simulation.h"
 
 // haptics_sim: the production session, sequencer and mirror code in virtual time, one world for each seed.
 namespace haptics::sim {
@@ -31,7 +31,7 @@ struct Tally {
   double virtual_s = 0;
   Oracle::Counts counts;
 
-  void add(std::uint64_t seed, const World& world) {
+  void add(std::uint64_t seed, const Simulation& world) {
     ++seeds;
     if (!world.oracle().violations().empty()) failed.push_back(seed);
     virtual_s += world.lasted_s();
@@ -67,7 +67,7 @@ SeedRange parseSeeds(const std::string& text) {
 
 /// The end of what happened, from a second run of the same seed.
 void explain(std::uint64_t seed, Mutant mutant) {
-  World again(seed, mutant, EventLog::Mode::kLast);
+  Simulation again(seed, mutant, EventLog::Mode::kLast);
   again.run();
   std::printf("\nseed %llu fails:\n", static_cast<unsigned long long>(seed));
   for (const std::string& violation : again.oracle().violations()) std::printf("  %s\n", violation.c_str());
@@ -81,7 +81,7 @@ int trySeeds(const Options& options, SeedRange range, Mutant mutant) {
   Tally tally;
   constexpr std::uint64_t kProgressEvery = 100;
   for (std::uint64_t seed = range.from; seed <= range.to; ++seed) {
-    World world(seed, mutant, options.verbose ? EventLog::Mode::kPrint : EventLog::Mode::kOff);
+    Simulation world(seed, mutant, options.verbose ? EventLog::Mode::kPrint : EventLog::Mode::kOff);
     world.run();
     tally.add(seed, world);
     if (!world.oracle().violations().empty() && !options.verbose && tally.failed.size() == 1) explain(seed, mutant);
@@ -104,7 +104,7 @@ int tryMutants(SeedRange range) {
     std::string how;
     std::uint64_t seed = range.from;
     for (; seed <= range.to && how.empty(); ++seed) {
-      World world(seed, info.mutant, EventLog::Mode::kOff);
+      Simulation world(seed, info.mutant, EventLog::Mode::kOff);
       world.run();
       if (!world.oracle().violations().empty()) how = world.oracle().violations().front();
     }

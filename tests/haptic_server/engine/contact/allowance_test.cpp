@@ -5,7 +5,7 @@
 #include <random>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::allowance_test {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 /// Follows the HIP with so many units for each tick, as the servo's step does.
 class Bounded {
  public:
-  Bounded(World& world, std::int64_t units) : world_(world), units_(units) {}
+  Bounded(ContactRig& world, std::int64_t units) : world_(world), units_(units) {}
 
   ContactResult tick(Vec3 hip) {
     std::vector<Body>& bodies = world_.bodies();
@@ -31,7 +31,7 @@ class Bounded {
   [[nodiscard]] int behind() const { return behind_; }
 
  private:
-  World& world_;
+  ContactRig& world_;
   std::int64_t units_;
   int behind_ = 0;
 };
@@ -53,7 +53,7 @@ shapes::Shape soupBehindAWall(int triangles) {
 }
 
 TEST(Allowance, IsUnspentInEmptySpace) {
-  World world(shapes::sphere(0.05, 20));
+  ContactRig world(shapes::sphere(0.05, 20));
   world.place({0, 0, 0.3});
   Bounded bounded(world, 4000);
   for (int i = 0; i < 1000; ++i) {
@@ -64,7 +64,7 @@ TEST(Allowance, IsUnspentInEmptySpace) {
 }
 
 TEST(Allowance, SpentBeforeTheContainmentCheckDefersItToTheNextTick) {
-  World world(shapes::sphere(0.05, 20));
+  ContactRig world(shapes::sphere(0.05, 20));
   world.place({0, 0, 0.06});
   world.tick({0, 0, 0.049});
   ASSERT_EQ(world.state().mode, ContactState::Mode::kOneSurface);
@@ -78,7 +78,7 @@ TEST(Allowance, SpentBeforeTheContainmentCheckDefersItToTheNextTick) {
 
 TEST(Allowance, SpentKeepsTheIhipOnTheContactSide) {
   for (const std::int64_t units : {3'000, 10'000, 30'000, 100'000}) {
-    World world(soupBehindAWall(400));
+    ContactRig world(soupBehindAWall(400));
     world.place({0.01, 0.02, 0.09});
     Bounded bounded(world, units);
     std::mt19937_64 random(7);
@@ -135,7 +135,7 @@ TEST(Allowance, SpentIsFollowedAlikeWithTheCacheAndWithoutIt) {
 
 TEST(Allowance, SpentDefersTheRestOfThePathToTheNextTicks) {
   for (const std::int64_t units : {100'000, 200'000}) {  // some ten queries, or twenty
-    World world(soupBehindAWall(2'000));
+    ContactRig world(soupBehindAWall(2'000));
     const Vec3 from(-0.06, 0.001, 0.002), to(0.06, 0.002, 0.003);
     world.place(from);
     Bounded bounded(world, units);
@@ -150,7 +150,7 @@ TEST(Allowance, SpentDefersTheRestOfThePathToTheNextTicks) {
 
 TEST(Allowance, SpentDefersBodyMotionToo) {
   for (const std::int64_t units : {1'000, 4'000, 16'000}) {
-    World world;
+    ContactRig world;
     for (int i = 0; i < 6; ++i) world.add(shapes::bumpy(0.02, 12), Vec3(0.015 * i, 0, 0.08));
     const Vec3 hip(0.03, 0.001, 0);
     world.place(hip);
@@ -177,7 +177,7 @@ TEST(Allowance, SpentDefersBodyMotionToo) {
 
 TEST(Allowance, SpentLetsASingleTurningBodyCarryTheIhip) {
   for (const std::int64_t units : {20, 60, 200}) {
-    World world(shapes::bumpy(0.03, 24));
+    ContactRig world(shapes::bumpy(0.03, 24));
     const Vec3 hip(0, 0.001, 0.02);
     world.place({0, 0.001, 0.05});
     world.tick(hip);
@@ -193,7 +193,7 @@ TEST(Allowance, SpentLetsASingleTurningBodyCarryTheIhip) {
 
 TEST(Allowance, SpentDuringDepenetrationLeavesAConsistentState) {
   for (std::int64_t units = 500; units < 200'000; units *= 2) {
-    World world;
+    ContactRig world;
     for (int i = 0; i < 6; ++i) world.add(shapes::box(Vec3(0.04), 4));
     world.place(Vec3(0));
     Bounded bounded(world, units);
@@ -216,10 +216,10 @@ TEST(Allowance, SpentDuringDepenetrationLeavesAConsistentState) {
 }
 
 TEST(Clearance, SavesQueriesOfAFreeHipAndChangesNoBit) {
-  World world;
+  ContactRig world;
   world.add(shapes::sphere(0.05, 40));
   world.add(shapes::box(Vec3(0.02)), Vec3(0.1, 0, 0));
-  World asked;
+  ContactRig asked;
   asked.add(shapes::sphere(0.05, 40));
   asked.add(shapes::box(Vec3(0.02)), Vec3(0.1, 0, 0));
   std::mt19937_64 random(3);
@@ -235,7 +235,7 @@ TEST(Clearance, SavesQueriesOfAFreeHipAndChangesNoBit) {
       hip = glm::mix(from, to, static_cast<double>(i) / steps);
       if (target % 3 == 1) {
         const double turn = 0.01 * i;
-        for (World* each : {&world, &asked}) {
+        for (ContactRig* each : {&world, &asked}) {
           each->move(1, {{std::cos(turn), 0, std::sin(turn), 0}, {0.1 + 0.01 * std::sin(turn), 0, 0}});
         }
       }

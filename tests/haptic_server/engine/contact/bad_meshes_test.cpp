@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::bad_meshes_test {
 namespace {
@@ -17,7 +17,7 @@ constexpr double kTouchable = 2e-7;  // m
 /// Presses on every side of a 0.1 m cube and strokes along it, within `reach` of its middle; returns the ticks in which
 /// the cube is not felt as it is.
 int badTicks(const Shape& shape, double reach) {
-  World world(shape);
+  ContactRig world(shape);
   int bad = 0;
   for (int axis = 0; axis < 3; ++axis) {
     for (const double end : {1.0, -1.0}) {
@@ -79,7 +79,7 @@ TEST(BadMeshes, CoincidentSheetsRelease) {
   const Shape once = shapes::sheet(0.1, 5).mapped([&](Vec3 v) { return tilt * v; });
   Shape twice = once;
   twice.add(once);
-  World world(twice);
+  ContactRig world(twice);
   for (int i = 0; i < 400; ++i) {
     const double x = 0.0002 * i - 0.04;
     world.place(tilt * Vec3(x, 0.5 * x, 0.001));
@@ -92,7 +92,7 @@ TEST(BadMeshes, CoincidentSheetsRelease) {
 TEST(BadMeshes, FlippedFacesHold) {
   Shape shape = cube();
   for (std::size_t t = 0; t < shape.triangles.size(); t += 7) std::swap(shape.triangles[t][0], shape.triangles[t][1]);
-  World world(shape);
+  ContactRig world(shape);
   // The flipped faces' own normal points inwards: what holds is their back.
   EXPECT_EQ(badTicks(shape, 0.045), 0);
 }
@@ -173,7 +173,7 @@ TEST(BadMeshes, AValleyOfTwoSheetsHolds) {
   for (const double slope : {0.5, 2.0, 6.0}) {
     Shape valley = shapes::sheet(0.1, 5).mapped([&](Vec3 v) { return Vec3(v.x + 0.05, v.y, (v.x + 0.05) * slope); });
     valley.add(shapes::sheet(0.1, 5).mapped([&](Vec3 v) { return Vec3(v.x - 0.05, v.y, (0.05 - v.x) * slope); }));
-    World world(valley);
+    ContactRig world(valley);
     for (const double x : {-0.002, 0.0, 0.0011}) {
       const Vec3 bottom{x, 0.0031, -0.004};
       world.place({0, 0.003, 0.03});
@@ -194,7 +194,7 @@ TEST(BadMeshes, AcuteCreasesKeepTheContactSide) {  // S12
       return inwards > 0 ? Vec3(v.x * (0.06 - v.z) * 1.6, v.y, v.z)
                          : Vec3(v.x, v.y, v.z - 0.06 * std::max(0.0, 1 - std::abs(v.x) / 0.004));
     });
-    World world(blade);
+    ContactRig world(blade);
     for (int i = 0; i < 200; ++i) {
       const double y = 0.0004 * i - 0.04;
       const Vec3 over{0.003 * std::sin(0.3 * i), y, 0.053};

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::contact_reprojection_test {
 namespace {
@@ -11,13 +11,13 @@ namespace {
 constexpr double kTouchable = 2e-7;  // m
 
 /// Adopts `after`, whose bodies come from where `origins` says; returns what reprojectContact() said.
-bool adopt(World& before, World& after, const std::vector<BodyOrigin>& origins) {
+bool adopt(ContactRig& before, ContactRig& after, const std::vector<BodyOrigin>& origins) {
   for (Body& body : after.bodies()) body.update();
   after.state() = before.state();
   return reprojectContact(after.state(), after.bodies(), origins);
 }
 
-void press(World& world, Vec3 from, Vec3 to) {
+void press(ContactRig& world, Vec3 from, Vec3 to) {
   world.place(from);
   world.lead(from, to, 0.0007, [](const ContactResult&, Vec3) {});
   ASSERT_TRUE(world.result().touching);
@@ -26,15 +26,15 @@ void press(World& world, Vec3 from, Vec3 to) {
 TEST(ContactReprojection, ContactWithAnUnchangedBodyGoesOnBitForBit) {
   const auto ball = shapes::sphere(0.05, 12).build();
   const auto box = shapes::box({0.01, 0.01, 0.01}).build();
-  World with;
-  World without;
-  World* const worlds[] = {&with, &without};
-  for (World* world : worlds) {
+  ContactRig with;
+  ContactRig without;
+  ContactRig* const worlds[] = {&with, &without};
+  for (ContactRig* world : worlds) {
     world->add(box, {{1, 0, 0, 0}, {0.2, 0, 0}});
     world->add(ball);
     press(*world, {0.003, 0, 0.052}, {0.004, 0.001, 0.047});
   }
-  World after;  // the ball is now the first, the box moved elsewhere
+  ContactRig after;  // the ball is now the first, the box moved elsewhere
   after.add(ball);
   after.add(box, {{1, 0, 0, 0}, {0.3, 0, 0}});
   EXPECT_FALSE(adopt(with, after, {{1, false}, {0, true}}));
@@ -50,8 +50,8 @@ TEST(ContactReprojection, ContactWithAnUnchangedBodyGoesOnBitForBit) {
 
 TEST(ContactReprojection, ContactWithSeveralUnchangedBodiesGoesOn) {
   const auto ball = shapes::sphere(0.05, 12).build();
-  World before;
-  World after;
+  ContactRig before;
+  ContactRig after;
   before.add(ball, {{1, 0, 0, 0}, {0, -0.03, 0}});
   before.add(ball, {{1, 0, 0, 0}, {0, 0.03, 0}});
   after.add(ball, {{1, 0, 0, 0}, {0, 0.03, 0}});
@@ -63,10 +63,10 @@ TEST(ContactReprojection, ContactWithSeveralUnchangedBodiesGoesOn) {
 }
 
 TEST(ContactReprojection, RemovedBodyReleasesTheContact) {
-  World before;
+  ContactRig before;
   before.add(shapes::sphere(0.05, 12));
   press(before, {0, 0, 0.052}, {0, 0, 0.045});
-  World after;
+  ContactRig after;
   EXPECT_TRUE(adopt(before, after, {}));
   EXPECT_FALSE(after.tick({0, 0, 0.045}).touching);
   EXPECT_EQ(after.result().ihip, Vec3(0, 0, 0.045));
@@ -74,21 +74,21 @@ TEST(ContactReprojection, RemovedBodyReleasesTheContact) {
 
 TEST(ContactReprojection, BodyMovedAwayReleasesTheContact) {
   const auto ball = shapes::sphere(0.05, 12).build();
-  World before;
+  ContactRig before;
   before.add(ball);
   press(before, {0, 0, 0.052}, {0, 0, 0.045});
-  World after;
+  ContactRig after;
   after.add(ball, {{1, 0, 0, 0}, {0, 0, -0.03}});
   EXPECT_TRUE(adopt(before, after, {{0, true}}));
   EXPECT_FALSE(after.tick({0, 0, 0.045}).touching);
 }
 
 TEST(ContactReprojection, BodyBehindARemovedOneHolds) {
-  World before;
+  ContactRig before;
   before.add(shapes::box({0.1, 0.1, 0.01}, 3), Vec3(0, 0, 0.005));
   before.add(shapes::box({0.1, 0.1, 0.01}, 3), Vec3(0, 0, -0.006));
   press(before, {0.003, 0.004, 0.011}, {0.003, 0.004, -0.003});
-  World after;
+  ContactRig after;
   after.add(shapes::box({0.1, 0.1, 0.01}, 3), Vec3(0, 0, -0.006));
   EXPECT_TRUE(adopt(before, after, {{1, false}}));
   const ContactResult r = after.tick({0.003, 0.004, -0.003});
@@ -99,11 +99,11 @@ TEST(ContactReprojection, BodyBehindARemovedOneHolds) {
 TEST(ContactReprojection, ProxyLeavesABodyMovedOntoTheHip) {
   const auto ball = shapes::sphere(0.05, 12).build();
   for (const Vec3 to : {Vec3(0, 0, -0.045), Vec3(0.01, 0.02, -0.03), Vec3(0, 0, -0.001)}) {
-    World before;
+    ContactRig before;
     before.add(ball, {{1, 0, 0, 0}, {0, 0, -0.2}});
     before.place({0, 0, 0});
     before.tick({0, 0, 0});
-    World after;
+    ContactRig after;
     after.add(ball, {{1, 0, 0, 0}, to});
     EXPECT_TRUE(adopt(before, after, {{0, true}}));
     const ContactResult r = after.tick({0, 0, 0});
@@ -115,10 +115,10 @@ TEST(ContactReprojection, ProxyLeavesABodyMovedOntoTheHip) {
 
 TEST(ContactReprojection, ProxyLeavesABodyAddedOverAContact) {
   const auto floor = shapes::box({0.2, 0.2, 0.1}, 3).build();
-  World before;
+  ContactRig before;
   before.add(floor, {{1, 0, 0, 0}, {0, 0, -0.05}});
   press(before, {0.001, 0.002, 0.003}, {0.001, 0.002, -0.002});
-  World after;
+  ContactRig after;
   after.add(floor, {{1, 0, 0, 0}, {0, 0, -0.05}});
   after.add(shapes::box({0.04, 0.04, 0.04}, 3), Vec3(0, 0, 0.01));
   EXPECT_TRUE(adopt(before, after, {{0, false}, {-1, true}}));
@@ -131,10 +131,10 @@ TEST(ContactReprojection, ProxyLeavesABodyAddedOverAContact) {
 
 TEST(ContactReprojection, ProxyLeavesAHeapOfOverlappingBodies) {
   for (int heap = 0; heap < 30; ++heap) {
-    World before;
+    ContactRig before;
     before.place({0.001, 0.002, 0.003});
     before.tick({0.001, 0.002, 0.003});
-    World after;
+    ContactRig after;
     std::vector<BodyOrigin> origins;
     for (int i = 0; i < 12; ++i) {
       const double k = heap + i;
@@ -155,10 +155,10 @@ TEST(ContactReprojection, ProxyLeavesAHeapOfOverlappingBodies) {
 
 TEST(ContactReprojection, ProxyLeavesBodiesThatPushItIntoEachOther) {
   const Vec3 hip{0.0085, 0, 0};
-  World before;
+  ContactRig before;
   before.place(hip);
   before.tick(hip);
-  World after;
+  ContactRig after;
   std::vector<BodyOrigin> origins;
   for (int i = 12; i >= 0; --i) {
     after.add(shapes::box({0.01, 0.1, 0.1}, 3), Vec3(0.005 + 0.009 * i, 0, 0));
@@ -174,11 +174,11 @@ TEST(ContactReprojection, ProxyLeavesBodiesThatPushItIntoEachOther) {
 
 TEST(ContactReprojection, RemeshedBodyHolds) {
   for (const int n : {4, 9, 30}) {
-    World before;
+    ContactRig before;
     before.add(shapes::sphere(0.05, 12));
     press(before, {0.001, 0.002, 0.052}, {0.011, 0.012, 0.044});
     const Vec3 ihip = before.result().ihip;
-    World after;
+    ContactRig after;
     after.add(shapes::sphere(0.05, n));
     EXPECT_TRUE(adopt(before, after, {{0, true}}));
     const ContactResult r = after.tick({0.011, 0.012, 0.044});
@@ -193,10 +193,10 @@ TEST(ContactReprojection, RemeshedThinPlateHoldsADeepHip) {
   for (const double thickness : {0.0005, 0.001}) {
     for (const int n : {1, 3, 20}) {
       for (const Vec3 end : {Vec3(0.0033, 0.0041, thickness / 2 - 0.005), Vec3(0, 0, thickness / 2 - 0.005)}) {
-        World before;
+        ContactRig before;
         before.add(shapes::box({0.1, 0.1, thickness}, 8));
         press(before, {0.001, 0.002, 0.003}, end);
-        World after;
+        ContactRig after;
         after.add(shapes::box({0.1, 0.1, thickness}, n));
         EXPECT_TRUE(adopt(before, after, {{0, true}}));
         for (int i = 0; i < 10; ++i) {
@@ -214,10 +214,10 @@ TEST(ContactReprojection, RemeshedSheetHolds) {
   const Quat tilt = glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 0.5)));
   const auto sheet = [&](int n) { return shapes::sheet(0.1, n).mapped([&](Vec3 v) { return tilt * v; }).build(); };
   for (int n = 1; n < 20; ++n) {
-    World before;
+    ContactRig before;
     before.add(sheet(7));
     press(before, tilt * Vec3(0.001, 0.002, 0.003), tilt * Vec3(0.0033, 0.0041, -0.005));
-    World after;
+    ContactRig after;
     after.add(sheet(n));
     EXPECT_TRUE(adopt(before, after, {{0, true}}));
     const ContactResult r = after.tick(tilt * Vec3(0.0033, 0.0041, -0.005));
@@ -235,15 +235,15 @@ TEST(ContactReprojection, ProxyLeavesAThinShellOnTheContactSide) {
   };
   const Vec3 direction = glm::normalize(Vec3(0.074, 0.076, 1));  // over the middle of a facet of the coarse dome
   const auto pressed = [&](double wall) {
-    World world(dome(8, wall));
+    ContactRig world(dome(8, wall));
     press(world, direction * 0.052, direction * 0.046);
     return world;
   };
-  World probe = pressed(0.001);
+  ContactRig probe = pressed(0.001);
   const double sag = 0.05 - glm::length(probe.result().ihip);
   ASSERT_GT(sag, 5e-5);
-  World before = pressed(sag * 1.5);
-  World after;
+  ContactRig before = pressed(sag * 1.5);
+  ContactRig after;
   after.add(dome(40, sag * 1.5));
   ASSERT_GT(after.depthInside(before.result().ihip), 0);
   EXPECT_TRUE(adopt(before, after, {{0, true}}));
@@ -255,11 +255,11 @@ TEST(ContactReprojection, ProxyLeavesAThinShellOnTheContactSide) {
 
 TEST(ContactReprojection, FreeContactStaysFree) {
   const auto ball = shapes::sphere(0.05, 12).build();
-  World before;
+  ContactRig before;
   before.add(ball);
   before.place({0, 0, 0.06});
   before.tick({0, 0, 0.06});
-  World after;
+  ContactRig after;
   after.add(ball, {{1, 0, 0, 0}, {0, 0, -0.001}});
   EXPECT_FALSE(adopt(before, after, {{0, true}}));
   EXPECT_FALSE(after.tick({0, 0, 0.06}).touching);

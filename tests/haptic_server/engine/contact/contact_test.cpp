@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "haptic_server/engine/contact/neighborhood_watch.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::contact_test {
 namespace {
@@ -15,7 +15,7 @@ constexpr double kTouchable = 1e-7;  // m: skin of the 0.1 m scenes below, and t
 Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
 
 TEST(Contact, FreeIhipIsTheHip) {
-  World world(shapes::sphere(0.05, 8));
+  ContactRig world(shapes::sphere(0.05, 8));
   world.place({0, 0, 0.08});
   world.lead({0, 0, 0.08}, {0.08, 0, 0.02}, 0.001, [](const ContactResult& r, Vec3 hip) {
     EXPECT_FALSE(r.touching);
@@ -27,7 +27,7 @@ TEST(Contact, FreeIhipIsTheHip) {
 }
 
 TEST(Contact, FirstContactIsFeltInTheTickOfTheCrossing) {
-  World world(shapes::box({0.1, 0.1, 0.1}, 4));
+  ContactRig world(shapes::box({0.1, 0.1, 0.1}, 4));
   world.place({0.011, 0.017, 0.0501});
   const ContactResult r = world.tick({0.012, 0.017, 0.048});
   ASSERT_TRUE(r.touching);
@@ -40,7 +40,7 @@ TEST(Contact, FirstContactIsFeltInTheTickOfTheCrossing) {
 
 TEST(Contact, PrimitiveHasTheCanonicalNumber) {
   const shapes::Shape cube = shapes::box({0.1, 0.1, 0.1}, 4);
-  World world(cube);
+  ContactRig world(cube);
   world.place({0.011, 0.017, 0.051});
   world.lead({0.011, 0.017, 0.051}, {0.011, 0.017, 0.049}, 0.001, [](const ContactResult&, Vec3) {});
   world.lead({0.011, 0.017, 0.049}, {0.049, -0.04, 0.049}, 0.0005, [&](const ContactResult& r, Vec3) {
@@ -63,7 +63,7 @@ TEST(Contact, PrimitiveHasTheCanonicalNumber) {
 TEST(Contact, SlidingOffACubeReleasesAtTheEdge) {  // S1
   for (const int n : {1, 7}) {
     for (const Vec3 to : {Vec3(0.06, 0.003, 0.048), Vec3(0.06, 0.06, 0.048), Vec3(-0.06, 0.06, 0.048)}) {
-      World world(shapes::box({0.1, 0.1, 0.1}, n));
+      ContactRig world(shapes::box({0.1, 0.1, 0.1}, n));
       const Vec3 from{-0.4 * to.x, -0.4 * to.y, 0.048};
       world.place(from + Vec3(0, 0, 0.004));
       world.tick(from);
@@ -81,7 +81,7 @@ TEST(Contact, SlidingOffACubeReleasesAtTheEdge) {  // S1
 }
 
 /// Seven teeth of 2 mm with gaps of 0.5 mm, tops at z = 10 mm, as one mesh or as one body per tooth.
-void addComb(World& world, bool oneMesh) {
+void addComb(ContactRig& world, bool oneMesh) {
   if (oneMesh) {
     world.add(shapes::comb(7, 0.0025, 0.002, 0.02, 0.02));
     return;
@@ -93,7 +93,7 @@ TEST(Contact, ExitFromOneToothEntersTheNext) {  // S3
   for (const bool oneMesh : {true, false}) {
     for (const double step : {0.001, 0.00037}) {
       for (const double z : {0.0052, 0.0092, 0.0097}) {
-        World world;
+        ContactRig world;
         addComb(world, oneMesh);
         const Vec3 from{-0.0075, 0.001, z};
         world.place({-0.0075, 0.001, 0.011});
@@ -112,7 +112,7 @@ TEST(Contact, ExitFromOneToothEntersTheNext) {  // S3
 }
 
 TEST(Contact, PendingRemovalIsNotTouchedAnew) {
-  World world;
+  ContactRig world;
   addComb(world, true);
   world.place({-0.0004, 0.001, 0.011});
   EXPECT_TRUE(world.tick({-0.0004, 0.001, 0.0095}).touching);
@@ -123,7 +123,7 @@ TEST(Contact, PendingRemovalIsNotTouchedAnew) {
 
 TEST(Contact, RisingBodyTouchesAStillHip) {  // S4
   for (const double speed : {0.01, 0.1, 1.0, 5.0}) {
-    World world;
+    ContactRig world;
     const int box = world.add(shapes::box({0.04, 0.04, 0.04}, 3), at({0, 0, -0.0301}));
     world.place({0.003, 0.002, 0});
     double z = -0.0301;
@@ -144,7 +144,7 @@ TEST(Contact, RisingBodyTouchesAStillHip) {  // S4
 
 TEST(Contact, TurningBodyTouchesAStillHip) {  // S4
   for (const double speed : {0.5, 2.0, 10.0}) {
-    World world;
+    ContactRig world;
     const int cube = world.add(shapes::box({0.1, 0.1, 0.1}, 2));
     const Vec3 hip{0.06, 0.001, 0};  // beyond the side, within the sweep of the edge
     world.place(hip);
@@ -164,7 +164,7 @@ TEST(Contact, TurningBodyTouchesAStillHip) {  // S4
 
 TEST(Contact, PlateThinnerThanItsMotionPushesTheHip) {  // S4
   for (const double speed : {0.05, 0.3, 2.0, 3.0}) {
-    World world;
+    ContactRig world;
     const int plate = world.add(shapes::box({0.1, 0.1, 0.0005}, 5), at({0, 0, -0.0101}));
     world.place({0.003, 0.002, 0});
     double z = -0.0101;
@@ -181,7 +181,7 @@ TEST(Contact, PlateThinnerThanItsMotionPushesTheHip) {  // S4
 
 TEST(Contact, SearchIsBoundedInFansOfAnyValence) {  // S6
   for (const int valence : {8, 64, 700, 4096}) {
-    World world(shapes::cone(0.05, 0.02, valence));
+    ContactRig world(shapes::cone(0.05, 0.02, valence));
     world.place({0, 0, 0.021});
     world.tick({0.0001, 0, 0.015});
     for (int i = 0; i < 400; ++i) {
@@ -205,7 +205,7 @@ TEST(Contact, SearchIsBoundedInFansOfAnyValence) {  // S6
 TEST(Contact, InterruptedFanSearchKeepsTheContact) {  // S6
   // A pit of 4,096 triangles; the HIP runs through the solid from under one wall to under the other. Until the search
   // has been around the apex, its normal says nothing of the sign.
-  World world(shapes::cone(0.02, 1, 4096).mapped([](Vec3 v) {
+  ContactRig world(shapes::cone(0.02, 1, 4096).mapped([](Vec3 v) {
     const bool rim = v.x != 0 || v.y != 0;
     return rim ? v : Vec3(0, 0, v.z > 0 ? -0.01 : -0.04);
   }));
@@ -231,8 +231,8 @@ TEST(Contact, InterruptedFanSearchKeepsTheContact) {  // S6
 TEST(Contact, FastMotionEndsWhereSlowMotionEnds) {
   // Steps of up to 4 mm over hills whose triangles are 3 mm long, against the same path in 64 times as many ticks.
   const auto ball = shapes::bumpy(0.05, 24).build();
-  World fast;
-  World slow;
+  ContactRig fast;
+  ContactRig slow;
   fast.add(ball);
   slow.add(ball);
   const auto hip = [](double t) {
@@ -254,7 +254,7 @@ TEST(Contact, FastMotionEndsWhereSlowMotionEnds) {
 }
 
 TEST(Contact, DeepFastHipStaysInContact) {  // S7
-  World world(shapes::sphere(0.05, 40));
+  ContactRig world(shapes::sphere(0.05, 40));
   world.place({0, 0, 0.051});
   world.lead({0, 0, 0.051}, {0, 0, 0.01}, 0.005, [](const ContactResult& r, Vec3) { EXPECT_TRUE(r.touching); });
   for (int i = 0; i < 1000; ++i) {
@@ -269,7 +269,7 @@ TEST(Contact, DeepFastHipStaysInContact) {  // S7
 
 TEST(Contact, MedialAxisDoesNotFlipTheIhip) {  // S8
   for (const int n : {1, 6}) {
-    World world(shapes::box({0.1, 0.1, 0.1}, n));
+    ContactRig world(shapes::box({0.1, 0.1, 0.1}, n));
     world.place({0.02, 0.001, 0.06});
     world.lead({0.02, 0.001, 0.06}, {0.02, 0.001, 0.03}, 0.001, [](const ContactResult&, Vec3) {});
     // 20 mm under the top, to 1 mm from the side: nearer to the side by far, still held by the top.
@@ -288,7 +288,7 @@ TEST(Contact, MedialAxisDoesNotFlipTheIhip) {  // S8
 TEST(Contact, ThinPlatesAreNotPassed) {  // S9
   for (const double thickness : {0.0005, 0.001}) {
     for (const int n : {1, 9}) {
-      World world(shapes::box({0.1, 0.1, thickness}, n));
+      ContactRig world(shapes::box({0.1, 0.1, thickness}, n));
       const double top = thickness / 2;
       const auto check = [&](const ContactResult& r, Vec3 hip) {
         if (hip.z > top - kTouchable) return;
@@ -306,7 +306,7 @@ TEST(Contact, ThinPlatesAreNotPassed) {  // S9
 
 TEST(Contact, SheetReleasesOnTheContactSide) {
   for (const double side : {1.0, -1.0}) {
-    World world(shapes::sheet(0.1, 5));
+    ContactRig world(shapes::sheet(0.1, 5));
     const auto check = [&](const ContactResult& r, Vec3 hip) {
       if (std::abs(hip.z) < 1e-12) return;  // on the sheet: held or not
       EXPECT_EQ(r.touching, hip.z * side < 0);
@@ -327,7 +327,7 @@ TEST(Contact, SheetReleasesOnTheContactSide) {
 }
 
 TEST(Contact, RimOfASheetReleases) {
-  World world(shapes::sheet(0.1, 5));
+  ContactRig world(shapes::sheet(0.1, 5));
   world.place({0.03, 0.004, 0.002});
   world.tick({0.03, 0.004, -0.003});
   world.lead({0.03, 0.004, -0.003}, {0.06, 0.004, -0.003}, 0.0005, [](const ContactResult& r, Vec3 hip) {
@@ -341,7 +341,7 @@ TEST(Contact, RimOfASheetReleases) {
 }
 
 TEST(Contact, UnusableHipDoesNotMove) {
-  World world(shapes::sphere(0.05, 8));
+  ContactRig world(shapes::sphere(0.05, 8));
   world.place({0, 0, 0.051});
   const ContactResult before = world.tick({0, 0, 0.048});
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -356,7 +356,7 @@ TEST(Contact, UnusableHipDoesNotMove) {
 }
 
 TEST(Contact, PendingRemovalReleasesForGood) {
-  World world;
+  ContactRig world;
   const int ball = world.add(shapes::sphere(0.05, 12));
   world.place({0, 0, 0.051});
   world.tick({0, 0, 0.048});
@@ -368,7 +368,7 @@ TEST(Contact, PendingRemovalReleasesForGood) {
 }
 
 TEST(Contact, NoBodiesMeansFree) {
-  World world;
+  ContactRig world;
   world.place({0, 0, 0});
   EXPECT_FALSE(world.tick({1, 2, 3}).touching);
   EXPECT_EQ(world.result().ihip, Vec3(1, 2, 3));

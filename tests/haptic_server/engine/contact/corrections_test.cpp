@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "haptic_server/engine/contact/contact_tick.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::corrections_test {
 namespace {
@@ -13,7 +13,8 @@ namespace {
 /// A contact with some corrections off beside one with all, among the same bodies.
 class AblatedContact {
  public:
-  AblatedContact(const Corrections& corrections, World& world, Vec3 hip) : corrections_(corrections), world_(world) {
+  AblatedContact(const Corrections& corrections, ContactRig& world, Vec3 hip)
+      : corrections_(corrections), world_(world) {
     world_.place(hip);
     resetContact(state_, hip);
   }
@@ -28,13 +29,13 @@ class AblatedContact {
 
  private:
   Corrections corrections_;
-  World& world_;
+  ContactRig& world_;
   ContactState state_;
   ContactResult full_;
 };
 
 TEST(Corrections, AllOnGiveTheResultOfFollowContact) {
-  World world;
+  ContactRig world;
   world.add(shapes::sphere(0.05, 8));
   world.add(shapes::sphere(0.03, 8), Vec3(0.06, 0, 0));
   AblatedContact all(kAllCorrections, world, {0, 0, 0.06});
@@ -47,7 +48,7 @@ TEST(Corrections, AllOnGiveTheResultOfFollowContact) {
 
 constexpr Corrections kWithoutFeatureCodes{.featureCodes = false};
 TEST(Corrections, WithoutFeatureCodesTheSearchStaysOnItsFirstPolygon) {
-  World world(shapes::box({0.1, 0.1, 0.1}, 4));
+  ContactRig world(shapes::box({0.1, 0.1, 0.1}, 4));
   AblatedContact ablated(kWithoutFeatureCodes, world, {0, 0.003, 0.051});
   ContactResult r;
   for (int i = 0; i < 100; ++i) r = ablated.tick({0.0004 * i, 0.003, 0.049});
@@ -58,7 +59,7 @@ constexpr Corrections kWithoutPseudonormals{.pseudonormals = false};
 /// Of a hand so fast that steps do not divide its motion.
 bool isHeldBeyondATip(Corrections corrections) {
   corrections.substeps = false;
-  World world(shapes::cone(0.01, 0.05, 5));
+  ContactRig world(shapes::cone(0.01, 0.05, 5));
   AblatedContact ablated(corrections, world, {0.004, 0.0003, 0.046});
   EXPECT_TRUE(ablated.tick({0.0002, 0.0003, 0.045}).touching);
   return ablated.tick({-0.001, 0.0003, 0.051}).touching;
@@ -70,7 +71,7 @@ TEST(Corrections, WithoutPseudonormalsATipHoldsAHipOutside) {
 
 constexpr Corrections kWithoutSameTickSearch{.sameTickSearch = false};
 TEST(Corrections, WithoutSameTickSearchTheFirstForceIsATickLate) {
-  World world(shapes::box({0.1, 0.1, 0.1}, 4));
+  ContactRig world(shapes::box({0.1, 0.1, 0.1}, 4));
   AblatedContact ablated(kWithoutSameTickSearch, world, {0.01, 0.003, 0.051});
   EXPECT_FALSE(ablated.tick({0.01, 0.003, 0.048}).touching);
   EXPECT_TRUE(ablated.full().touching);
@@ -81,7 +82,7 @@ TEST(Corrections, WithoutSameTickSearchTheFirstForceIsATickLate) {
 
 constexpr Corrections kWithoutExitRetest{.exitRetest = false};
 TEST(Corrections, WithoutExitRetestTheHipEntersTheNextBody) {
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.02, 0.02, 0.02}, 1));
   world.add(shapes::box({0.02, 0.02, 0.02}, 1), Vec3(0.0205, 0, 0));
   AblatedContact ablated(kWithoutExitRetest, world, {0.0101, 0.001, 0.009});
@@ -94,7 +95,7 @@ TEST(Corrections, WithoutExitRetestTheHipEntersTheNextBody) {
 
 constexpr Corrections kWithoutObjectFrames{.objectFrameSegments = false};
 TEST(Corrections, WithoutObjectFramesARisingBoxIsNotTouched) {
-  World world;
+  ContactRig world;
   const int box = world.add(shapes::box({0.1, 0.1, 0.1}, 4));
   const Vec3 hip{0.011, 0.003, 0.051};
   AblatedContact ablated(kWithoutObjectFrames, world, hip);
@@ -105,7 +106,7 @@ TEST(Corrections, WithoutObjectFramesARisingBoxIsNotTouched) {
 
 constexpr Corrections kWithoutGuard{.guard = false};
 constexpr Corrections kWithOneSurface{.severalSurfaces = false};
-ContactResult slideIntoAWall(World& world, const Corrections& corrections) {
+ContactResult slideIntoAWall(ContactRig& world, const Corrections& corrections) {
   world.add(shapes::box({0.2, 0.2, 0.02}, 4));
   world.add(shapes::box({0.04, 0.04, 0.04}, 2), Vec3(0.05, 0, 0.02));
   AblatedContact ablated(corrections, world, {0, 0.003, 0.012});
@@ -117,11 +118,11 @@ ContactResult slideIntoAWall(World& world, const Corrections& corrections) {
   return r;
 }
 TEST(Corrections, WithoutGuardTheIhipEntersAnotherBody) {
-  World world;
+  ContactRig world;
   EXPECT_GT(world.depthInside(slideIntoAWall(world, kWithoutGuard).ihip), 0.001);
 }
 TEST(Corrections, WithoutSeveralSurfacesABlockedIhipStays) {
-  World world;
+  ContactRig world;
   const ContactResult r = slideIntoAWall(world, kWithOneSurface);
   EXPECT_EQ(world.depthInside(r.ihip), 0);
   EXPECT_LT(r.ihip.y, 0.01);
@@ -130,7 +131,7 @@ TEST(Corrections, WithoutSeveralSurfacesABlockedIhipStays) {
 constexpr Corrections kWithoutABudget{.boundedSearch = false};
 TEST(Corrections, WithoutBudgetASearchIsUnbounded) {
   const auto looked = [](const Corrections& corrections) {
-    World world(shapes::cone(0.05, 0.02, 8 * kSearchBudget));
+    ContactRig world(shapes::cone(0.05, 0.02, 8 * kSearchBudget));
     AblatedContact ablated(corrections, world, {0.001, 0.0003, 0.0201});
     return ablated.tick({-0.0001, 0, 0.019}).work.triangles;
   };
@@ -139,7 +140,7 @@ TEST(Corrections, WithoutBudgetASearchIsUnbounded) {
 }
 constexpr Corrections kWithoutSubsteps{.substeps = false};
 TEST(Corrections, WithoutSubstepsATickIsOneStep) {
-  World world(shapes::sphere(0.05, 100));
+  ContactRig world(shapes::sphere(0.05, 100));
   AblatedContact ablated(kWithoutSubsteps, world, {0, 0, 0.051});
   (void)ablated.tick({0, 0, 0.049});
   EXPECT_EQ(ablated.tick({0.005, 0, 0.049}).work.steps, 1);
@@ -149,7 +150,7 @@ TEST(Corrections, WithoutSubstepsATickIsOneStep) {
 constexpr Corrections kWithAbsoluteTolerances{.scaleFreeTolerances = false};
 TEST(Corrections, WithoutScaleFreeTolerancesTheResultDependsOnTheUnit) {
   const auto corner = [](const Corrections& corrections, double scale) {
-    World world;
+    ContactRig world;
     world.add(shapes::box(Vec3(0.2, 0.2, 0.02) * scale, 4));
     world.add(shapes::box(Vec3(0.04, 0.04, 0.04) * scale, 2), Vec3(0.05, 0, 0.02) * scale);
     AblatedContact ablated(corrections, world, Vec3(0, 0.003, 0.012) * scale);
@@ -163,7 +164,7 @@ TEST(Corrections, WithoutScaleFreeTolerancesTheResultDependsOnTheUnit) {
 
 bool entersNothing(Vec3, Vec3, const TriangleRecord&, bool, Crossing&) noexcept { return false; }
 TEST(Corrections, SegmentTestIsReplaceable) {
-  World world(shapes::box({0.1, 0.1, 0.1}, 4));
+  ContactRig world(shapes::box({0.1, 0.1, 0.1}, 4));
   AblatedContact ablated({.segmentTest = entersNothing}, world, {0.01, 0.003, 0.051});
   EXPECT_FALSE(ablated.tick({0.01, 0.003, 0.048}).touching);
   EXPECT_TRUE(ablated.full().touching);
@@ -176,7 +177,7 @@ ClosestPoint highFoot(const TriangleRecord& record, std::uint32_t triangle, Vec3
   return foot;
 }
 TEST(Corrections, ClosestPointIsReplaceable) {
-  World world(shapes::box({0.1, 0.1, 0.1}, 4));
+  ContactRig world(shapes::box({0.1, 0.1, 0.1}, 4));
   AblatedContact ablated({.regionSteps = false, .closestPoint = highFoot}, world, {0.01, 0.003, 0.051});
   EXPECT_NEAR(ablated.tick({0.01, 0.003, 0.048}).ihip.z, 0.051, 1e-9);
 }

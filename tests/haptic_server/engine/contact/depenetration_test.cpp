@@ -7,14 +7,14 @@
 #include <random>
 
 #include "haptic_server/engine/contact/neighborhood_watch.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::depenetration_test {
 namespace {
 
 constexpr double kSkin_m = 1e-7;
 
-Vec3 depenetrated(World& world, Vec3 from, Vec3 outward) {
+Vec3 depenetrated(ContactRig& world, Vec3 from, Vec3 outward) {
   for (Body& body : world.bodies()) body.update();
   ContactWork work;
   const Vec3 out = findDepenetration(world.bodies(), NearBodies(), from, outward, kSkin_m, work).value();
@@ -24,7 +24,7 @@ Vec3 depenetrated(World& world, Vec3 from, Vec3 outward) {
 }
 
 TEST(Depenetration, LeavesAPointOutsideInPlace) {
-  World world;
+  ContactRig world;
   world.add(shapes::sphere(0.05, 8));
   world.add(shapes::sheet(0.2, 4));  // has no inside
   const Vec3 at{0, 0.06, -0.001};
@@ -32,7 +32,7 @@ TEST(Depenetration, LeavesAPointOutsideInPlace) {
 }
 
 TEST(Depenetration, TakesTheNearestPointAboveThePlanesOfAnOpenWedge) {
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.2, 0.2, 0.02}, 4), Vec3(0, 0, -0.01));
   world.add(shapes::box({0.02, 0.2, 0.2}, 4), Vec3(-0.01, 0, 0));
   const Vec3 out = depenetrated(world, {-0.0002, 0.003, -0.0001}, {0, 0, 1});
@@ -40,7 +40,7 @@ TEST(Depenetration, TakesTheNearestPointAboveThePlanesOfAnOpenWedge) {
 }
 
 TEST(Depenetration, PassesThroughABodyWhereNoSideIsOpen) {
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.2, 0.2, 0.1}, 4), Vec3(0, 0, -0.05));
   world.add(shapes::box({0.2, 0.2, 0.004}, 4), Vec3(0, 0, 0.002 - 0.0001));  // a plate that sank into it
   const Vec3 out = depenetrated(world, {0.003, 0.002, -0.00005}, {0, 0, 1});
@@ -54,7 +54,7 @@ TEST(Depenetration, LeavesRandomOverlappingBodies) {
   std::uniform_real_distribution<double> within(-0.03, 0.03);
   const auto somewhere = [&] { return Vec3(within(random), within(random), within(random)); };
   for (int i = 0; i < 200; ++i) {
-    World world;
+    ContactRig world;
     world.add(shapes::bumpy(0.03, 8), somewhere());
     world.add(shapes::torus(0.03, 0.012, 24, 12), somewhere());
     world.add(shapes::box({0.06, 0.04, 0.03}, 2), Pose{glm::angleAxis(1.0, Vec3(0.6, 0, 0.8)), somewhere()});
@@ -76,7 +76,7 @@ TEST(Depenetration, LeavesFineBodiesWithinItsBudget) {
   const auto ball = shapes::sphere(0.03, 48).build();
   const auto ring = shapes::torus(0.03, 0.02, 160, 80).build();
   for (int i = 0; i < 20; ++i) {
-    World world;
+    ContactRig world;
     for (int k = 0; k < 6; ++k) {
       world.add(ball, {{1, 0, 0, 0}, somewhere()});
       world.add(ring, {glm::angleAxis(0.7 * k, Vec3(0.6, 0, 0.8)), somewhere()});
@@ -92,7 +92,7 @@ TEST(Depenetration, LeavesFineBodiesWithinItsBudget) {
 /// Two walls on a floor come together over an IHIP between them, and pass through each other.
 TEST(Depenetration, FreesAnIhipInAClosingPocket) {
   constexpr double kTouchable = 6e-7;  // m
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.3, 0.3, 0.1}, 4), Vec3(0, 0, -0.05));
   const int left = world.add(shapes::box({0.04, 0.1, 0.04}, 2), Vec3(-0.03, 0, 0));
   const int right = world.add(shapes::box({0.04, 0.1, 0.04}, 2), Vec3(0.03, 0, 0));

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::fast_motion_test {
 namespace {
@@ -22,7 +22,7 @@ TEST(FastMotion, EndsWhereSmallTicksEnd) {
   constexpr double kSame_m = 1e-6;
   constexpr int kTicks = 5000;
   constexpr int kParts = 256;
-  World fast;
+  ContactRig fast;
   fast.add(roughBall(kRadius_m));
   std::mt19937_64 random(3);
   std::normal_distribution<double> push(0, 1);
@@ -34,7 +34,7 @@ TEST(FastMotion, EndsWhereSmallTicksEnd) {
   for (int i = 0; i < kTicks; ++i) {
     step = step * 0.9 + Vec3(push(random), push(random), push(random)) * 0.0004;
     step -= hip * (0.01 * (glm::length(hip) - 0.85 * kRadius_m) / glm::length(hip));
-    World slow = fast;
+    ContactRig slow = fast;
     for (int part = 1; part < kParts; ++part) (void)slow.tick(hip + step * (part / static_cast<double>(kParts)));
     hip += step;
     const ContactResult small = slow.tick(hip);

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::path_continuity_test {
 namespace {
@@ -109,7 +109,7 @@ class PathContinuity : public testing::TestWithParam<Moment> {};
 TEST_P(PathContinuity, FollowsThePathOfASlowHand) {
   const Moment& moment = GetParam();
   const Quat turn{0.2983204717376271, -0.36399926120541576, 0.87484162251014996, 0.11472388377299372};
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.1, 0.1, 0.02}, 12),
             Pose{turn, {-0.010246574031050988, 0.0057819881125940539, 0.024279031035198621}});
   world.add(shapes::sphere(0.025, 16), Pose{turn, {-0.01057447432117762, 0.011999219770582546, 0.0022282144537057579}});
@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(Moments, PathContinuity, testing::ValuesIn(kMoments),
 /// The edge of a tetrahedron ends in the groove of two blocks, exactly. It juts out between them, so that from the place
 /// where it does there is a way over each of its faces.
 TEST(PathContinuity, EdgeThatEndsInAGrooveLetsPassOverEitherFace) {
-  World world;
+  ContactRig world;
   const shapes::Shape block = shapes::box({0.25, 0.25, 0.25});
   world.add(block, Vec3(0, 0, -0.125));
   world.add(block, Vec3(0.125, 0, 0));

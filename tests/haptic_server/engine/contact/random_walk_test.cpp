@@ -8,7 +8,7 @@
 
 #include "haptic_server/engine/contact/contact.h"
 #include "haptic_server/engine/contact/neighborhood_watch.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::random_walk_test {
 namespace {
@@ -16,8 +16,8 @@ namespace {
 struct Scene {
   const char* name;
   friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
-  std::function<void(World&)> fill;
-  std::function<void(World&, int tick)> animate = [](World&, int) {};
+  std::function<void(ContactRig&)> fill;
+  std::function<void(ContactRig&, int tick)> animate = [](ContactRig&, int) {};
 };
 
 Pose turning(int tick, double speed, Vec3 position) {
@@ -26,43 +26,43 @@ Pose turning(int tick, double speed, Vec3 position) {
 
 std::vector<Scene> scenes() {
   return {
-      {"sphere", [](World& w) { w.add(shapes::sphere(0.04, 12)); }},
-      {"torus", [](World& w) { w.add(shapes::torus(0.035, 0.012, 40, 20)); }},
+      {"sphere", [](ContactRig& w) { w.add(shapes::sphere(0.04, 12)); }},
+      {"torus", [](ContactRig& w) { w.add(shapes::torus(0.035, 0.012, 40, 20)); }},
       {"cube",
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::box({0.07, 0.07, 0.07}, 3));
        }},
-      {"bumpy", [](World& w) { w.add(shapes::bumpy(0.04, 12)); }},
+      {"bumpy", [](ContactRig& w) { w.add(shapes::bumpy(0.04, 12)); }},
       {"plate",
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::box({0.08, 0.08, 0.0005}, 6));
        }},
-      {"comb", [](World& w) { w.add(shapes::comb(7, 0.01, 0.006, 0.05, 0.05)); }},
+      {"comb", [](ContactRig& w) { w.add(shapes::comb(7, 0.01, 0.006, 0.05, 0.05)); }},
       {"overlapping boxes",
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::box({0.06, 0.06, 0.03}, 2));
          w.add(shapes::box({0.03, 0.03, 0.06}, 3), Vec3(0.011, 0.007, 0.012));
          w.add(shapes::box({0.09, 0.01, 0.01}, 4), Vec3(0, -0.01, 0.017));
        }},
       {"overlapping spheres",
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.03, 10), Vec3(0.015, 0, 0));
          w.add(shapes::sphere(0.03, 10), Vec3(-0.015, 0.01, 0));
          w.add(shapes::bumpy(0.03, 8), Vec3(0, -0.02, 0.01));
        }},
       {"self-crossing",
-       [](World& w) {
+       [](ContactRig& w) {
          shapes::Shape s = shapes::bumpy(0.03, 8);
          s.add(shapes::box({0.02, 0.02, 0.08}, 4), Vec3(0.01, 0.004, 0));
          w.add(s);
        }},
       {"moving and overlapping",
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::box({0.05, 0.05, 0.02}, 2));
          w.add(shapes::torus(0.03, 0.01, 20, 10));
          w.add(shapes::sphere(0.02, 8));
        },
-       [](World& w, int i) {
+       [](ContactRig& w, int i) {
          w.move(0, turning(i, 1, {0.01 * std::sin(0.003 * i), 0, 0}));
          w.move(1, turning(-i, 2, {0, 0.015 * std::sin(0.002 * i), 0.01}));
        }},
@@ -74,7 +74,7 @@ class RandomWalk : public testing::TestWithParam<Scene> {};
 TEST_P(RandomWalk, IhipIsNeverInsideABody) {
   constexpr double kDeepest = 2e-7;  // m: the skin of these scenes and the vertices' rounding
   constexpr int kTicks = 20'000;
-  World world;
+  ContactRig world;
   GetParam().fill(world);
   std::mt19937_64 random(11);
   std::normal_distribution<double> push(0, 1);
@@ -113,7 +113,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, RandomWalk, testing::ValuesIn(scenes()), [](con
 
 TEST(RandomWalkDeterminism, SameInputGivesTheSameBits) {
   const auto run = [] {
-    World world;
+    ContactRig world;
     scenes()[8].fill(world);
     world.place({0, 0, 0.09});
     std::mt19937_64 random(3);

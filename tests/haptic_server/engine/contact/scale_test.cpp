@@ -6,7 +6,7 @@
 #include <random>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::scale_test {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 std::vector<Vec3> walk(double scale) {
   shapes::Shape crossed = shapes::bumpy(0.03, 8);
   crossed.add(shapes::box({0.02, 0.02, 0.08}, 4), Vec3(0.01, 0.004, 0));
-  World world;
+  ContactRig world;
   world.add(crossed.scaled(scale));
   world.add(shapes::torus(0.03, 0.01, 24, 12).scaled(scale), Vec3(0.02, 0, 0.01) * scale);
   const int moving = world.add(shapes::box({0.03, 0.03, 0.001}, 3).scaled(scale), Vec3(0, 0.02, 0) * scale);
@@ -54,7 +54,7 @@ TEST(Scale, PowersOfTwoChangeNoBit) {
 TEST(Scale, PowersOfTenAgreeToFourDigits) {
   // Rounding the vertices anew changes the shape by 2^-24; a walk on a sphere stays the same walk.
   const auto slide = [](double scale) {
-    World world(shapes::sphere(0.05, 16).scaled(scale));
+    ContactRig world(shapes::sphere(0.05, 16).scaled(scale));
     world.place(Vec3(0, 0, 0.051) * scale);
     std::vector<Vec3> ihips;
     for (int i = 0; i < 1000; ++i) {

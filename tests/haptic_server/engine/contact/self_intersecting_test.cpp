@@ -6,7 +6,7 @@
 #include <random>
 
 #include "haptic_server/engine/contact/contact.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::self_intersecting_test {
 namespace {
@@ -46,7 +46,7 @@ TEST_P(SelfIntersectingBall, IsNeverEntered) {
   constexpr double kDeepest = 2e-7;  // m: the skin and the vertices' rounding
   const auto surface = crumpledBall(GetParam()).build();
   ASSERT_TRUE(surface->anySelfIntersecting());
-  World world(surface);
+  ContactRig world(surface);
   std::mt19937_64 random(3);
   std::normal_distribution<double> push(0, 1);
   Vec3 hip(0.001, 0.002, 0.09);

@@ -9,7 +9,7 @@
 
 #include "haptic_server/engine/contact/contact.h"
 #include "haptic_server/engine/contact/near_bodies.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::several_bodies_test {
 namespace {
@@ -18,7 +18,7 @@ constexpr double kTouchable = 6e-7;  // m: twice the skin of the scenes below, a
 
 TEST(SeveralBodies, SlidingContactStopsAtASecondBody) {  // S2
   for (const double sunk : {0.0, 0.001, 0.01}) {
-    World world;
+    ContactRig world;
     world.add(shapes::box({0.3, 0.3, 0.1}, 4), Vec3(0, 0, -0.05));
     world.add(shapes::box({0.04, 0.04, 0.04}, 2), Vec3(0.04, 0, 0.02 - sunk));
     world.place({-0.02, 0.003, 0.001});
@@ -41,7 +41,7 @@ TEST(SeveralBodies, SlidingContactStopsAtASecondBody) {  // S2
 }
 
 TEST(SeveralBodies, ThreeBodiesHoldAPoint) {
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.2, 0.2, 0.1}, 3), Vec3(0.1, 0.1, -0.05));
   world.add(shapes::box({0.1, 0.2, 0.2}, 3), Vec3(-0.05, 0.1, 0.05));
   world.add(shapes::box({0.2, 0.1, 0.2}, 3), Vec3(0.05, -0.05, 0.05));
@@ -55,7 +55,7 @@ TEST(SeveralBodies, ThreeBodiesHoldAPoint) {
 }
 
 TEST(SeveralBodies, IhipSlidesAlongASeam) {
-  World world;
+  ContactRig world;
   world.add(shapes::sphere(0.05, 16), Vec3(0, -0.03, 0));
   world.add(shapes::sphere(0.05, 16), Vec3(0, 0.03, 0));
   world.place({0, 0.001, 0.06});
@@ -75,7 +75,7 @@ TEST(SeveralBodies, IhipSlidesAlongASeam) {
 }
 
 TEST(SeveralBodies, ActiveSetFollowsASeamTriangleByTriangle) {
-  World world;
+  ContactRig world;
   world.add(shapes::sphere(0.05, 40), Pose{glm::angleAxis(0.3, Vec3(0, 0.6, 0.8)), {0.036, 0, 0}});
   world.add(shapes::sphere(0.05, 40), Pose{glm::angleAxis(1.0, Vec3(0.6, 0, 0.8)), {-0.036, 0, 0}});
   const auto hipAt = [](double angle) { return Vec3(0, std::cos(angle), std::sin(angle)) * 0.031; };
@@ -94,7 +94,7 @@ TEST(SeveralBodies, ActiveSetFollowsASeamTriangleByTriangle) {
 
 /// At a saddle's vertex the planes of three triangles hold a point, the surface need not.
 TEST(SeveralBodies, TrianglesAroundAVertexAreOneSurface) {
-  World world;
+  ContactRig world;
   world.add(shapes::bumpy(0.05, 12));
   world.add(shapes::box({0.1, 0.1, 0.02}, 4), Pose{glm::angleAxis(0.7, Vec3(0.6, 0, 0.8)), {0, 0, 0.045}});
   std::mt19937_64 random(1);
@@ -124,7 +124,7 @@ TEST(SeveralBodies, TrianglesAroundAVertexAreOneSurface) {
 
 /// Each tick divided by 64 is the path of a slow hand.
 TEST(SeveralBodies, EndsWhereSmallTicksEnd) {
-  World world;
+  ContactRig world;
   world.add(shapes::sphere(0.05, 40), Pose{glm::angleAxis(0.3, Vec3(0, 0.6, 0.8)), {0.036, 0, 0}});
   world.add(shapes::bumpy(0.05, 40), Pose{glm::angleAxis(1.0, Vec3(0.6, 0, 0.8)), {-0.036, 0, 0}});
   Vec3 hip{0, 0.06, 0};
@@ -155,7 +155,7 @@ TEST(SeveralBodies, EndsWhereSmallTicksEnd) {
 
 TEST(SeveralBodies, ClosingBodiesDoNotSwallowTheIhip) {
   // A press closes on a still HIP; then it opens again.
-  World world;
+  ContactRig world;
   const int below = world.add(shapes::box({0.1, 0.1, 0.02}, 3), Vec3(0, 0, -0.02));
   const int above = world.add(shapes::sphere(0.03, 10), Vec3(0, 0, 0.04));
   const Vec3 hip{0.001, 0.0005, -0.002};
@@ -174,7 +174,7 @@ TEST(SeveralBodies, ClosingBodiesDoNotSwallowTheIhip) {
 
 TEST(SeveralBodies, MovingBodyPushesTheIhipAlongAnother) {
   // Pressed on a floor at rest, a wall comes along and takes the IHIP with it.
-  World world;
+  ContactRig world;
   world.add(shapes::box({0.3, 0.3, 0.1}, 4), Vec3(0, 0, -0.05));
   const int wall = world.add(shapes::box({0.01, 0.1, 0.1}, 4), Vec3(-0.02, 0, 0.03));
   const Vec3 hip{0, 0.003, -0.002};
@@ -193,7 +193,7 @@ TEST(SeveralBodies, MovingBodyPushesTheIhipAlongAnother) {
 TEST(SeveralBodies, SelfIntersectingMeshIsGuarded) {
   shapes::Shape crossed = shapes::box({0.3, 0.3, 0.1}, 4).mapped([](Vec3 v) { return v - Vec3(0, 0, 0.05); });
   crossed.add(shapes::box({0.04, 0.04, 0.06}, 3), Vec3(0.0403, 0.0007, 0.02));
-  World world;
+  ContactRig world;
   const int body = world.add(crossed);
   ASSERT_TRUE(world.bodies()[static_cast<std::size_t>(body)].surface->anySelfIntersecting());
   world.place({-0.02, 0.003, 0.001});
@@ -220,7 +220,7 @@ TEST(SeveralBodies, MeshBentIntoItselfIsGuarded) {
     return Vec3(std::min(way, kArcBegins_m) + inwards * std::sin(angle), v.y,
                 kArcRadius_m - inwards * std::cos(angle) - beyond);
   });
-  World world(refitCollisionMesh(*straight.build(), bent.vertices));
+  ContactRig world(refitCollisionMesh(*straight.build(), bent.vertices));
   world.place({0.05, 0.003, 0.011});
   world.tick({0.05, 0.003, 0.007});
   world.lead({0.05, 0.003, 0.007}, {0.2, 0.003, 0.007}, 0.001, [&](const ContactResult& r, Vec3 hip) {
@@ -231,7 +231,7 @@ TEST(SeveralBodies, MeshBentIntoItselfIsGuarded) {
 }
 
 TEST(SeveralBodies, BodiesBeyondMaxNearAreCountedAndTheFarthestDropped) {
-  World world;
+  ContactRig world;
   const auto ball = shapes::sphere(0.01, 4).build();
   for (int i = 0; i < kMaxNear + 5; ++i) world.add(ball, {{1, 0, 0, 0}, {0.000001 * i, 0, 0}});
   world.place({0, 0, 0.011});

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "haptic_server/engine/contact/contact_tick.h"
-#include "tests/haptic_server/engine/contact/world.h"
+#include "tests/haptic_server/engine/contact/contact_rig.h"
 
 namespace haptics::fast_path_test {
 namespace {
@@ -50,70 +50,70 @@ constexpr int kNever = -1;
 struct Scene {
   const char* name;
   int minFastPercent;  ///< Of the ticks in contact, those that the fast path computes.
-  std::function<void(World&)> fill;
-  std::function<void(World&, int tick)> animate = [](World&, int) {};
+  std::function<void(ContactRig&)> fill;
+  std::function<void(ContactRig&, int tick)> animate = [](ContactRig&, int) {};
   friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
 };
 
 std::vector<Scene> scenes() {
   return {
-      {"Sphere", 50, [](World& w) { w.add(shapes::sphere(0.04, 12), kAslant); }},
-      {"FineSphere", 30, [](World& w) { w.add(shapes::sphere(0.04, 60), kAslant); }},
-      {"Torus", 50, [](World& w) { w.add(shapes::torus(0.035, 0.012, 40, 20), kAslant); }},
+      {"Sphere", 50, [](ContactRig& w) { w.add(shapes::sphere(0.04, 12), kAslant); }},
+      {"FineSphere", 30, [](ContactRig& w) { w.add(shapes::sphere(0.04, 60), kAslant); }},
+      {"Torus", 50, [](ContactRig& w) { w.add(shapes::torus(0.035, 0.012, 40, 20), kAslant); }},
       {"Box", 50,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::box({0.07, 0.06, 0.05}, 3), kAslant);
        }},
-      {"Bumpy", 30, [](World& w) { w.add(shapes::bumpy(0.04, 12), kAslant); }},
-      {"Sheet", 10, [](World& w) { w.add(shapes::sheet(0.08, 8), kAslant); }},
+      {"Bumpy", 30, [](ContactRig& w) { w.add(shapes::bumpy(0.04, 12), kAslant); }},
+      {"Sheet", 10, [](ContactRig& w) { w.add(shapes::sheet(0.08, 8), kAslant); }},
       {"SecondBodyFarAway", 30,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.02, 8), kFar);
          w.add(shapes::sphere(0.04, 12), kAslant);
        }},
       {"OverlappingBodies", 1,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.03, 10), {{1, 0, 0, 0}, {0.02, 0, 0}});
          w.add(shapes::bumpy(0.03, 10), {{1, 0, 0, 0}, {-0.02, 0.01, 0}});
        }},
       {"BodiesWithGap", 30,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.03, 10), {kAslant.rotation, {0.0302, 0, 0}});
          w.add(shapes::sphere(0.03, 20), {kFar.rotation, {-0.0302, 0, 0}});
        }},
       {"FlushTiles", 30,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::box({0.06, 0.06, 0.06}, 3), {kAslant.rotation, kAslant.rotation * Vec3(-0.02, 0, 0)});
          w.add(shapes::box({0.06, 0.06, 0.06}, 2), {kAslant.rotation, kAslant.rotation * Vec3(0.02, 0, 0)});
        }},
       {"MoreBodiesThanMaxNear", 0,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.04, 12));
          for (int i = 0; i < 2 * kMaxNear; ++i)
            w.add(shapes::sphere(0.006, 2), Vec3(0, 0.002 * (i % 32) - 0.03, 0.045));
        }},
       {"BodyPendingRemoval", 30,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.04, 12));
          w.add(shapes::box({0.02, 0.02, 0.1}), kAslant);
          w.bodies()[1].pendingRemoval = true;
        }},
       {"SelfIntersectingMesh", kNever,
-       [](World& w) {
+       [](ContactRig& w) {
          shapes::Shape s = shapes::bumpy(0.03, 8);
          s.add(shapes::box({0.02, 0.02, 0.08}, 4), Vec3(0.01, 0.004, 0));
          w.add(s);
        }},
-      {"TurningBody", kNever, [](World& w) { w.add(shapes::bumpy(0.04, 12)); },
-       [](World& w, int i) {
+      {"TurningBody", kNever, [](ContactRig& w) { w.add(shapes::bumpy(0.04, 12)); },
+       [](ContactRig& w, int i) {
          w.move(0, {glm::angleAxis(0.001 * i, glm::normalize(Vec3(1, 2, 3))), Vec3(0)});
        }},
       {"TurningBodyFarAway", kNever,
-       [](World& w) {
+       [](ContactRig& w) {
          w.add(shapes::sphere(0.04, 12));
          w.add(shapes::bumpy(0.02, 8), kFar);
        },
-       [](World& w, int i) {
+       [](ContactRig& w, int i) {
          w.move(1, {glm::angleAxis(0.001 * i, glm::normalize(Vec3(1, 2, 3))), kFar.position});
        }},
   };
@@ -137,7 +137,7 @@ class FastPath : public testing::TestWithParam<Scene> {
     return hip_;
   }
 
-  World world_;
+  ContactRig world_;
 
  private:
   std::mt19937_64 random_{5};

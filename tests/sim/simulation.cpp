@@ -1,4 +1,4 @@
-#include "tests/sim/world.h"
+#include "tests/sim/simulation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ Troubles draw(Random& random) {
 
 }  // namespace
 
-World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
+Simulation::Simulation(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
     : stage_(seed, mutant, mode),
       troubles_(draw(stage_.random)),
       calmFrom_ns_(stage_.random.milliseconds(6000, 12000)),
@@ -54,20 +54,20 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
     if (troubles_.tokens) seats_.back()->token = *std::next(kTokens.begin(), stage_.random.below(kTokens.size()));
     sit(*seats_.back());
   }
-  often(1500, troubles_.cuts, &World::cutALine);
-  often(3000, troubles_.silences, &World::silenceALine);
-  often(1000, troubles_.stalls || troubles_.slowLines, &World::changeWeather);
-  often(3000, troubles_.restarts, &World::restartServer);
-  often(4000, troubles_.resets, &World::resetServer);
-  often(1000, troubles_.badDisk, &World::troubleTheDisk);
-  often(2000, troubles_.tokens, &World::withdrawTokens);
-  often(3000, troubles_.deaths, &World::killAClient);
-  often(2500, troubles_.stops, &World::stopAClient);
-  often(1000, troubles_.corruption, &World::corruptAClient);
-  often(1500, troubles_.oldConnections, &World::abandonALine);
+  often(1500, troubles_.cuts, &Simulation::cutALine);
+  often(3000, troubles_.silences, &Simulation::silenceALine);
+  often(1000, troubles_.stalls || troubles_.slowLines, &Simulation::changeWeather);
+  often(3000, troubles_.restarts, &Simulation::restartServer);
+  often(4000, troubles_.resets, &Simulation::resetServer);
+  often(1000, troubles_.badDisk, &Simulation::troubleTheDisk);
+  often(2000, troubles_.tokens, &Simulation::withdrawTokens);
+  often(3000, troubles_.deaths, &Simulation::killAClient);
+  often(2500, troubles_.stops, &Simulation::stopAClient);
+  often(1000, troubles_.corruption, &Simulation::corruptAClient);
+  often(1500, troubles_.oldConnections, &Simulation::abandonALine);
 }
 
-void World::run() {
+void Simulation::run() {
   stage_.time.runUntil(calmFrom_ns_);
   calm();
   awaitAnswers();
@@ -76,7 +76,7 @@ void World::run() {
   stage_.oracle.settled();
 }
 
-void World::sit(Seat& seat) {
+void Simulation::sit(Seat& seat) {
   const auto dial = [this](const Weather& weather) -> std::optional<Line> {
     if (!server_.up()) return std::nullopt;
     Line line(stage_.time, stage_.random, weather);
@@ -90,7 +90,7 @@ void World::sit(Seat& seat) {
   seat.editor = std::make_unique<Editor>(stage_, *seat.client, habits);
 }
 
-void World::makeWeather(Seat& seat) {
+void Simulation::makeWeather(Seat& seat) {
   Random& random = stage_.random;
   seat.weather = {.latency_ms = random.uniform(0.1, 80), .jitter_ms = random.uniform(0, 20)};
   if (troubles_.stalls) seat.weather.stallChance = random.uniform(0, 0.05);
@@ -98,7 +98,7 @@ void World::makeWeather(Seat& seat) {
   if (troubles_.crumbs) seat.weather.largestPiece = 40;
 }
 
-void World::often(double pause_ms, bool wanted, void (World::*trouble)()) {
+void Simulation::often(double pause_ms, bool wanted, void (Simulation::*trouble)()) {
   if (!wanted) return;
   const double wait_ms = -std::log(1 - stage_.random.uniform(0, 0.999)) * pause_ms;
   stage_.time.after(stage_.random.milliseconds(wait_ms, wait_ms), [this, pause_ms, trouble] {
@@ -108,24 +108,24 @@ void World::often(double pause_ms, bool wanted, void (World::*trouble)()) {
   });
 }
 
-void World::cutALine() {
+void Simulation::cutALine() {
   anySeat().client->withLine([](Line& line) { line.cut(); });
 }
 
-void World::silenceALine() {
+void Simulation::silenceALine() {
   anySeat().client->withLine([](Line& line) { line.fallSilent(); });
 }
 
-void World::changeWeather() { makeWeather(anySeat()); }
+void Simulation::changeWeather() { makeWeather(anySeat()); }
 
-void World::restartServer() {
+void Simulation::restartServer() {
   if (stage_.random.chance(0.5)) return crashFor(true);
   server_.dieInNextWrite([this] { crashFor(true); });
 }
 
-void World::resetServer() { crashFor(false); }
+void Simulation::resetServer() { crashFor(false); }
 
-void World::crashFor(bool keepState) {
+void Simulation::crashFor(bool keepState) {
   if (!server_.up()) return;
   server_.crash();
   const std::uint64_t calmIn_ns = std::max(calmFrom_ns_, stage_.time.now_ns()) - stage_.time.now_ns();
@@ -133,13 +133,13 @@ void World::crashFor(bool keepState) {
   stage_.time.after(down_ns, [this, keepState] { server_.start(keepState); });
 }
 
-void World::troubleTheDisk() {
+void Simulation::troubleTheDisk() {
   if (stage_.random.chance(0.5)) return server_.disk().recover();
   stage_.log.add([] { return "the disk fails"; });
   server_.disk().fail();
 }
 
-void World::withdrawTokens() {
+void Simulation::withdrawTokens() {
   std::set<std::string> tokens;
   for (const std::string& token : kTokens) {
     if (stage_.random.chance(0.3)) tokens.insert(token);
@@ -148,14 +148,14 @@ void World::withdrawTokens() {
 }
 
 /// Gives back those that were withdrawn before.
-void World::withdraw(std::set<std::string> tokens) {
+void Simulation::withdraw(std::set<std::string> tokens) {
   std::vector<std::string> known;
   std::ranges::set_difference(kTokens, tokens, std::back_inserter(known));
   stage_.oracle.tokensWithdrawn(std::move(tokens));
   server_.knowTokens(known);
 }
 
-void World::killAClient() {
+void Simulation::killAClient() {
   Seat& seat = anySeat();
   stage_.log.add(
       [&] { return "client " + std::to_string(seat.client->id() % 1000) + ": dies, another takes its seat"; });
@@ -166,17 +166,17 @@ void World::killAClient() {
   sit(seat);
 }
 
-void World::stopAClient() {
+void Simulation::stopAClient() {
   anySeat().client->stopFor(std::min(stage_.random.milliseconds(100, 5000), untilCalm_ns()));
 }
 
-void World::corruptAClient() { anySeat().client->corruptMemory(); }
+void Simulation::corruptAClient() { anySeat().client->corruptMemory(); }
 
 /// The client leaves and comes back at once; what it had sent before still arrives.
-void World::abandonALine() { anySeat().client->reconnect(); }
+void Simulation::abandonALine() { anySeat().client->reconnect(); }
 
 /// The last trouble is over: the network is good, the server is up and nobody asks for changes any more.
-void World::calm() {
+void Simulation::calm() {
   stage_.log.add([] { return "calm"; });
   pace_ = {};
   server_.disk().recover();
@@ -192,7 +192,7 @@ void World::calm() {
   while (!server_.up()) stage_.time.runUntil(stage_.time.now_ns() + kStep_ns);
 }
 
-void World::awaitAnswers() {
+void Simulation::awaitAnswers() {
   // A flood is let through at the rate of one client.
   const double flood_s = troubles_.flood ? static_cast<double>(kFlood) / stage_.limits.session.editsPerSecond : 0;
   const std::uint64_t end_ns =
@@ -206,12 +206,12 @@ void World::awaitAnswers() {
   }
 }
 
-void World::awaitEquality() {
+void Simulation::awaitEquality() {
   const std::uint64_t end_ns = stage_.time.now_ns() + kEqualWithin_ns;
   while (!allEqual() && stage_.time.now_ns() < end_ns) stage_.time.runUntil(stage_.time.now_ns() + kStep_ns);
 }
 
-bool World::allEqual() const {
+bool Simulation::allEqual() const {
   return std::ranges::all_of(seats_, [this](const auto& seat) {
     const MirrorView view = seat->client->view();
     const auto root = recomputedRoot(view);

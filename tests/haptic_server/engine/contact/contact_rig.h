@@ -10,13 +10,13 @@
 namespace haptics {
 
 /// Bodies, a contact among them and a HIP led by the test. Poses set between ticks are motion, as in the servo's step.
-class World {
+class ContactRig {
  public:
-  World() = default;
+  ContactRig() = default;
   /// Of one body, to begin with.
-  explicit World(std::shared_ptr<const CollisionMesh> surface) { add(std::move(surface)); }
-  explicit World(const shapes::Shape& shape, Vec3 position = Vec3(0)) { add(shape, position); }
-  World(const shapes::Shape& shape, const Pose& pose) { add(shape, pose); }
+  explicit ContactRig(std::shared_ptr<const CollisionMesh> surface) { add(std::move(surface)); }
+  explicit ContactRig(const shapes::Shape& shape, Vec3 position = Vec3(0)) { add(shape, position); }
+  ContactRig(const shapes::Shape& shape, const Pose& pose) { add(shape, pose); }
 
   int add(std::shared_ptr<const CollisionMesh> surface, Pose pose = {}) {
     surfaces_.push_back(std::move(surface));

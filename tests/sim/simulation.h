@@ -25,9 +25,9 @@ struct Troubles {
 };
 
 /// One server and its clients, from the first connection until every database is equal.
-class World {
+class Simulation {
  public:
-  World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode);
+  Simulation(std::uint64_t seed, Mutant mutant, EventLog::Mode mode);
 
   void run();
   [[nodiscard]] const Oracle& oracle() const noexcept { return stage_.oracle; }
@@ -52,7 +52,7 @@ class World {
   void sit(Seat& seat);
   void makeWeather(Seat& seat);
   /// Again and again until the calm, at random times.
-  void often(double pause_ms, bool wanted, void (World::*trouble)());
+  void often(double pause_ms, bool wanted, void (Simulation::*trouble)());
   void cutALine();
   void silenceALine();
   void changeWeather();
