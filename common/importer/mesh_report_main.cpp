@@ -50,8 +50,8 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"non_manifold_edges", r.nonManifoldEdges},
               {"inconsistent_edges", r.inconsistentEdges},
               {"closed", r.closed()},
-              {"crossings", r.repair.crossings},
-              {"crossings_left", r.repair.crossingsLeft},
+              {"crossings", r.repair.selfIntersections},
+              {"crossings_left", r.repair.selfIntersectionsLeft},
               {"crossings_searched", r.repair.searched},
               {"mending_finished", r.repair.finished},
               {"triangles_cut", r.repair.trianglesCut},
@@ -86,7 +86,7 @@ void printRow(const std::string& file, const haptics::Result<EncodedMesh>& impor
   std::cout << "| " << file << " | " << r.trianglesInFile << " | " << r.kept << " | " << r.droppedDegenerate << " | "
             << r.droppedOutOfRange << " | " << r.duplicateFaces << " | " << r.shapesSkipped << " | " << r.boundaryEdges
             << " | " << r.tJunctions << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | "
-            << r.repair.crossings << " | " << r.repair.crossingsLeft << " | " << r.slivers << " | "
+            << r.repair.selfIntersections << " | " << r.repair.selfIntersectionsLeft << " | " << r.slivers << " | "
             << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes << " |\n";
 }
 

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "common/mesh/crossings.h"
 #include "common/mesh/hole_filling.h"
 #include "common/mesh/patch.h"
+#include "common/mesh/self_intersection_search.h"
 
 namespace haptics {
 namespace {
@@ -35,7 +35,7 @@ class Sets {
 constexpr std::int64_t kRepairWorkEach = 2048;
 
 /// The vertices of the triangles that cross, one list for each place where they do, in the order of their first vertices.
-std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch::Pair> pairs) {
+std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const SelfIntersectionSearch::Pair> pairs) {
   Sets pieces(mesh.vertices.size());
   for (const auto [a, b, c] : mesh.triangles) {
     pieces.join(a, b);
@@ -69,7 +69,7 @@ bool isCut(const TriangleIndices& triangle) { return triangle[0] == triangle[1];
 /// Cuts and fills.
 class SelfIntersectionRepair {
  public:
-  SelfIntersectionRepair(TriMesh& mesh, CrossingSearch& search, double farthest_m, Work& work)
+  SelfIntersectionRepair(TriMesh& mesh, SelfIntersectionSearch& search, double farthest_m, Work& work)
       : mesh_(mesh),
         search_(search),
         farthest_m_(farthest_m),
@@ -96,7 +96,7 @@ class SelfIntersectionRepair {
   }
 
   /// The pairs that are left, with the triangles' numbers in the mesh without those that were cut.
-  [[nodiscard]] std::vector<CrossingSearch::Pair> left(std::vector<CrossingSearch::Pair> pairs) const {
+  [[nodiscard]] std::vector<SelfIntersectionSearch::Pair> left(std::vector<SelfIntersectionSearch::Pair> pairs) const {
     std::erase_if(pairs, [&](const auto& pair) { return changed_[pair[0]] || changed_[pair[1]]; });
     std::vector<std::uint32_t> number(mesh_.triangles.size());
     std::uint32_t next = 0;
@@ -180,7 +180,7 @@ class SelfIntersectionRepair {
   }
 
   TriMesh& mesh_;
-  CrossingSearch& search_;
+  SelfIntersectionSearch& search_;
   double farthest_m_;
   Work& work_;
   Fans fans_;
@@ -211,15 +211,15 @@ RepairReport repairSelfIntersections(TriMesh& mesh, bool closed, double farthest
   constexpr int kMaxPasses = 4;  // places that touch each other are mended in turn
   RepairReport result;
   Work work(mesh.triangles.size(), kRepairWorkEach);
-  std::vector<CrossingSearch::Pair> pairs;
+  std::vector<SelfIntersectionSearch::Pair> pairs;
   for (int pass = 0; pass < kMaxPasses && !work.isOver(); ++pass) {
-    CrossingSearch search(mesh);
+    SelfIntersectionSearch search(mesh);
     if (pass == 0) {
-      Work searching = CrossingSearch::allowance(mesh);
+      Work searching = SelfIntersectionSearch::allowance(mesh);
       auto all = search.all(searching);
       result.searched = all.has_value();
-      pairs = std::move(all).value_or(std::vector<CrossingSearch::Pair>());
-      result.crossings = result.crossingsLeft = pairs.size();
+      pairs = std::move(all).value_or(std::vector<SelfIntersectionSearch::Pair>());
+      result.selfIntersections = result.selfIntersectionsLeft = pairs.size();
     }
     if (pairs.empty() || !closed || !(farthest_m > 0)) break;
     SelfIntersectionRepair repair(mesh, search, farthest_m, work);
@@ -229,7 +229,7 @@ RepairReport repairSelfIntersections(TriMesh& mesh, bool closed, double farthest
     }
     if (!any) break;
     pairs = repair.left(std::move(pairs));  // what is new crosses nothing
-    result.crossingsLeft = pairs.size();
+    result.selfIntersectionsLeft = pairs.size();
     dropCut(mesh);
   }
   result.finished = !work.isOver();

@@ -8,14 +8,14 @@ namespace haptics {
 
 /// Repairs of a mesh that intersects itself.
 struct RepairReport {
-  std::uint64_t crossings = 0;      ///< Pairs of triangles that passed through each other.
-  std::uint64_t crossingsLeft = 0;  ///< That still do.
+  std::uint64_t selfIntersections = 0;      ///< Pairs of triangles that passed through each other.
+  std::uint64_t selfIntersectionsLeft = 0;  ///< That still do.
   std::uint64_t trianglesCut = 0;
   std::uint64_t trianglesFilled = 0;  ///< In their place.
   /// Largest distance from what was cut out to what replaces it, cracks aside: thin ones are filled however deep they
   /// are.
   double farthest_m = 0;
-  bool searched = true;  ///< False: finding the crossings would have taken too long; nothing was done.
+  bool searched = true;  ///< False: finding the selfIntersections would have taken too long; nothing was done.
   bool finished = true;  ///< False: mending all of them would have taken too long; some were not tried.
 };
 

@@ -111,8 +111,8 @@ std::string MeshReport::text() const {
   if (!tJunctionsSearched) line += ", not searched for T-junctions, because too many edges pass each other";
   mention(nonManifoldEdges, "non-manifold edges");
   mention(inconsistentEdges, "edges with one face flipped");
-  mention(repair.crossings, "pairs of triangles that pass through each other");
-  mention(repair.crossingsLeft, "of them left as they are");
+  mention(repair.selfIntersections, "pairs of triangles that pass through each other");
+  mention(repair.selfIntersectionsLeft, "of them left as they are");
   if (repair.trianglesCut > 0) {
     char cut[120];
     std::snprintf(cut, sizeof cut, ", %llu triangles cut out there and %llu put in their place, %.3g mm off at most",

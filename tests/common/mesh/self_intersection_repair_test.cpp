@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "common/mesh/crossings.h"
 #include "common/mesh/generators.h"
+#include "common/mesh/self_intersection_search.h"
 #include "tests/common/mesh/mesh_files.h"
 
 namespace haptics::self_intersection_repair_test {
@@ -39,9 +39,9 @@ TriMesh slottedBlock(double wide, double over) {
   return mesh;
 }
 
-std::size_t crossingsOf(const TriMesh& mesh) {
-  Work work = CrossingSearch::allowance(mesh);
-  const auto pairs = CrossingSearch(mesh).all(work);
+std::size_t selfIntersectionsOf(const TriMesh& mesh) {
+  Work work = SelfIntersectionSearch::allowance(mesh);
+  const auto pairs = SelfIntersectionSearch(mesh).all(work);
   return pairs ? pairs->size() : 0;
 }
 
@@ -65,13 +65,13 @@ MeshReport reportOf(const TriMesh& mesh) {
 
 TEST(Mend, ReplacesTheFacesOfAPlateWhereTheyPassThroughEachOther) {
   const TriMesh torn = dentedPlate(1.2 * kThick_m);
-  const std::size_t crossings = crossingsOf(torn);
-  ASSERT_GT(crossings, 20U);
+  const std::size_t selfIntersections = selfIntersectionsOf(torn);
+  ASSERT_GT(selfIntersections, 20U);
   TriMesh mesh = torn;
   const RepairReport done = repairSelfIntersections(mesh, true, kFarthest_m);
-  EXPECT_EQ(done.crossings, crossings);
-  EXPECT_EQ(done.crossingsLeft, 0U);
-  EXPECT_EQ(crossingsOf(mesh), 0U);
+  EXPECT_EQ(done.selfIntersections, selfIntersections);
+  EXPECT_EQ(done.selfIntersectionsLeft, 0U);
+  EXPECT_EQ(selfIntersectionsOf(mesh), 0U);
   const MeshReport report = reportOf(mesh);
   EXPECT_TRUE(report.closed());
   EXPECT_EQ(report.kept, torn.triangles.size() - done.trianglesCut + done.trianglesFilled);
@@ -83,11 +83,11 @@ TEST(Mend, ReplacesTheFacesOfAPlateWhereTheyPassThroughEachOther) {
 
 TEST(Mend, FillsACrackWhoseWallsPassThroughEachOtherHoweverDeep) {
   const TriMesh torn = slottedBlock(2e-5, 3e-6);
-  ASSERT_GT(crossingsOf(torn), 20U);
+  ASSERT_GT(selfIntersectionsOf(torn), 20U);
   TriMesh mesh = torn;
   const RepairReport done = repairSelfIntersections(mesh, true, 0.0008);
-  EXPECT_EQ(done.crossingsLeft, 0U);
-  EXPECT_EQ(crossingsOf(mesh), 0U);
+  EXPECT_EQ(done.selfIntersectionsLeft, 0U);
+  EXPECT_EQ(selfIntersectionsOf(mesh), 0U);
   EXPECT_TRUE(reportOf(mesh).closed());
   EXPECT_LE(done.farthest_m, 0.0008);
 }
@@ -97,7 +97,7 @@ TEST(Mend, LeavesAsItIsWhatWouldChangeTooMuch) {
   TriMesh mesh = torn;
   const RepairReport done = repairSelfIntersections(mesh, true, kThick_m);
   EXPECT_EQ(mesh, torn);
-  EXPECT_EQ(done.crossingsLeft, done.crossings);
+  EXPECT_EQ(done.selfIntersectionsLeft, done.selfIntersections);
   EXPECT_EQ(done.trianglesCut, 0U);
 }
 
@@ -107,19 +107,19 @@ TEST(Mend, LeavesPiecesThatOverlapAndSheetsAndSoundMeshesAsTheyAre) {
   const auto first = static_cast<std::uint32_t>(pieces.vertices.size());
   pieces.vertices.insert(pieces.vertices.end(), bar.vertices.begin(), bar.vertices.end());
   for (const auto& [a, b, c] : bar.triangles) pieces.triangles.push_back({a + first, b + first, c + first});
-  ASSERT_GT(crossingsOf(pieces), 20U);
+  ASSERT_GT(selfIntersectionsOf(pieces), 20U);
   TriMesh mesh = pieces;
-  EXPECT_EQ(repairSelfIntersections(mesh, true, 1).crossingsLeft, crossingsOf(pieces));
+  EXPECT_EQ(repairSelfIntersections(mesh, true, 1).selfIntersectionsLeft, selfIntersectionsOf(pieces));
   EXPECT_EQ(mesh, pieces);
 
   const TriMesh sheet = dentedPlate(1.2 * kThick_m);
   mesh = sheet;
-  EXPECT_EQ(repairSelfIntersections(mesh, false, kFarthest_m).crossingsLeft, crossingsOf(sheet));
+  EXPECT_EQ(repairSelfIntersections(mesh, false, kFarthest_m).selfIntersectionsLeft, selfIntersectionsOf(sheet));
   EXPECT_EQ(mesh, sheet);
 
   const TriMesh sound = dentedPlate(0.9 * kThick_m);
   mesh = sound;
-  EXPECT_EQ(repairSelfIntersections(mesh, true, kFarthest_m).crossings, 0U);
+  EXPECT_EQ(repairSelfIntersections(mesh, true, kFarthest_m).selfIntersections, 0U);
   EXPECT_EQ(mesh, sound);
 }
 
@@ -129,12 +129,12 @@ TEST(Mend, KnowsWhatIsLeftWithoutAnotherSearch) {
     const double away = std::hypot(v.x - 0.03, v.y - 0.03) / 0.008;
     if (v.z > 0) v.z -= static_cast<float>(10 * kThick_m * std::exp(-away * away));
   }
-  const std::size_t crossings = crossingsOf(mesh);
+  const std::size_t selfIntersections = selfIntersectionsOf(mesh);
   const RepairReport done = repairSelfIntersections(mesh, true, kFarthest_m);
-  EXPECT_EQ(done.crossings, crossings);
+  EXPECT_EQ(done.selfIntersections, selfIntersections);
   EXPECT_GT(done.trianglesCut, 0U);
-  EXPECT_GT(done.crossingsLeft, 0U);
-  EXPECT_EQ(done.crossingsLeft, crossingsOf(mesh));
+  EXPECT_GT(done.selfIntersectionsLeft, 0U);
+  EXPECT_EQ(done.selfIntersectionsLeft, selfIntersectionsOf(mesh));
 }
 
 TEST(Mend, EndsWhereAMeshIsTornAllOverAndSaysSo) {
@@ -144,12 +144,12 @@ TEST(Mend, EndsWhereAMeshIsTornAllOverAndSaysSo) {
     const double away = std::hypot(off(v.x), off(v.y)) / 0.005;
     if (v.z > 0) v.z -= static_cast<float>(4 * kThick_m * std::exp(-away * away));
   }
-  const std::size_t crossings = crossingsOf(mesh);
+  const std::size_t selfIntersections = selfIntersectionsOf(mesh);
   const RepairReport done = repairSelfIntersections(mesh, true, kThick_m);
-  EXPECT_EQ(done.crossings, crossings);
-  EXPECT_GT(done.crossings, 500U);
+  EXPECT_EQ(done.selfIntersections, selfIntersections);
+  EXPECT_GT(done.selfIntersections, 500U);
   EXPECT_FALSE(done.finished);
-  EXPECT_EQ(done.crossingsLeft, crossingsOf(mesh));
+  EXPECT_EQ(done.selfIntersectionsLeft, selfIntersectionsOf(mesh));
   MeshReport report;
   report.repair = done;
   EXPECT_THAT(report.text(), ::testing::HasSubstr("not mended everywhere, because"));
@@ -178,8 +178,8 @@ class Mending : public fixture::MeshFiles {
 TEST_F(Mending, IsPartOfImportAndInTheReport) {
   const ImportedMesh imported = importTorn(false).value();
   const MeshReport& report = imported.report;
-  EXPECT_EQ(crossingsOf(imported.mesh), 0U);
-  EXPECT_GT(report.repair.crossings, 0U);
+  EXPECT_EQ(selfIntersectionsOf(imported.mesh), 0U);
+  EXPECT_GT(report.repair.selfIntersections, 0U);
   EXPECT_EQ(report.kept, imported.mesh.triangles.size());
   EXPECT_THAT(report.text(), ::testing::HasSubstr("pairs of triangles that pass through each other"));
   EXPECT_THAT(report.text(), ::testing::HasSubstr("triangles cut out there and "));
@@ -189,8 +189,8 @@ TEST_F(Mending, IsPartOfImportAndInTheReport) {
 TEST_F(Mending, IsLeftOutOnRequest) {
   const ImportedMesh imported = importTorn(true).value();
   EXPECT_EQ(imported.mesh.triangles, dentedPlate(0).triangles);
-  EXPECT_GT(crossingsOf(imported.mesh), 0U);
-  EXPECT_EQ(imported.report.repair.crossingsLeft, crossingsOf(imported.mesh));
+  EXPECT_GT(selfIntersectionsOf(imported.mesh), 0U);
+  EXPECT_EQ(imported.report.repair.selfIntersectionsLeft, selfIntersectionsOf(imported.mesh));
   EXPECT_THAT(imported.report.text(), ::testing::HasSubstr("of them left as they are"));
 }
 

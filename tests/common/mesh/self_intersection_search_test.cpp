@@ -1,4 +1,4 @@
-#include "common/mesh/crossings.h"
+#include "common/mesh/self_intersection_search.h"
 
 #include <gtest/gtest.h>
 
@@ -21,15 +21,17 @@ TriMesh fromTriangles(const std::vector<std::array<Vec3f, 3>>& triangles) {
   return mesh;
 }
 
-std::size_t crossingsOf(const TriMesh& mesh) {
-  Work work = CrossingSearch::allowance(mesh);
-  return CrossingSearch(mesh).all(work).value().size();
+std::size_t selfIntersectionsOf(const TriMesh& mesh) {
+  Work work = SelfIntersectionSearch::allowance(mesh);
+  return SelfIntersectionSearch(mesh).all(work).value().size();
 }
 
 const std::array<Vec3f, 3> kFloor{Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0)};
 
-TEST(Crossings, AreTrianglesThatASideOfAnotherPierces) {
-  const auto withFloor = [](Vec3f a, Vec3f b, Vec3f c) { return crossingsOf(fromTriangles({kFloor, {a, b, c}})); };
+TEST(SelfIntersectionSearch, AreTrianglesThatASideOfAnotherPierces) {
+  const auto withFloor = [](Vec3f a, Vec3f b, Vec3f c) {
+    return selfIntersectionsOf(fromTriangles({kFloor, {a, b, c}}));
+  };
   EXPECT_EQ(withFloor({0.2F, 0.2F, -1}, {0.2F, 0.2F, 1}, {3, 3, 1}), 1U);
   EXPECT_EQ(withFloor({-1, 0.3F, -1}, {-1, 0.3F, 1}, {3, 0.3F, 0}), 1U) << "only the floor's sides pierce the other";
   EXPECT_EQ(withFloor({0.2F, 0.2F, 0.1F}, {0.2F, 0.2F, 1}, {3, 3, 1}), 0U) << "above";
@@ -37,15 +39,15 @@ TEST(Crossings, AreTrianglesThatASideOfAnotherPierces) {
   EXPECT_EQ(withFloor({0.5F, 0, 0}, {1, 1, 0}, {0, 0.4F, 0}), 0U) << "in one plane";
 }
 
-TEST(Crossings, AreNoneWhereTrianglesShareTheVertex) {
+TEST(SelfIntersectionSearch, AreNoneWhereTrianglesShareTheVertex) {
   TriMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3F, 0.3F, -1}, {0.3F, 0.3F, 1}}, {{0, 1, 2}, {0, 3, 4}}};
-  EXPECT_EQ(crossingsOf(mesh), 1U) << "the side that is opposite to the common vertex";
+  EXPECT_EQ(selfIntersectionsOf(mesh), 1U) << "the side that is opposite to the common vertex";
   mesh.vertices[3] = {-1, 0.3F, -1};
-  EXPECT_EQ(crossingsOf(mesh), 0U);
-  EXPECT_EQ(crossingsOf(makeSphere(0.05, 16).value()), 0U);
+  EXPECT_EQ(selfIntersectionsOf(mesh), 0U);
+  EXPECT_EQ(selfIntersectionsOf(makeSphere(0.05, 16).value()), 0U);
 }
 
-TEST(Crossings, AreFoundAsByTryingAllPairs) {
+TEST(SelfIntersectionSearch, AreFoundAsByTryingAllPairs) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<float> place(0, 1), size(-0.1F, 0.1F);
   for (const int count : {1, 2, 8, 9, 63, 300}) {
@@ -55,15 +57,15 @@ TEST(Crossings, AreFoundAsByTryingAllPairs) {
       for (Vec3f& corner : corners) corner = middle + Vec3f(size(random), size(random), size(random));
     }
     const TriMesh mesh = fromTriangles(triangles);
-    const CrossingSearch search(mesh);
+    const SelfIntersectionSearch search(mesh);
     std::set<std::array<std::uint32_t, 2>> expected;
     std::set<std::array<std::uint32_t, 2>> found;
-    Work work = CrossingSearch::allowance(mesh);
+    Work work = SelfIntersectionSearch::allowance(mesh);
     const auto pairs = search.all(work).value();
     for (auto [a, b] : pairs) EXPECT_TRUE(found.insert({std::min(a, b), std::max(a, b)}).second);
     for (std::uint32_t a = 0; a < triangles.size(); ++a) {
       for (std::uint32_t b = a + 1; b < triangles.size(); ++b) {
-        if (crossingsOf(fromTriangles({triangles[a], triangles[b]})) > 0) expected.insert({a, b});
+        if (selfIntersectionsOf(fromTriangles({triangles[a], triangles[b]})) > 0) expected.insert({a, b});
       }
       const std::array one{a};
       EXPECT_EQ(search.any(one, work),
@@ -74,10 +76,10 @@ TEST(Crossings, AreFoundAsByTryingAllPairs) {
   }
 }
 
-TEST(Crossings, FollowVerticesThatMove) {
+TEST(SelfIntersectionSearch, FollowVerticesThatMove) {
   TriMesh mesh = fromTriangles({kFloor, {Vec3f(0.2F, 0.2F, 1), Vec3f(0.2F, 0.2F, 2), Vec3f(3, 3, 2)}});
-  CrossingSearch search(mesh);
-  Work work = CrossingSearch::allowance(mesh);
+  SelfIntersectionSearch search(mesh);
+  Work work = SelfIntersectionSearch::allowance(mesh);
   EXPECT_TRUE(search.all(work)->empty());
   mesh.vertices[3].z = -1;
   search.refit(std::array{1U});
@@ -86,7 +88,7 @@ TEST(Crossings, FollowVerticesThatMove) {
   EXPECT_TRUE(search.any(floor, work));
 }
 
-TEST(Crossings, AreNotSearchedForever) {
+TEST(SelfIntersectionSearch, AreNotSearchedForever) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<float> place(0, 1);
   std::vector<std::array<Vec3f, 3>> slivers(60'000);
@@ -95,18 +97,18 @@ TEST(Crossings, AreNotSearchedForever) {
     corners = {at, at + Vec3f(1e-6F, 0, 0), Vec3f(place(random), place(random), 1)};
   }
   const TriMesh mesh = fromTriangles(slivers);
-  Work work = CrossingSearch::allowance(mesh);
-  EXPECT_FALSE(CrossingSearch(mesh).all(work).has_value());
+  Work work = SelfIntersectionSearch::allowance(mesh);
+  EXPECT_FALSE(SelfIntersectionSearch(mesh).all(work).has_value());
   EXPECT_GT(work.left(), -10'000) << "ends when the work is over";
-  EXPECT_TRUE(CrossingSearch(mesh).any(std::array{0U}, work)) << "not known";
+  EXPECT_TRUE(SelfIntersectionSearch(mesh).any(std::array{0U}, work)) << "not known";
 }
 
-TEST(Crossings, TakeWorkInProportionToTheTriangles) {
+TEST(SelfIntersectionSearch, TakeWorkInProportionToTheTriangles) {
   for (const int n : {10, 20, 40, 80}) {
     const TriMesh mesh = makeSphere(0.05, n).value();
-    Work work = CrossingSearch::allowance(mesh);
+    Work work = SelfIntersectionSearch::allowance(mesh);
     const std::int64_t before = work.left();
-    EXPECT_TRUE(CrossingSearch(mesh).all(work));
+    EXPECT_TRUE(SelfIntersectionSearch(mesh).all(work));
     EXPECT_LT(before - work.left(), 200 * static_cast<std::int64_t>(mesh.triangles.size())) << n;
   }
 }

@@ -1,4 +1,4 @@
-#include "common/mesh/crossings.h"
+#include "common/mesh/self_intersection_search.h"
 
 #include <algorithm>
 #include <utility>
@@ -16,9 +16,9 @@ bool areOneSide(const std::array<double, 3>& heights) {
 }  // namespace
 
 /// Goes through pairs of nodes that meet, both always of one level.
-class CrossingSearch::PairWalk {
+class SelfIntersectionSearch::PairWalk {
  public:
-  PairWalk(const CrossingSearch& search, Work& work) : search_(search), tree_(search.tree_), work_(work) {}
+  PairWalk(const SelfIntersectionSearch& search, Work& work) : search_(search), tree_(search.tree_), work_(work) {}
 
   void within(std::size_t node) {
     if (work_.isOver()) return;
@@ -53,28 +53,28 @@ class CrossingSearch::PairWalk {
       for (std::size_t j = a == b ? i + 1 : 0; j < ofB.size(); ++j) {
         if (!box.meets(boxes[j])) continue;
         work_.spend(kCrossing);
-        if (cross(face, faces[j])) pairs_.push_back({ofA[i], ofB[j]});
+        if (intersect(face, faces[j])) pairs_.push_back({ofA[i], ofB[j]});
       }
     }
   }
 
-  const CrossingSearch& search_;
+  const SelfIntersectionSearch& search_;
   const BoxTree& tree_;
   Work& work_;
   std::vector<Pair> pairs_;
 };
 
-CrossingSearch::CrossingSearch(const TriMesh& mesh)
+SelfIntersectionSearch::SelfIntersectionSearch(const TriMesh& mesh)
     : mesh_(mesh),
       tree_(static_cast<std::uint32_t>(mesh.triangles.size()), [this](std::uint32_t t) { return boxOf(t); }) {}
 
-std::optional<std::vector<CrossingSearch::Pair>> CrossingSearch::all(Work& work) const {
+std::optional<std::vector<SelfIntersectionSearch::Pair>> SelfIntersectionSearch::all(Work& work) const {
   PairWalk walk(*this, work);
   walk.within(BoxTree::kRoot);
   return work.isOver() ? std::nullopt : std::optional(walk.pairs());
 }
 
-bool CrossingSearch::any(std::span<const std::uint32_t> triangles, Work& work) const {
+bool SelfIntersectionSearch::any(std::span<const std::uint32_t> triangles, Work& work) const {
   std::vector<std::size_t> stack;
   for (const std::uint32_t t : triangles) {
     const Box box = boxOf(t);
@@ -91,27 +91,27 @@ bool CrossingSearch::any(std::span<const std::uint32_t> triangles, Work& work) c
       }
       for (const std::uint32_t other : tree_.leaf(node)) {
         work.spend(kCrossing);
-        if (other != t && boxOf(other).meets(box) && cross(face, faceOf(other))) return true;
+        if (other != t && boxOf(other).meets(box) && intersect(face, faceOf(other))) return true;
       }
     }
   }
   return false;
 }
 
-Box CrossingSearch::boxOf(std::uint32_t triangle) const {
+Box SelfIntersectionSearch::boxOf(std::uint32_t triangle) const {
   const auto [a, b, c] = mesh_.triangles[triangle];
   const Vec3f p = mesh_.vertices[a], q = mesh_.vertices[b], r = mesh_.vertices[c];
   return {glm::min(glm::min(p, q), r), glm::max(glm::max(p, q), r)};
 }
 
-CrossingSearch::Face CrossingSearch::faceOf(std::uint32_t triangle) const {
+SelfIntersectionSearch::Face SelfIntersectionSearch::faceOf(std::uint32_t triangle) const {
   Face face{.corners = mesh_.triangles[triangle], .at = {}, .normal = {}};
   for (std::size_t k = 0; k < 3; ++k) face.at[k] = Vec3(mesh_.vertices[face.corners[k]]);
   face.normal = glm::cross(face.at[1] - face.at[0], face.at[2] - face.at[0]);
   return face;
 }
 
-bool CrossingSearch::cross(const Face& a, const Face& b) {
+bool SelfIntersectionSearch::intersect(const Face& a, const Face& b) {
   std::array<double, 3> ofA, ofB;
   for (std::size_t k = 0; k < 3; ++k) ofA[k] = glm::dot(b.normal, a.at[k] - b.at[0]);
   if (areOneSide(ofA)) return false;
@@ -120,7 +120,7 @@ bool CrossingSearch::cross(const Face& a, const Face& b) {
 }
 
 /// Does a side of triangle a, whose corners are so high over the plane of b, pierce b?
-bool CrossingSearch::pierces(const Face& a, const std::array<double, 3>& heights, const Face& b) {
+bool SelfIntersectionSearch::pierces(const Face& a, const std::array<double, 3>& heights, const Face& b) {
   std::array<bool, 3> shared;
   for (std::size_t k = 0; k < 3; ++k) shared[k] = std::ranges::find(b.corners, a.corners[k]) != b.corners.end();
   for (std::size_t k = 0; k < 3; ++k) {

@@ -14,14 +14,14 @@ namespace haptics {
 
 /// Where a mesh passes through itself: pairs of triangles of which a side of one pierces the other. A side that ends at
 /// a vertex of the other does not pierce it. Metres.
-class CrossingSearch {
+class SelfIntersectionSearch {
  public:
   using Pair = std::array<std::uint32_t, 2>;
 
   /// Keeps the mesh by reference.
-  explicit CrossingSearch(const TriMesh& mesh);
-  CrossingSearch(const CrossingSearch&) = delete;
-  CrossingSearch& operator=(const CrossingSearch&) = delete;
+  explicit SelfIntersectionSearch(const TriMesh& mesh);
+  SelfIntersectionSearch(const SelfIntersectionSearch&) = delete;
+  SelfIntersectionSearch& operator=(const SelfIntersectionSearch&) = delete;
 
   /// To be called when vertices of these triangles were moved.
   void refit(std::span<const std::uint32_t> triangles) { tree_.refit(triangles); }
@@ -44,7 +44,7 @@ class CrossingSearch {
 
   [[nodiscard]] Box boxOf(std::uint32_t triangle) const;
   [[nodiscard]] Face faceOf(std::uint32_t triangle) const;
-  [[nodiscard]] static bool cross(const Face& a, const Face& b);
+  [[nodiscard]] static bool intersect(const Face& a, const Face& b);
   [[nodiscard]] static bool pierces(const Face& a, const std::array<double, 3>& heights, const Face& b);
 
   const TriMesh& mesh_;
