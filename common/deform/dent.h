@@ -23,7 +23,7 @@ struct Dent {
 /// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a
 /// datagram.
 inline constexpr std::size_t kMaxDents = 6;
-/// That two hands make.
+/// Dents of both hands at once.
 inline constexpr std::size_t kMaxDentsOfAll = 2 * kMaxDents;
 
 /// One of them, and the object that it is in.

@@ -15,7 +15,7 @@ struct RepairReport {
   /// Largest distance from what was cut out to what replaces it, cracks aside: thin ones are filled however deep they
   /// are.
   double farthest_m = 0;
-  bool searched = true;  ///< False: finding the selfIntersections would have taken too long; nothing was done.
+  bool searched = true;  ///< False: the search would have taken too long; nothing was done.
   bool finished = true;  ///< False: mending all of them would have taken too long; some were not tried.
 };
 

@@ -51,9 +51,9 @@ class Preparation final : public AssetResolver {
   [[nodiscard]] std::vector<std::shared_ptr<const Asset>> made() const;
 
  private:
-  /// By where the transaction names it, and the mesh that it is of.
+  /// Key: where the transaction names the asset, and the mesh that it is of.
   using Place = std::pair<const void*, ContentHash>;
-  /// And the stiffness that its object has.
+  /// Key: where the transaction names the mesh, and the stiffness of its object.
   using MeshPlace = std::pair<const void*, double>;
   template <class Key, class Kind>
   using Kept = std::map<Key, Result<Resolved<Kind>>>;

@@ -113,7 +113,7 @@ bool SceneService::stopWithin(std::chrono::milliseconds patience) {
   return queueChanged_.wait_for(lock, patience, [this] { return running_ == 0; });
 }
 
-/// With the lock.
+/// With queueMutex_ locked.
 void SceneService::ended() {
   --running_;
   queueChanged_.notify_all();

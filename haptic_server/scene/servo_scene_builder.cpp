@@ -181,7 +181,7 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
   return parts;
 }
 
-/// Of all that the tool may meet.
+/// Sharp points of all objects that the tool may touch.
 void ServoSceneBuilder::addSharpPoints(ServoScene& scene, std::map<ObjectId, ObjectParts>& parts,
                                        double spacing_m) const {
   for (ServoObject& object : scene.objects) {
