@@ -70,7 +70,7 @@ class Check {
       reading = ticks_.next(Vec3(0));
       if (reading.state == DeviceState::kReady) return true;
     }
-    return find(false, std::string("within 30 s it is not ready: ") + inWords(reading.status.fault));
+    return report(false, std::string("within 30 s it is not ready: ") + inWords(reading.status.fault));
   }
 
   void readPositions(double seconds) {
@@ -118,8 +118,8 @@ class Check {
       if ((buttons >> bit & 1U) != 0) std::cout << bit << ' ';
     }
     std::cout << (buttons == 0 ? "none\n" : "\n");
-    find(faults == 0, "no fault in " + std::to_string(count) + " ticks");
-    find(!gaps_ms.empty() && age.high <= kOldest_us, "positions are fresh enough to be felt through (5 ms)");
+    report(faults == 0, "no fault in " + std::to_string(count) + " ticks");
+    report(!gaps_ms.empty() && age.high <= kOldest_us, "positions are fresh enough to be felt through (5 ms)");
   }
 
   /// Pushes along each axis and looks where the hand goes.
@@ -133,10 +133,10 @@ class Check {
       const double moved_m = (to - from)[axis];
       const std::string name = std::string("+") + kAxes[static_cast<std::size_t>(axis)];
       line(("pushed along " + name).c_str(), "%+.2f mm", 1e3 * moved_m);
-      find(moved_m > kMoved_m, moved_m < -kMoved_m ? name + " pushes the other way: reversed_axes, or turn_rad"
-                               : moved_m > kMoved_m
-                                   ? name + " pushes the right way"
-                                   : name + " does not move the hand: held too tightly, or there is no force");
+      report(moved_m > kMoved_m, moved_m < -kMoved_m ? name + " pushes the other way: reversed_axes, or turn_rad"
+                                 : moved_m > kMoved_m
+                                     ? name + " pushes the right way"
+                                     : name + " does not move the hand: held too tightly, or there is no force");
       for (double t = 0; t < kBetween_s; t += ticks_.period_s()) (void)ticks_.next(Vec3(0));
     }
   }
@@ -153,11 +153,11 @@ class Check {
       if (ticks_.next(along).position.z < pushed.z - kMoved_m / 5) back_s = t;
     }
     if (back_s == 0) {
-      find(false, "the hand does not come back after stop: let it go, or the force stays");
+      report(false, "the hand does not come back after stop: let it go, or the force stays");
       return;
     }
     line("after stop", "it is on its way back within %.0f ms", 1e3 * back_s);
-    find(back_s <= kStopWithin_s, "the force ends within 30 ms");
+    report(back_s <= kStopWithin_s, "the force ends within 30 ms");
   }
 
   [[nodiscard]] bool good() const noexcept { return good_; }
@@ -169,14 +169,14 @@ class Check {
   bool good_ = true;
 
   template <class... Values>
-  static void line(const char* what, const char* format, Values... values) {
-    std::printf("  %-16s", what);
+  static void line(const char* label, const char* format, Values... values) {
+    std::printf("  %-16s", label);
     std::printf(format, values...);
     std::printf("\n");
     std::fflush(stdout);
   }
-  bool find(bool isGood, const std::string& what) {
-    std::cout << (isGood ? "ok    " : "BAD   ") << what << std::endl;
+  bool report(bool isGood, const std::string& finding) {
+    std::cout << (isGood ? "ok    " : "BAD   ") << finding << std::endl;
     good_ = good_ && isGood;
     return isGood;
   }

@@ -94,8 +94,8 @@ void describeTopology(const TriMesh& mesh, MeshReport& report) {
 
 std::string MeshReport::text() const {
   std::string line = std::to_string(kept) + " of " + std::to_string(trianglesInFile) + " triangles kept";
-  const auto mention = [&line](std::uint64_t count, const char* what) {
-    if (count > 0) line += ", " + std::to_string(count) + ' ' + what;
+  const auto mention = [&line](std::uint64_t count, const char* label) {
+    if (count > 0) line += ", " + std::to_string(count) + ' ' + label;
   };
   mention(polygonsTriangulated, "polygons cut into triangles");
   mention(shapesSkipped, "parts skipped (NURBS, or included files that are not beside it)");

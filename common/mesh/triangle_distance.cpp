@@ -17,15 +17,15 @@ double squaredDistanceToSide(Vec3 place, Vec3 from, Vec3 to) {
 
 double squaredDistance(Vec3 place, const std::array<Vec3, 3>& corner) {
   const Vec3 normal = areaNormal(corner);
-  bool over = true;
+  bool isAboveTriangle = true;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 a = corner[k], b = corner[(k + 1) % 3];
-    over = over && glm::dot(glm::cross(normal, b - a), place - a) >= 0;
+    isAboveTriangle = isAboveTriangle && glm::dot(glm::cross(normal, b - a), place - a) >= 0;
     least = std::min(least, squaredDistanceToSide(place, a, b));
   }
   const double height = glm::dot(normal, place - corner[0]);
-  return over ? height * height / squaredLength(normal) : least;
+  return isAboveTriangle ? height * height / squaredLength(normal) : least;
 }
 
 }  // namespace haptics

@@ -33,9 +33,9 @@ Result<Softness> softnessFrom(const v1::Softness& message) {
 
 Refusal addControl(const v1::Lattice& message, Lattice& lattice) {
   const std::size_t points = std::size_t{lattice.points[0]} * lattice.points[1] * lattice.points[2];
-  const auto given = static_cast<std::size_t>(message.control_m_size());
-  if (given != 3 * points) {
-    return Error{"control_m", "has " + std::to_string(given) + " numbers; " + std::to_string(lattice.points[0]) +
+  const auto count = static_cast<std::size_t>(message.control_m_size());
+  if (count != 3 * points) {
+    return Error{"control_m", "has " + std::to_string(count) + " numbers; " + std::to_string(lattice.points[0]) +
                                   " x " + std::to_string(lattice.points[1]) + " x " +
                                   std::to_string(lattice.points[2]) + " points have " + std::to_string(3 * points)};
   }

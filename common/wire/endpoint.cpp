@@ -8,11 +8,11 @@ namespace {
 
 constexpr std::string_view kForm = "give HOST:PORT, as in 127.0.0.1:7400, localhost:7400 or [::1]:7400";
 
-/// `part` of `text` is quoted before `what`; it may be empty.
-auto malformed(std::string_view text, std::string_view part, std::string_view what) {
+/// `part` of `text` is quoted before `problem`; it may be empty.
+auto malformed(std::string_view text, std::string_view part, std::string_view problem) {
   std::string reason;
   if (!part.empty()) reason.append("\"").append(part).append("\" ");
-  return refused(std::string(text), reason.append(what).append("; ").append(kForm));
+  return refused(std::string(text), reason.append(problem).append("; ").append(kForm));
 }
 
 bool isHostName(std::string_view host) {

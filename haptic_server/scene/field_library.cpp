@@ -25,9 +25,9 @@ Result<Resolved<FieldAsset>> FieldLibrary::resolve(const FieldSource& source) {
 }
 
 Result<Resolved<VertexValuesAsset>> FieldLibrary::resolve(const VertexValuesSource& source) {
-  if (const auto* given = std::get_if<GivenValues>(&source)) {
-    return Resolved<VertexValuesAsset>{store_.intern(given->values),
-                                       std::to_string(given->values.size()) + " vertex values"};
+  if (const auto* inlined = std::get_if<GivenValues>(&source)) {
+    return Resolved<VertexValuesAsset>{store_.intern(inlined->values),
+                                       std::to_string(inlined->values.size()) + " vertex values"};
   }
   const ContentHash& hash = std::get<AssetSource>(source).hash;
   auto asset = as<VertexValuesAsset>(store_.find(hash));

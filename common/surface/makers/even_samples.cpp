@@ -121,8 +121,8 @@ Result<std::vector<MeshSample>> evenSamples(const TriMesh& mesh, std::size_t cou
 
   std::vector<double> weights(all.size(), 0);
   std::priority_queue<std::pair<double, std::uint32_t>> heaviest;
-  const auto visit = [&](std::uint32_t i, auto what) {
-    for (std::size_t n = near->first[i]; n < near->first[i + 1]; ++n) what(near->all[n]);
+  const auto visit = [&](std::uint32_t i, auto each) {
+    for (std::size_t n = near->first[i]; n < near->first[i + 1]; ++n) each(near->all[n]);
   };
   for (std::uint32_t i = 0; i < all.size(); ++i) {
     visit(i, [&](const auto& neighbor) { weights[i] += weightAt(neighbor.distance_m); });

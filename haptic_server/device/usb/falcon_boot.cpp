@@ -52,8 +52,8 @@ class Boot {
   }
 
  private:
-  bool request(std::uint8_t what, std::uint16_t value) {
-    const UsbOutcome outcome = port_.control({.type = 0x40, .request = what, .value = value});
+  bool request(std::uint8_t code, std::uint16_t value) {
+    const UsbOutcome outcome = port_.control({.type = 0x40, .request = code, .value = value});
     gone_ = gone_ || outcome == UsbOutcome::kGone;
     return outcome == UsbOutcome::kDone;
   }
