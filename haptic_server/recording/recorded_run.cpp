@@ -43,8 +43,12 @@ Result<std::optional<RecordedRunTick>> RecordedRun::next() {
   if (lastTick_ && number <= *lastTick_)
     return refused("ticks", "tick " + std::to_string(number) + " comes after tick " + std::to_string(*lastTick_));
   lastTick_ = number;
-  next.given = first.scene == 0 ? nullptr : find(first.scene);
-  if (first.scene != 0 && next.given == nullptr) return unknownScene("ticks.scene", first.scene);
+  if (first.scene == 0) return next;
+  if (first.scene <= lastGiven_)
+    return refused("ticks.scene", std::to_string(first.scene) + " comes after " + std::to_string(lastGiven_));
+  lastGiven_ = first.scene;
+  next.given = find(first.scene);
+  if (next.given == nullptr) return unknownScene("ticks.scene", first.scene);
   return next;
 }
 
@@ -125,6 +129,9 @@ Result<RecordedBeginnings> RecordedRun::beginningsAt(const v1::RecordedState& ke
 
 Result<RecordedBeginning> RecordedRun::beginningFrom(const v1::RecordedState& message, std::size_t hand) const {
   RecordedBeginning begun;
+  if (message.pending() != 0 && message.pending() <= message.scene())
+    return refused("state.pending", "is scene " + std::to_string(message.pending()) + ", which does not come after " +
+                                        std::to_string(message.scene()));
   for (const auto& [field, number, scene] : {std::tuple{"state.scene", message.scene(), &begun.scene},
                                              std::tuple{"state.pending", message.pending(), &begun.pending}}) {
     if (number == 0) continue;
@@ -132,7 +139,7 @@ Result<RecordedBeginning> RecordedRun::beginningFrom(const v1::RecordedState& me
     if (remade == nullptr) return unknownScene(field, number);
     *scene = remade->scene.get();
   }
-  const ServoScene empty;
+  static const ServoScene empty;
   const StepConfig& config = hand == 0 ? facts().config : facts().secondHand->config;
   auto state = stateFrom(message.image(), begun.scene != nullptr ? *begun.scene : empty, config);
   if (!state) return tl::unexpected(std::move(state.error()));

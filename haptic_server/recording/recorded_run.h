@@ -83,6 +83,7 @@ class RecordedRun {
   };
   std::array<Left, kMaxHands> left_;  // of the part last read
   std::optional<std::uint64_t> lastTick_;
+  std::uint64_t lastGiven_ = 0;  // scene
 };
 
 }  // namespace haptics

@@ -34,7 +34,7 @@ namespace {
   if (contact.second > 1) return false;
   const CollidingBody& on = state.colliding[contact.second == 0 ? pair.first : pair.second];
   return contact.point < on.points->points.size() && isWithinWorld(contact.place) && isWithinWorld(contact.foot) &&
-         isWithinWorld(contact.normal) && isWithinWorld(contact.impulse_Ns);
+         isWithinWorld(contact.normal) && isFinite(contact.impulse_Ns);
 }
 
 [[nodiscard]] bool areCollisions(const HapticState& state) {
@@ -42,7 +42,7 @@ namespace {
     if (pair.used == 0) return true;
     const std::size_t count = state.collidingCount;
     return pair.used == 1 && pair.first < count && pair.second < count && state.colliding[pair.first].moving >= 0 &&
-           isPose(pair.relative) && isWithinWorld(pair.rolling_Nms) &&
+           isPose(pair.relative) && isFinite(pair.rolling_Nms) &&
            std::ranges::all_of(pair.contacts.all(),
                                [&](const BodyContact& contact) { return isContactOf(contact, pair, state); });
   };

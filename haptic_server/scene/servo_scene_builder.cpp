@@ -67,7 +67,7 @@ void ServoSceneBuilder::addPendingRemovals(std::vector<ServoObjectSource>& objec
 
 std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSource> objects, std::uint64_t revision) {
   auto scene = std::make_unique<ServoScene>();
-  scene->number = ++number_;
+  scene->number = number_ + 1;
   scene->revision = revision_ = revision;
   std::map<ObjectId, ObjectParts> made;
   for (const ServoObjectSource& source : objects) {
@@ -105,6 +105,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
   parts_ = std::move(made);
   std::erase_if(dentStates_, [this](const auto& entry) { return !parts_.contains(entry.first); });
   sources_ = std::move(objects);
+  number_ = scene->number;
   return scene;
 }
 

@@ -208,7 +208,8 @@ class StateTransfer {
                         (origins_[i].changed && detail != nullptr) ||
                         (detail != nullptr && detail->stiffness && its->highestFactor != object.highestFactor);
     factorEdited_[i] = edited;
-    if (edited) bumps_[i] = {.blendWeight = bumps_[i].blendWeight, .height_m = bumps_[i].height_m};
+    if (edited || origins_[i].changed)
+      bumps_[i] = {.blendWeight = bumps_[i].blendWeight, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.report.object);
     const bool leaves =
         before >= 0 && bodies_[i].pendingRemoval && !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval;
