@@ -281,6 +281,18 @@ class TheWatchdogItself(WatchdogTest):
 
     def test_another_one_is_started_when_it_dies_or_hangs(self):
         self.start("falcon")
+        times_ms = []
+        for round in rounds(times_ms):
+            if round > 0:
+                self.server = self.start_again()
+            times_ms.append(self.without_force_after_three_watchdogs())
+            self.assertEqual(self.server.process.wait(10), -signal.SIGKILL)
+            file = self.crash_recording()
+            self.replay(file)
+            file.unlink()
+        self.judge("killed, the watchdog too", times_ms)
+
+    def without_force_after_three_watchdogs(self):
         for number in (signal.SIGKILL, signal.SIGSTOP):
             [watchdog] = watchdogs_of(self.server)
             time.sleep(1.1)  # one that ends at once is not started again
@@ -288,8 +300,7 @@ class TheWatchdogItself(WatchdogTest):
             harness.wait_until(lambda: watchdogs_of(self.server) not in ([watchdog], []), 10, self.server.text)
         self.assertIn("the watchdog has ended, or hangs", self.server.text())
         self.assertEqual(int(self.server.status()["watchdog"]["started"]), 3)
-        self.judge("killed, the watchdog too", [self.without_force_after(self.kill())])
-        self.replay(self.crash_recording())
+        return self.without_force_after(self.kill())
 
     def test_one_that_keeps_ending_is_given_up(self):
         server = self.start_server()
