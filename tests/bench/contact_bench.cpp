@@ -6,6 +6,7 @@
 #include "tests/bench/scenes.h"
 #include "tests/bench/step_replay.h"
 #include "tests/bench/stopwatch.h"
+#include "tests/eval/timing.h"
 
 namespace haptics::bench {
 namespace {
@@ -27,7 +28,7 @@ void tickCold(benchmark::State& state, const Trajectory& trajectory, std::uint32
   Replay replay(trajectory.make(segments));
   Stopwatch stopwatch;
   for (auto _ : state) {
-    sweepCaches();
+    eval::sweepCaches();
     state.SetIterationTime(1e-9 * stopwatch.time([&] { benchmark::DoNotOptimize(replay.tick()); }));
   }
   stopwatch.report(state);

@@ -41,7 +41,4 @@ class Stopwatch {
   std::vector<double> durations_ns_;
 };
 
-/// Reads and writes a buffer of several times the last level cache, so that nothing else is left in any cache.
-void sweepCaches();
-
 }  // namespace haptics::bench

@@ -29,7 +29,7 @@ class Cast {
 
   [[nodiscard]] ServerProcess& server() { return server_; }
   [[nodiscard]] ServerLink& witness() { return *witness_; }
-  /// Another process on the far side: a verb of this program, told where the server is. Its output goes to NAME.log.
+  /// Another process on the far side: a verb of this program, with the server's address. Its output goes to NAME.log.
   void addClient(const std::string& name, std::vector<std::string> command);
   [[nodiscard]] bool says(const std::string& name, const std::string& line) const;
   /// Throws std::runtime_error where it takes too long.

@@ -32,7 +32,8 @@ struct Clearance {
   HAPTICS_FIELDS(self.centre, self.radius_m, self.pause, self.lastPause);
 };
 
-/// All that the contact core remembers from tick to tick. Written by resetContact(), releaseContact(), followContact() and reprojectContact() only.
+/// All that the contact core remembers from tick to tick. Written by resetContact(), releaseContact(), followContact()
+/// and reprojectContact() only.
 struct ContactState {
   enum class Mode : std::uint8_t { kFree, kOneSurface, kSeveralSurfaces };
   friend constexpr Mode lastOf(Mode) noexcept { return Mode::kSeveralSurfaces; }
@@ -44,7 +45,8 @@ struct ContactState {
   Word<bool> reprojected = false;  ///< By an adoption since the last tick.
   /// The last tick had no allowance left to see whether the IHIP is inside of a body.
   Word<bool> containmentUnchecked = false;
-  /// The last tick left something to a general one: a part of the path, or whether the IHIP is inside of a body.
+  /// Of the three `containmentUnchecked`, `reached < 1` and `stride < 1`, is there one? The fast path makes one
+  /// comparison of it.
   Word<bool> unfinished = false;
   /// Unless free, the first one is that to which the contact belongs.
   std::array<ContactSurface, kMaxHolding> holding;
@@ -70,6 +72,7 @@ struct ContactState {
   }
 };
 static_assert(std::is_trivially_copyable_v<ContactState> && fields::isListed<ContactState>());
+
 /// What a tick cost, in primitives, and whether it met a limit. Counted, never silent.
 struct ContactWork {
   int triangles = 0;            ///< Looked at by the searches.
