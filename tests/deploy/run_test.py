@@ -46,8 +46,8 @@ class Run(unittest.TestCase):
         self.assertEqual(summary["allocations_in_servo"], 0)
         self.assertTrue(summary["hashes_equal"])
         self.assertEqual(summary["scene_hash"], summary["client_scene_hash"])
-        # More than 500 on two idle cores; a busy machine must not turn this red.
-        self.assertGreaterEqual(summary["viewer_frames"], 100)
+        # More than 500 on two idle cores. How many a busy machine draws is its own matter, that they go on is the viewer's.
+        self.assertGreaterEqual(summary["viewer_frames"], 10)
         self.assertEqual(picture_size(self.out / "view.png"), (1280, 1024))
 
     def test_where_the_usual_port_is_taken_it_says_so_and_what_to_connect_to(self):

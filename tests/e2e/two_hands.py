@@ -25,13 +25,23 @@ class TwoHands(harness.EndToEnd):
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def lift(self, client):
+        """In a round in which the hands were led all the time."""
+        brick = client.objects()["brick"]
+        for _ in range(5):
+            try:
+                return lift_with_two_hands.lift(client, brick, Arguments)
+            except lift_with_two_hands.HeldUp as error:
+                print(f"\n{error}", end="", flush=True)
+        self.fail("no round could be judged")
+
     def test_pinch_and_lift_a_brick_and_replay_bit_for_bit(self):
         file = self.folder / "ticks.haptics"
         server = self.start_server(scene=SCENE, options=TWO + ["--record", file])
         viewer = self.start_viewer(server.address, self.start_display())
         with Client(server.address, "lifter", telemetry_hz=100) as client:
             client.wait_live()
-            height, slid = lift_with_two_hands.lift(client, client.objects()["brick"], Arguments)
+            height, slid = self.lift(client)
         print(f"\nheld {1e3 * height:.1f} mm high, slid {1e3 * slid:.2f} mm", end="", flush=True)
         self.assertGreater(height, 0.04)
         self.assertLess(slid, 0.005)

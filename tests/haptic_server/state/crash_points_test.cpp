@@ -13,6 +13,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "common/mesh/file_bytes.h"
 #include "tests/haptic_server/state/kept_scene.h"
@@ -72,15 +73,15 @@ class Disk {
       files_[inodeOf(path)] = fs::file_size(path) == 0 ? "" : readFile(path).value();
     }
   }
-  /// Puts what is on the disk into the place of what the folder holds.
-  void restore(const fs::path& folder) const {
-    fs::remove_all(folder);
+  /// Writes what is on the disk of `folder`.
+  void writeTo(const fs::path& copy, const fs::path& folder) const {
     for (const auto& [path, names] : folders_) {
       if (!named_.contains(path)) continue;
-      fs::create_directories(path);
+      const fs::path to = copy / path.lexically_relative(folder);
+      fs::create_directories(to);
       for (const auto& [name, inode] : names) {
         const auto bytes = files_.find(inode);
-        std::ofstream(path / name, std::ios::binary) << (bytes == files_.end() ? "" : bytes->second);
+        std::ofstream(to / name, std::ios::binary) << (bytes == files_.end() ? "" : bytes->second);
       }
     }
   }
@@ -97,86 +98,105 @@ class Disk {
   }
 };
 
-/// The file that the call is about to wait for the disk with.
+/// The file that a call is about to wait for the disk with.
 std::optional<fs::path> syncedFile(pid_t child, const SyscallStop& stop) {
   if (stop.number != SYS_fdatasync && stop.number != SYS_fsync) return std::nullopt;
   return fs::read_symlink("/proc/" + std::to_string(child) + "/fd/" + std::to_string(stop.arguments[0]));
 }
 
-struct Outcome {
-  bool mayTrace = true;
-  bool ended = false;  ///< The child came to its end.
-  std::uint64_t acknowledged = 0;
-};
+/// Runs editAsAServer() in a child, and stops it before each of its system calls.
+class StoppedServer {
+ public:
+  explicit StoppedServer(const fs::path& folder) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) throw std::runtime_error("no pipe");
+    child_ = fork();
+    if (child_ == 0) {
+      if (ptrace(PTRACE_TRACEME, 0, nullptr, nullptr) != 0) _exit(kMayNotTrace);
+      raise(SIGSTOP);
+      try {
+        editAsAServer(folder, ends[1]);
+      } catch (...) {
+        _exit(1);
+      }
+      _exit(0);
+    }
+    close(ends[1]);
+    acknowledgements_ = ends[0];
+    waitpid(child_, &status_, 0);
+    if (WIFSTOPPED(status_)) ptrace(PTRACE_SETOPTIONS, child_, nullptr, PTRACE_O_TRACESYSGOOD | PTRACE_O_EXITKILL);
+  }
+  StoppedServer(const StoppedServer&) = delete;
+  StoppedServer& operator=(const StoppedServer&) = delete;
+  ~StoppedServer() {
+    if (WIFSTOPPED(status_)) kill(child_, SIGKILL), waitpid(child_, &status_, 0);
+    close(acknowledgements_);
+  }
 
-/// Runs editAsAServer() in a child that ends before its system call number `calls`. What it waits for is noted in
-/// `disk` before the call: no kill falls between.
-Outcome editUntilKilled(const fs::path& folder, int calls, Disk& disk) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
-  const pid_t child = fork();
-  if (child == 0) {
-    if (ptrace(PTRACE_TRACEME, 0, nullptr, nullptr) != 0) _exit(kMayNotTrace);
-    raise(SIGSTOP);
-    try {
-      editAsAServer(folder, ends[1]);
-    } catch (...) {
-      _exit(1);
+  [[nodiscard]] bool mayTrace() const { return !WIFEXITED(status_) || WEXITSTATUS(status_) != kMayNotTrace; }
+  [[nodiscard]] bool ended() const { return WIFEXITED(status_) && WEXITSTATUS(status_) == 0; }
+
+  /// To before its next system call, or to its end: false. What a call waits for the disk with is noted in `disk` before it.
+  bool goOn(Disk& disk) {
+    while (WIFSTOPPED(status_)) {
+      if (synced_) disk.waitedFor(*std::exchange(synced_, std::nullopt));
+      ptrace(PTRACE_SYSCALL, child_, nullptr, nullptr);
+      waitpid(child_, &status_, 0);
+      SyscallStop stop{};
+      if (!WIFSTOPPED(status_) || ptrace(PTRACE_GET_SYSCALL_INFO, child_, sizeof stop, &stop) < 0) continue;
+      if (stop.op != kBeforeCall) continue;
+      synced_ = syncedFile(child_, stop);
+      return true;
     }
-    _exit(0);
+    return false;
   }
-  int status = 0;
-  waitpid(child, &status, 0);
-  ptrace(PTRACE_SETOPTIONS, child, nullptr, PTRACE_O_TRACESYSGOOD);
-  while (WIFSTOPPED(status)) {
-    SyscallStop stop{};
-    ptrace(PTRACE_GET_SYSCALL_INFO, child, sizeof stop, &stop);
-    if (stop.op == kBeforeCall && calls-- == 0) {
-      kill(child, SIGKILL);
-    } else {
-      if (const auto path = stop.op == kBeforeCall ? syncedFile(child, stop) : std::nullopt) disk.waitedFor(*path);
-      ptrace(PTRACE_SYSCALL, child, nullptr, nullptr);
-    }
-    waitpid(child, &status, 0);
+
+  /// The number of the last edit that it has answered.
+  std::uint64_t acknowledged() {
+    for (char byte = 0; read(acknowledgements_, &byte, 1) == 1;) acknowledged_ = static_cast<std::uint64_t>(byte);
+    return acknowledged_;
   }
-  close(ends[1]);
-  const bool exited = WIFEXITED(status);
-  Outcome outcome{!exited || WEXITSTATUS(status) != kMayNotTrace, exited && WEXITSTATUS(status) == 0, 0};
-  for (char byte = 0; read(ends[0], &byte, 1) == 1;) outcome.acknowledged = static_cast<std::uint64_t>(byte);
-  close(ends[0]);
-  EXPECT_TRUE(outcome.ended || !outcome.mayTrace || WIFSIGNALED(status)) << "the child failed";
-  return outcome;
-}
+
+ private:
+  pid_t child_ = 0;
+  int status_ = 0, acknowledgements_ = -1;
+  std::optional<fs::path> synced_;  // by the call that comes
+  std::uint64_t acknowledged_ = 0;
+};
 
 class CrashPoints : public ::testing::TestWithParam<bool> {};
 
 TEST_P(CrashPoints, WhatWasAcknowledgedIsThereOnce) {
   const bool powerFails = GetParam();
   const TemporaryFolder memory(fs::exists("/dev/shm") ? "/dev/shm" : "/tmp");  // a real disk would take minutes
+  const fs::path folder = memory / "folder", copy = memory / "copy";
+  Disk disk;
+  StoppedServer server(folder);
+  if (!server.mayTrace()) GTEST_SKIP() << "no permission to trace a process";
   int points = 0;
   std::uint64_t unanswered = 0;
-  for (bool ended = false; !ended; ++points) {
-    const fs::path folder = memory / std::to_string(points);
-    Disk disk;
-    const Outcome outcome = editUntilKilled(folder, points, disk);
-    if (!outcome.mayTrace) GTEST_SKIP() << "no permission to trace a process";
-    ended = outcome.ended;
-    if (powerFails) disk.restore(folder);
-
-    KeptScene after(folder, 2, kCheckpointAfter_bytes);
+  for (; server.goOn(disk); ++points) {
+    const std::uint64_t acknowledged = server.acknowledged();
+    if (powerFails) {
+      disk.writeTo(copy, folder);
+    } else if (fs::exists(folder)) {
+      fs::copy(folder, copy, fs::copy_options::recursive);
+    }
+    KeptScene after(copy, 2, kCheckpointAfter_bytes);
     const std::uint64_t revision = after.version().revision();
-    ASSERT_GE(revision, outcome.acknowledged) << "lost, at system call " << points;
-    ASSERT_LE(revision, outcome.acknowledged + 1) << "at system call " << points;
-    unanswered += revision - outcome.acknowledged;
+    ASSERT_GE(revision, acknowledged) << "lost, at system call " << points;
+    ASSERT_LE(revision, acknowledged + 1) << "at system call " << points;
+    unanswered += revision - acknowledged;
     ASSERT_TRUE(after.said.empty()) << after.said[0];
     if (revision > 1) {
       ASSERT_EQ(after.version().find("a")->pose.position.x, double(revision));
     }
-    const std::uint64_t next = outcome.acknowledged + 1;
+    const std::uint64_t next = acknowledged + 1;
     const auto again = after.accept(kAlice, next, next == 1 ? edit(add("a")) : edit(moveTo("a", {1, 0, 0})));
     ASSERT_EQ(again->commit.revision, next) << "doubled, at system call " << points;
-    fs::remove_all(folder);
+    fs::remove_all(copy);
   }
+  EXPECT_TRUE(server.ended()) << "the child failed";
   EXPECT_GT(points, 250);
   EXPECT_GT(unanswered, kEdits / 2) << "kills between the disk and the answer";
 }

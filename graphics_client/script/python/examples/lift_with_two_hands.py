@@ -17,13 +17,22 @@ from haptics.v1 import scene_pb2
 STEP_S = 0.01
 BESIDE_M = 0.02  # of the object's side, where the hands come down
 SECONDS_TO_CLOSE, SECONDS_TO_LIFT = 1.0, 1.5
+HELD_UP_S = 0.4  # between two targets; a hand that hears of none for half a second lets go
+
+
+class HeldUp(Exception):
+    """The hands may have let go: this program did not get to lead them."""
 
 
 def lead(client, hands, begin, end, seconds):
-    """Leads both hands on straight ways, in a time."""
-    began, share = time.monotonic(), 0
+    """Leads both hands on straight ways, in a time. Raises HeldUp."""
+    began = last = time.monotonic()
+    share = 0
     while share < 1:
-        share = min((time.monotonic() - began) / seconds, 1)
+        now = time.monotonic()
+        if now - last > HELD_UP_S:
+            raise HeldUp(f"this machine held the program up for {now - last:.1f} s, and the hands let go")
+        last, share = now, min((now - began) / seconds, 1)
         for hand, a, b in zip(hands, begin, end):
             hand.aim([x + (y - x) * share for x, y in zip(a, b)])
         time.sleep(STEP_S)
@@ -48,7 +57,7 @@ def back_to_its_place(state):
 
 
 def lift(client, state, arguments):
-    """(height at which the object was held, how far it slid there), m."""
+    """(height at which the object was held, how far it slid there), m. Raises HeldUp."""
     at = state.pose.position
     grip_z = at.z + arguments.above
     hands = [client.hand(1), client.hand(2)]
@@ -93,7 +102,7 @@ def main():
                 sys.exit(f'lift_with_two_hands: there is no object "{arguments.object}"; '
                          f'there are: {printable(", ".join(sorted(client.objects())))}')
             height, slid = lift(client, state, arguments)
-    except (NotLeading, Refused, Rejected) as error:
+    except (HeldUp, NotLeading, Refused, Rejected) as error:
         sys.exit(f"lift_with_two_hands: {error}")
     except KeyboardInterrupt:
         return  # the hands let go
