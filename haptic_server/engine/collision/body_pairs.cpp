@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "haptic_server/engine/contact/frame.h"
+#include "haptic_server/engine/geometry/enclosure.h"
 
 namespace haptics {
 namespace {
@@ -23,6 +24,8 @@ constexpr std::int64_t kOneNode = 60'000;
 constexpr double kSameSide = 0.9;
 /// A point within the others' area is taken, too, where it is deeper by so much, m.
 constexpr double kDeeper_m = 1e-6;
+/// A point that is so deep behind a face is looked for inside, m: at less than that rounding decides.
+constexpr double kSurelyBehind_m = 1e-6;
 
 /// A body and what the search needs of it.
 struct Moving {
@@ -198,11 +201,26 @@ class NearPoints {
     if (search_.clear_m > search_.range_m) lowerClearance(surface, at, hint, allowance);
     if (search_.clear_m > search_.range_m) return;
     const double farthest = std::max(search_.range_m, search_.depth_m);
-    const ClosestPoint foot = footWithin(surface, at, out, farthest, hint, allowance);
+    ClosestPoint foot = footWithin(surface, at, out, farthest, false, hint, allowance);
+    if (isSurelyBehind(surface, foot, at) && !isInside(surface, at, allowance))
+      foot = footWithin(surface, at, out, search_.range_m, true, hint, allowance);
     if (foot.triangle == kNoTriangle || search_.near.count == search_.near.capacity()) return;
     NearPoint& near = search_.near[search_.near.count];
     if (nearAt(points, point, surface, at, out, foot, pose, ofSecond, near) && near.gap_m <= search_.range_m)
       ++search_.near.count;
+  }
+
+  [[nodiscard]] static bool isSurelyBehind(const CollisionMesh& surface, const ClosestPoint& foot, Vec3 at) noexcept {
+    return foot.triangle != kNoTriangle &&
+           glm::dot(surface.faceNormal(foot.triangle), at - foot.point) < -kSurelyBehind_m;
+  }
+
+  /// Behind a face is not inside: a plate's far face has all that lies above the plate behind it.
+  [[nodiscard]] static bool isInside(const CollisionMesh& surface, Vec3 at, Allowance& allowance) noexcept {
+    if (surface.closed() && surface.anySelfIntersecting()) return windingNumber(surface, at, allowance) > 0;
+    int spent = 0;
+    const ClosestPoint foot = surface.closestFoot(at, std::numeric_limits<int>::max(), spent, allowance);
+    return foot.triangle == kNoTriangle || !surface.isOutside(foot, at);  // none: the allowance is spent, no answer counts
   }
 
   /// To the place's distance from the surface where that is less, and not below range_m.
@@ -247,14 +265,17 @@ class NearPoints {
   }
 
   /// The closest place of those faces that a body may meet there that has this normal: they look the other way.
+  /// @param isOutside  Then what is behind a face does not meet it.
   [[nodiscard]] static ClosestPoint footWithin(const CollisionMesh& surface, Vec3 at, Vec3 out, double range_m,
-                                               std::uint32_t& hint, Allowance& allowance) noexcept {
+                                               bool isOutside, std::uint32_t& hint, Allowance& allowance) noexcept {
     ClosestPoint nearest;
     nearest.squaredDistance = range_m * range_m;
     const auto look = [&](std::uint32_t t) noexcept {
       if (!faces(surface.triangle(t).areaNormal(), out)) return;
       const ClosestPoint point = closestOn(surface.triangle(t), t, at);
-      if (point.squaredDistance < nearest.squaredDistance) nearest = point;
+      if (point.squaredDistance >= nearest.squaredDistance) return;
+      if (isOutside && isSurelyBehind(surface, point, at)) return;
+      nearest = point;
     };
     allowance.spend(kQuery + Allowance::kNearTriangle);
     if (hint != kNoTriangle) look(hint);
