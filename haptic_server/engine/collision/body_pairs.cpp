@@ -16,14 +16,22 @@ namespace {
 constexpr double kStaleAfter = 0.01;
 /// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
 constexpr double kTicksOfRange = 4;
+/// A search that takes more than a tick begins so many ticks before the range ends.
+constexpr double kTicksAhead = 3;
 /// Units (Allowance) of beginning a search that ranks nothing.
 constexpr std::int64_t kQuery = 64;
+/// Units of the distance from a triangle's plane.
+constexpr std::int64_t kPlane = 24;
 /// What the four points of a leaf may take in the worst case.
 constexpr std::int64_t kOneNode = 60'000;
 /// Normals are much the same where their cosine is larger.
 constexpr double kSameSide = 0.9;
 /// A point within the others' area is taken, too, where it is deeper by so much, m.
 constexpr double kDeeper_m = 1e-6;
+/// Steps that bodies are lifted over rather than stopped by, of the smaller one's radius, and m. Flush bodies have such ones:
+/// what rests on them is up to 20 um deep in each.
+constexpr double kStep = 0.003, kLowestStep_m = 10e-6, kHighestStep_m = 50e-6;
+constexpr double kStill_m_per_s = 1e-5;
 /// A point that is so deep behind a face is looked for inside, m: at less than that rounding decides.
 constexpr double kSurelyBehind_m = 1e-6;
 
@@ -115,12 +123,13 @@ class NearPoints {
       const CollisionPoints::Node& node = points.nodes[n];
       const std::uint64_t found = search_.near.count;
       const Vec3 centre = frame.toWorld(node.centre);
-      const double reach = node.radius_m + std::max(search_.clear_m, search_.depth_m);
-      const double bound = surface.radius_m() + reach;
+      const double bound = surface.radius_m() + node.radius_m + std::max(search_.clear_m, search_.depth_m);
       Allowance left = mayExceed_ ? Allowance(std::max(allowance.left(), kOneNode)) : allowance;
       const std::int64_t before = left.left();
       left.spend(Allowance::kSphere);
-      const bool near = squaredLength(centre - middle) <= bound * bound && isNear(surface, centre, reach, hint, left);
+      const bool near = squaredLength(centre - middle) <= bound * bound &&
+                        (isNear(surface, centre, node.radius_m + std::max(search_.clear_m, farthest()), hint, left) ||
+                         (isDeep() && isInside(surface, centre, node.radius_m + search_.depth_m, left)));
       const bool isLeaf = node.next == n + 1;
       for (std::uint32_t p = node.begin; near && isLeaf && p < node.end; ++p)
         add(points, p, surface, frame, pose, ofSecond, hint, left);
@@ -167,9 +176,48 @@ class NearPoints {
     }
   }
 
+  /// Has bodies go over what is no step: a contact with the side of something whose top the point is level with, and that it
+  /// comes to by the side, is left out, or is one with the top where the point has got there.
+  static void passSteps(const Collider& first, const Collider& second, const Pose& relative, double step_m, BodyPair& pair,
+                        Allowance& allowance) noexcept {
+    const Pose back = inverse(relative);
+    std::uint64_t kept = 0;
+    for (BodyContact& contact : pair.contacts.all()) {
+      const bool reverse = contact.second != 0;
+      const Collider &on = reverse ? second : first, &under = reverse ? first : second;
+      const Pose& pose = reverse ? back : relative;
+      const Vec3 at = toWorld(pose, contact.place);
+      const Vec3 out = pose.rotation * on.points->points[contact.point].normal;
+      const CollisionMesh& surface = *under.surface;
+      const ClosestPoint level = levelWith(surface, at, out, contact, step_m, allowance);
+      if (level.triangle != kNoTriangle) {
+        const Vec3 normal = surface.faceNormal(level.triangle);
+        const Vec3 place = toWorld(on.pose, contact.place);
+        const Vec3 velocity = glm::conjugate(under.pose.rotation) * (on.velocityBefore(place) - under.velocityBefore(place));
+        const double toTop = -glm::dot(normal, velocity), toSide = -glm::dot(contact.normal, velocity);
+        const bool rests = glm::dot(normal, at - level.point) < 0 && glm::dot(contact.normal, at - contact.foot) > 0;
+        const bool passes = std::abs(toSide - toTop) > kStill_m_per_s ? toTop < toSide : rests;
+        if (passes && level.squaredDistance > step_m * step_m) continue;
+        if (passes) {
+          contact.foot = level.point;
+          contact.normal = normal;
+        }
+      }
+      pair.contacts[kept++] = contact;
+    }
+    pair.contacts.count = kept;
+  }
+
  private:
   PairSearch& search_;
   bool mayExceed_;
+
+  /// The bodies may overlap, as an edit has put one of them there.
+  [[nodiscard]] bool isDeep() const noexcept { return search_.depth_m > 2 * search_.range_m; }
+  /// How far from a face a point may meet it, unless it is deep inside.
+  [[nodiscard]] double farthest() const noexcept {
+    return isDeep() ? search_.range_m : std::max(search_.range_m, search_.depth_m);
+  }
 
   static void chooseOf(std::span<const NearPoint> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
     Vec3 mean(0);
@@ -200,13 +248,14 @@ class NearPoints {
     const Vec3 at = frame.toWorld(points.points[point].place), out = frame.rotate(points.points[point].normal);
     if (search_.clear_m > search_.range_m) lowerClearance(surface, at, hint, allowance);
     if (search_.clear_m > search_.range_m) return;
-    const double farthest = std::max(search_.range_m, search_.depth_m);
-    ClosestPoint foot = footWithin(surface, at, out, farthest, false, hint, allowance);
-    if (isSurelyBehind(surface, foot, at) && !isInside(surface, at, allowance))
-      foot = footWithin(surface, at, out, search_.range_m, true, hint, allowance);
-    if (foot.triangle == kNoTriangle || search_.near.count == search_.near.capacity()) return;
+    Feet feet = feetWithin(surface, at, out, farthest(), false, hint, allowance);
+    if (feet.met.triangle == kNoTriangle && isDeep() && isInside(surface, at, search_.depth_m, allowance))
+      feet = feetWithin(surface, at, out, search_.depth_m, false, hint, allowance);
+    else if (isSurelyBehind(surface, feet.met, at) && !isInside(surface, at, feet.nearest, allowance))
+      feet = feetWithin(surface, at, out, search_.range_m, true, hint, allowance);
+    if (feet.met.triangle == kNoTriangle || search_.near.count == search_.near.capacity()) return;
     NearPoint& near = search_.near[search_.near.count];
-    if (nearAt(points, point, surface, at, out, foot, pose, ofSecond, near) && near.gap_m <= search_.range_m)
+    if (nearAt(points, point, surface, at, out, feet.met, pose, ofSecond, near) && near.gap_m <= search_.range_m)
       ++search_.near.count;
   }
 
@@ -216,11 +265,48 @@ class NearPoints {
   }
 
   /// Behind a face is not inside: a plate's far face has all that lies above the plate behind it.
-  [[nodiscard]] static bool isInside(const CollisionMesh& surface, Vec3 at, Allowance& allowance) noexcept {
+  [[nodiscard]] static bool isInside(const CollisionMesh& surface, Vec3 at, const ClosestPoint& nearest,
+                                     Allowance& allowance) noexcept {
     if (surface.closed() && surface.anySelfIntersecting()) return windingNumber(surface, at, allowance) > 0;
-    int spent = 0;
-    const ClosestPoint foot = surface.closestFoot(at, std::numeric_limits<int>::max(), spent, allowance);
-    return foot.triangle == kNoTriangle || !surface.isOutside(foot, at);  // none: the allowance is spent, no answer counts
+    return nearest.triangle != kNoTriangle && !surface.isOutside(nearest, at);
+  }
+  /// And no deeper than that.
+  [[nodiscard]] static bool isInside(const CollisionMesh& surface, Vec3 at, double depth_m,
+                                     Allowance& allowance) noexcept {
+    ClosestPoint nearest;
+    nearest.squaredDistance = depth_m * depth_m;
+    const auto look = [&](std::uint32_t t) noexcept {
+      if (isFarther(surface.triangle(t), at, nearest.squaredDistance, allowance)) return;
+      const ClosestPoint point = closestOn(surface.triangle(t), t, at);
+      if (point.squaredDistance < nearest.squaredDistance) nearest = point;
+    };
+    visit(surface, at, nearest, look, allowance);
+    return isInside(surface, at, nearest, allowance);
+  }
+
+  /// Shows each triangle that may be nearer than `nearest`.
+  template <class Look>
+  static void visit(const CollisionMesh& surface, Vec3 at, const ClosestPoint& nearest, Look look,
+                    Allowance& allowance) noexcept {
+    allowance.spend(kQuery);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          for (std::uint32_t t = begin; t < end; ++t) look(t);
+          return nearest.squaredDistance;
+        },
+        nearest.squaredDistance);
+  }
+
+  /// Its plane is no nearer. Else what the closest point costs is spent.
+  [[nodiscard]] static bool isFarther(const TriangleRecord& triangle, Vec3 at, double squared,
+                                      Allowance& allowance) noexcept {
+    constexpr double kAsFar = 1 - 0x1p-30;  // in the same plane is not nearer
+    const Vec3 normal = triangle.areaNormal();
+    const double height = glm::dot(normal, at - triangle.corner(0));
+    const bool farther = height * height > kAsFar * squared * squaredLength(normal);
+    allowance.spend(farther ? kPlane : kPlane + Allowance::kNearTriangle);
+    return farther;
   }
 
   /// To the place's distance from the surface where that is less, and not below range_m.
@@ -264,37 +350,51 @@ class NearPoints {
     return near;
   }
 
-  /// The closest place of those faces that a body may meet there that has this normal: they look the other way.
+  struct Feet {
+    ClosestPoint met;      ///< The closest place of those faces that a body may meet there: they look the other way.
+    ClosestPoint nearest;  ///< Of all faces, where `met` is.
+  };
+  /// @param out  The normal that the body has there.
   /// @param isOutside  Then what is behind a face does not meet it.
-  [[nodiscard]] static ClosestPoint footWithin(const CollisionMesh& surface, Vec3 at, Vec3 out, double range_m,
-                                               bool isOutside, std::uint32_t& hint, Allowance& allowance) noexcept {
-    ClosestPoint nearest;
-    nearest.squaredDistance = range_m * range_m;
+  [[nodiscard]] static Feet feetWithin(const CollisionMesh& surface, Vec3 at, Vec3 out, double range_m, bool isOutside,
+                                       std::uint32_t& hint, Allowance& allowance) noexcept {
+    Feet feet;
+    feet.met.squaredDistance = feet.nearest.squaredDistance = range_m * range_m;
     const auto look = [&](std::uint32_t t) noexcept {
-      if (!faces(surface.triangle(t).areaNormal(), out)) return;
-      const ClosestPoint point = closestOn(surface.triangle(t), t, at);
-      if (point.squaredDistance >= nearest.squaredDistance) return;
-      if (isOutside && isSurelyBehind(surface, point, at)) return;
-      nearest = point;
+      const TriangleRecord& triangle = surface.triangle(t);
+      if (isFarther(triangle, at, feet.met.squaredDistance, allowance)) return;
+      const ClosestPoint point = closestOn(triangle, t, at);
+      if (point.squaredDistance < feet.nearest.squaredDistance) feet.nearest = point;
+      if (point.squaredDistance >= feet.met.squaredDistance || !faces(triangle.areaNormal(), out)) return;
+      if (!isOutside || !isSurelyBehind(surface, point, at)) feet.met = point;
     };
-    allowance.spend(kQuery + Allowance::kNearTriangle);
     if (hint != kNoTriangle) look(hint);
-    surface.hierarchy().visitNear(
-        at, allowance,
-        [&](std::uint32_t begin, std::uint32_t end) noexcept {
-          allowance.spend(Allowance::kNearTriangle * (end - begin));
-          for (std::uint32_t t = begin; t < end; ++t) look(t);
-          return nearest.squaredDistance;
-        },
-        nearest.squaredDistance);
-    if (nearest.triangle != kNoTriangle) hint = nearest.triangle;
-    return nearest;
+    visit(surface, at, feet.met, look, allowance);
+    if (feet.met.triangle != kNoTriangle) hint = feet.met.triangle;
+    return feet;
   }
   /// @param normal  Of any length.
   [[nodiscard]] static bool faces(Vec3 normal, Vec3 out) noexcept {
     constexpr double kAgainst = 0.1;  // cosine; 0 would let rounding decide about faces at right angles
     const double along = glm::dot(normal, out);
     return along < 0 && along * along > kAgainst * kAgainst * squaredLength(normal);
+  }
+
+  /// The nearest place of a face that the body's point is level with, and that the contact's plane stops it from getting onto.
+  [[nodiscard]] static ClosestPoint levelWith(const CollisionMesh& surface, Vec3 at, Vec3 out, const BodyContact& contact,
+                                              double step_m, Allowance& allowance) noexcept {
+    ClosestPoint level;
+    const double reach_m = glm::distance(at, contact.foot) + step_m;
+    level.squaredDistance = reach_m * reach_m;
+    const auto look = [&](std::uint32_t t) noexcept {
+      const TriangleRecord& triangle = surface.triangle(t);
+      if (isFarther(triangle, at, step_m * step_m, allowance) || !faces(triangle.areaNormal(), out)) return;
+      if (glm::dot(surface.faceNormal(t), contact.normal) > kSameSide) return;
+      const ClosestPoint point = closestOn(triangle, t, at);
+      if (point.squaredDistance < level.squaredDistance) level = point;
+    };
+    visit(surface, at, level, look, allowance);
+    return level;
   }
 
   /// False: the point is beside the face, where another one is met.
@@ -332,20 +432,68 @@ class NearPoints {
   }
 };
 
-/// Looks for the contacts of a pair, or goes on with that. False: the allowance is spent, and the pair is as it was.
-[[nodiscard]] bool look(const Collider& first, const Collider& second, const Pose& relative, PairSearch& search,
-                        bool isFirst, BodyPair& pair, Allowance& allowance) noexcept {
+/// Goes on with the search for the contacts of a pair. False: the allowance is spent, and the pair is as it was.
+[[nodiscard]] bool look(const Collider& first, const Collider& second, double step_m, PairSearch& search, bool isFirst,
+                        BodyPair& pair, Allowance& allowance) noexcept {
   NearPoints near(search, isFirst);
-  if (search.reverse == 0) {
-    if (!near.find(*first.points, *second.surface, relative, false, allowance)) return false;
-    search.reverse = 1;
-  }
-  if (!near.find(*second.points, *first.surface, inverse(relative), true, allowance)) return false;
+  const std::int64_t before = allowance.left();
+  const auto isFound = [&] {
+    if (search.reverse == 0) {
+      if (!near.find(*first.points, *second.surface, search.relative, false, allowance)) return false;
+      search.reverse = 1;
+    }
+    return near.find(*second.points, *first.surface, inverse(search.relative), true, allowance);
+  };
+  const bool found = isFound();
+  search.units += static_cast<std::uint64_t>(before - allowance.left());
+  if (!found) return false;
   near.choose(pair);
+  NearPoints::passSteps(first, second, search.relative, step_m, pair, allowance);
   pair.range_m = pair.contacts.count == 0 ? search.clear_m : search.range_m;
-  pair.relative = relative;
+  pair.relative = search.relative;
+  pair.units = search.units;
   search.pair = 0;
   return true;
+}
+
+/// How a pair is in this tick.
+struct PairNow {
+  PairNow(std::span<const Collider> bodies, std::span<const Moving> moving, const BodyPair& pair,
+          double period_s) noexcept
+      : first(bodies[pair.first]),
+        second(bodies[pair.second]),
+        relative(relativePose(first.pose, second.pose)),
+        reach_m(reachOf(moving[pair.first], moving[pair.second], period_s)),
+        smaller_m(std::min(moving[pair.first].radius_m, moving[pair.second].radius_m)),
+        step_m(std::clamp(kStep * smaller_m, kLowestStep_m, kHighestStep_m)) {}
+
+  const Collider &first, &second;
+  const Pose relative;
+  const double reach_m;  ///< reachOf().
+  const double smaller_m;  ///< Radius.
+  const double step_m;     ///< That is none.
+
+  /// Since the bodies were so, and in this tick.
+  [[nodiscard]] double movedSince(const Pose& was) const noexcept {
+    return movedBy(was, relative, first.surface->extent_m()) + reach_m;
+  }
+  [[nodiscard]] bool isKnown(const BodyPair& pair) const noexcept {
+    return pair.range_m >= 0 && movedSince(pair.relative) <= pair.range_m;
+  }
+  /// Begins a search unless there is one of the pair that will be of use.
+  void begin(std::size_t place, const BodyPair& pair, PairSearch& search) const noexcept {
+    if (search.pair == place + 1 && movedSince(search.relative) <= search.range_m) return;
+    const double stale = kStaleAfter * smaller_m;
+    const double range_m = std::max(reach_m, std::clamp(kTicksOfRange * reach_m, stale, kTicksOfRange * stale));
+    const bool isApart = pair.contacts.count == 0 && pair.depth_m == 0;
+    const double clear_m = isApart ? std::max(range_m, smaller_m) : range_m;
+    search.begin(place, relative, range_m, range_m + pair.depth_m, clear_m);
+  }
+};
+
+using AllMoving = std::array<Moving, kMaxColliders>;
+void describe(std::span<const Collider> bodies, AllMoving& moving) noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
 }
 
 /// A free place, or that of no pair: kMaxPairs.
@@ -361,8 +509,8 @@ class NearPoints {
 FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
                                Allowance& allowance) noexcept {
   FoundContacts found;
-  std::array<Moving, kMaxColliders> moving;
-  for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
+  AllMoving moving;
+  describe(bodies, moving);
   PlaceTable places(pairs);
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     if (bodies[a].state == nullptr) continue;
@@ -394,45 +542,57 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
       pair.depth_m = 0;
       pair.relative = {};
       pair.rolling_Nms = Vec3(0);
+      pair.units = 0;
       slot = static_cast<std::uint8_t>(place + 1);
     }
   }
   while (pairs.places.count > 0 && pairs.places[pairs.places.count - 1].used == 0) --pairs.places.count;
 
-  for (BodyPair& pair : pairs.all()) {
+  for (std::size_t i = 0; i < pairs.places.count; ++i) {
+    BodyPair& pair = pairs.places[i];
     if (pair.used == 0 || (!bodies[pair.first].isPut && !bodies[pair.second].isPut)) continue;
     pair.range_m = -1;
     pair.depth_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+    if (pairs.search.pair == i + 1) pairs.search.pair = 0;
   }
 
   bool isFirst = true;
   for (std::size_t k = 0; k < pairs.places.count; ++k) {
     const std::size_t i = (pairs.next + k) % pairs.places.count;
     BodyPair& pair = pairs.places[i];
-    if (pair.used == 0) continue;
-    const Collider &first = bodies[pair.first], &second = bodies[pair.second];
-    if (!isAwake(first) && !isAwake(second)) continue;
-    const Pose relative = relativePose(first.pose, second.pose);
-    const double reach = reachOf(moving[pair.first], moving[pair.second], period_s);
-    const double extent_m = first.surface->extent_m();
-    if (pair.range_m >= 0 && movedBy(pair.relative, relative, extent_m) + reach <= pair.range_m) continue;
-    if (pairs.search.pair != i + 1 || !(pairs.search.relative == relative)) {
-      const double smaller_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
-      const double stale = kStaleAfter * smaller_m;
-      const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
-      const bool isApart = pair.contacts.count == 0 && pair.depth_m == 0;
-      const double clear_m = isApart ? std::max(range_m, smaller_m) : range_m;
-      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m, clear_m);
-    }
-    const bool isDone = look(first, second, relative, pairs.search, isFirst, pair, allowance);
+    if (pair.used == 0 || (!isAwake(bodies[pair.first]) && !isAwake(bodies[pair.second]))) continue;
+    const PairNow now(bodies, moving, pair, period_s);
+    if (now.isKnown(pair)) continue;
+    now.begin(i, pair, pairs.search);
+    const bool isDone = look(now.first, now.second, now.step_m, pairs.search, isFirst, pair, allowance);
     isFirst = false;
-    if (isDone && reach <= pair.range_m) continue;
+    if (isDone && now.isKnown(pair)) continue;
     pairs.next = i;
     found.areAll = false;
     return found;
   }
   pairs.next = 0;
   return found;
+}
+
+void searchAhead(std::span<const Collider> bodies, BodyPairs& pairs, double period_s, Allowance& allowance) noexcept {
+  const std::int64_t all = allowance.left();
+  const auto isLong = [&](const BodyPair& pair) {
+    return pair.used != 0 && static_cast<std::int64_t>(pair.units) > all &&
+           (isAwake(bodies[pair.first]) || isAwake(bodies[pair.second]));
+  };
+  if (std::ranges::none_of(pairs.all(), isLong)) return;
+  AllMoving moving;
+  describe(bodies, moving);
+  for (std::size_t i = 0; i < pairs.places.count && !allowance.isSpent(); ++i) {
+    BodyPair& pair = pairs.places[i];
+    if (!isLong(pair)) continue;
+    const PairNow now(bodies, moving, pair, period_s);
+    if (now.movedSince(pair.relative) + (kTicksAhead - 1) * now.reach_m <= pair.range_m) continue;
+    if (pairs.search.pair != 0 && pairs.search.pair != i + 1) continue;
+    now.begin(i, pair, pairs.search);
+    static_cast<void>(look(now.first, now.second, now.step_m, pairs.search, false, pair, allowance));
+  }
 }
 
 }  // namespace haptics

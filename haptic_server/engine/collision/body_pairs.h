@@ -25,6 +25,13 @@ struct Collider {
   Push push;
   bool absent = false;  ///< Meets nothing in this tick.
   bool isPut = false;   ///< It has not moved to where it is: it may be inside others.
+  RigidVelocity before{};  ///< What the last tick left it, before this one's forces.
+
+  /// Of a place of the world, m/s.
+  [[nodiscard]] Vec3 velocityBefore(Vec3 place) const noexcept {
+    if (state == nullptr) return Vec3(0);
+    return before.linear + glm::cross(before.angular, place - toWorld(pose, rigidBody->mass.centre));
+  }
 };
 
 /// At most so many bodies meet one another, those that stand still included.
@@ -53,10 +60,11 @@ struct BodyPair {
   double depth_m = 0;                   ///< Of the deepest point then; before, how deep it may be.
   Pose relative;                        ///< Of the first body in the second's frame then.
   Vec3 rolling_Nms{0};                  ///< What resistance to rolling gave the first one in the last tick.
+  std::uint64_t units = 0;              ///< Of the allowance, that the last search took.
   Sequence<BodyContact, kPointsOfPair> contacts;
 
   HAPTICS_FIELDS(self.first, self.second, self.used, self.range_m, self.depth_m, self.relative, self.rolling_Nms,
-                 self.contacts);
+                 self.units, self.contacts);
 };
 
 /// A point near the other body's surface, of which contacts are chosen.
@@ -74,20 +82,21 @@ struct PairSearch {
   std::uint32_t pair = 0;     ///< One more than its place; 0: none.
   std::uint32_t reverse = 0;  ///< 1: of the second body's points, at the first one's surface.
   std::uint64_t node = 0;     ///< Of the tree of points: the next one.
-  Pose relative;              ///< As BodyPair::relative; where it is another one by now, the search begins anew.
+  std::uint64_t units = 0;    ///< Spent so far.
+  Pose relative;              ///< As BodyPair::relative: the bodies may have moved on since, by less than the range.
   double range_m = 0;         ///< Farther points are not taken,
   double depth_m = 0;         ///< nor ones that are deeper inside.
   double clear_m = 0;         ///< No point is nearer to the other surface so far; range_m once one is within that.
   Sequence<NearPoint, 96> near;
 
-  HAPTICS_FIELDS(self.pair, self.reverse, self.node, self.relative, self.range_m, self.depth_m, self.clear_m,
-                 self.near);
+  HAPTICS_FIELDS(self.pair, self.reverse, self.node, self.units, self.relative, self.range_m, self.depth_m,
+                 self.clear_m, self.near);
 
   void begin(std::size_t place, const Pose& of, double range, double depth, double clear) noexcept {
     pair = static_cast<std::uint32_t>(place + 1);
     relative = of;
     reverse = 0;
-    node = near.count = 0;
+    node = units = near.count = 0;
     range_m = range;
     depth_m = depth;
     clear_m = clear;
@@ -124,5 +133,9 @@ struct FoundContacts {
 /// @param bodies  With their momenta for the tick.
 [[nodiscard]] FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
                                              Allowance& allowance) noexcept;
+
+/// Goes on, after findBodyContacts(), with searches that take more than a tick, for the pairs that will need one soon: bodies
+/// that are fast on fine meshes need not wait for theirs. Wait-free.
+void searchAhead(std::span<const Collider> bodies, BodyPairs& pairs, double period_s, Allowance& allowance) noexcept;
 
 }  // namespace haptics

@@ -282,11 +282,14 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
     const RigidState* state = bodies[i].state;
     if (state == nullptr) continue;
     before[i] = {placeOf(*state), state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s};
-    if (isAwake(bodies[i])) driveRigidBody(*bodies[i].rigidBody, *bodies[i].state, bodies[i].push, period_s);
+    if (!isAwake(bodies[i])) continue;
+    bodies[i].before = velocityOf(*bodies[i].rigidBody, *state);
+    driveRigidBody(*bodies[i].rigidBody, *bodies[i].state, bodies[i].push, period_s);
   }
   const std::int64_t half = allowance.search.left() / 2;
   const FoundContacts found = findBodyContacts(bodies, pairs, period_s, allowance.search);
-  const bool fits = pairs.isFound || allowance.search.left() >= std::min(half, leastCollisionUnits(pairs));
+  const std::int64_t forContacts = std::min(half, leastCollisionUnits(pairs));
+  const bool fits = pairs.isFound || allowance.search.left() >= forContacts;
   pairs.isFound = found.areAll && !fits;
   if (!found.areAll || !fits) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -294,6 +297,8 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
     }
     return false;
   }
+  Allowance ahead(std::max<std::int64_t>(allowance.search.left() - forContacts, 0));
+  searchAhead(bodies, pairs, period_s, ahead);
   wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
   Contacts contacts(bodies, pairs, period_s);
   contacts.add(allowance.motion.least);

@@ -94,7 +94,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     colliders[i].pose = poseOf(*colliders[i].rigidBody, moving->state);
     colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
   }
-  CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
+  CollisionAllowance allowance{state.allowance, motion};
   if (!moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance)) ++state.report.allowanceSpent;
   for (std::size_t i = 0; i < count; ++i) {
     if (colliders[i].state == nullptr) continue;
