@@ -49,6 +49,8 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"t_junctions_searched", r.tJunctionsSearched},
               {"non_manifold_edges", r.nonManifoldEdges},
               {"inconsistent_edges", r.inconsistentEdges},
+              {"closed_parts", r.closedParts},
+              {"inside_out_parts", r.insideOutParts},
               {"closed", r.closed()},
               {"crossings", r.repair.selfIntersections},
               {"crossings_left", r.repair.selfIntersectionsLeft},

@@ -34,6 +34,8 @@ struct MeshReport {
   std::uint64_t tJunctions = 0;          ///< Boundary edges with a vertex of other boundary edges on them.
   std::uint64_t nonManifoldEdges = 0;    ///< More than two faces.
   std::uint64_t inconsistentEdges = 0;   ///< Two faces that run along it the same way: one is flipped.
+  std::uint64_t closedParts = 0;         ///< Parts that no vertex joins with another one, and that have an inside.
+  std::uint64_t insideOutParts = 0;      ///< Closed ones whose faces look inwards, and that are no hollow in another one.
   std::uint64_t slivers = 0;             ///< More than 1,000 times as long as high; kept.
   std::uint64_t crowdedVertices = 0;     ///< More than kCrowdedValence triangles around them.
   std::uint32_t maxValence = 0;          ///< Most triangles around one vertex.

@@ -1,7 +1,10 @@
 #include "common/mesh/topology.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "common/mesh/t_junctions.h"
@@ -19,6 +22,71 @@ std::uint64_t sideKey(std::uint32_t from, std::uint32_t to) {
   return low << (kVertexBits + 1) | high << 1 | (from > to ? 1 : 0);
 }
 
+/// The parts of a mesh: vertices that triangles join, directly or through others.
+class Parts {
+ public:
+  explicit Parts(const TriMesh& mesh) : mesh_(mesh), of_(mesh.vertices.size()), insides_(mesh.vertices.size()) {
+    std::iota(of_.begin(), of_.end(), 0U);
+    for (const auto [a, b, c] : mesh.triangles) join(a, b), join(b, c);
+    for (const auto [a, b, c] : mesh.triangles) {
+      Part& part = insides_[find(a)];
+      if (part.triangles++ == 0) part.origin = Vec3(mesh.vertices[a]);
+      const Vec3 p = at(a) - part.origin, q = at(b) - part.origin, r = at(c) - part.origin;
+      part.volume_m3 += glm::dot(p, glm::cross(q, r)) / 6;
+      part.size_m3 += std::abs(glm::dot(p, glm::cross(q, r))) / 6;
+    }
+  }
+
+  void open(std::uint32_t vertex) { insides_[find(vertex)].closed = false; }
+
+  void describe(MeshReport& report) {
+    for (std::uint32_t v = 0; v < of_.size(); ++v) {
+      const Part& part = insides_[v];
+      if (part.triangles == 0 || !part.closed) continue;
+      ++report.closedParts;
+      if (part.volume_m3 < -kFlat * part.size_m3 && !isHollow(v)) ++report.insideOutParts;
+    }
+  }
+
+ private:
+  static constexpr double kFlat = 1e-6;  // of what its faces enclose with one of its vertices: no inside
+  struct Part {
+    std::uint64_t triangles = 0;
+    bool closed = true;
+    Vec3 origin{0};
+    double volume_m3 = 0, size_m3 = 0;
+  };
+
+  [[nodiscard]] Vec3 at(std::uint32_t vertex) const { return Vec3(mesh_.vertices[vertex]); }
+  std::uint32_t find(std::uint32_t v) {
+    while (of_[v] != v) v = of_[v] = of_[of_[v]];
+    return v;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { of_[find(b)] = find(a); }
+
+  /// Do other parts wind around it? By the solid angles of their triangles (van Oosterom and Strackee 1983).
+  [[nodiscard]] bool isHollow(std::uint32_t part) {
+    constexpr std::uint64_t kMost = 20'000'000;  // triangles looked at for all parts; further parts count as hollows
+    looked_ += mesh_.triangles.size();
+    if (looked_ > kMost + mesh_.triangles.size()) return true;
+    const Vec3 from = insides_[part].origin;
+    double half = 0;
+    for (const auto [a, b, c] : mesh_.triangles) {
+      if (find(a) == part) continue;
+      const Vec3 p = at(a) - from, q = at(b) - from, r = at(c) - from;
+      const double pl = glm::length(p), ql = glm::length(q), rl = glm::length(r);
+      half += std::atan2(glm::dot(p, glm::cross(q, r)),
+                         pl * ql * rl + glm::dot(p, q) * rl + glm::dot(q, r) * pl + glm::dot(r, p) * ql);
+    }
+    return half > std::numbers::pi;  // of 2 pi for once around
+  }
+
+  const TriMesh& mesh_;
+  std::vector<std::uint32_t> of_;
+  std::vector<Part> insides_;
+  std::uint64_t looked_ = 0;
+};
+
 void describeEdges(const TriMesh& mesh, MeshReport& report) {
   std::vector<std::uint64_t> sides;
   sides.reserve(3 * mesh.triangles.size());
@@ -27,6 +95,7 @@ void describeEdges(const TriMesh& mesh, MeshReport& report) {
   }
   std::sort(sides.begin(), sides.end());
 
+  Parts parts(mesh);
   std::vector<EdgeIndices> boundary;
   double length = 0;
   std::uint64_t edges = 0;
@@ -39,12 +108,15 @@ void describeEdges(const TriMesh& mesh, MeshReport& report) {
                            static_cast<std::uint32_t>(edge & kVertexMask)};
     if (faces == 1) boundary.push_back(ends);
     if (faces > 2) ++report.nonManifoldEdges;
-    if (faces == 2 && sides[i] == sides[i + 1]) ++report.inconsistentEdges;
+    const bool inconsistent = faces == 2 && sides[i] == sides[i + 1];
+    if (inconsistent) ++report.inconsistentEdges;
+    if (faces != 2 || inconsistent) parts.open(ends[0]);
     length += glm::distance(Vec3(mesh.vertices[ends[0]]), Vec3(mesh.vertices[ends[1]]));
     i = end;
   }
   report.meanEdge_m = length / static_cast<double>(edges);
   report.boundaryEdges = boundary.size();
+  parts.describe(report);
   Work work = tJunctionAllowance(boundary.size());
   const auto tJunctions = countTJunctions(mesh.vertices, boundary, work);
   report.tJunctions = tJunctions.value_or(0);
@@ -82,6 +154,7 @@ void countDuplicates(const TriMesh& mesh, MeshReport& report) {
 
 void describeTopology(const TriMesh& mesh, MeshReport& report) {
   report.nonManifoldEdges = report.inconsistentEdges = report.duplicateFaces = report.slivers = 0;
+  report.closedParts = report.insideOutParts = 0;
   describeEdges(mesh, report);
   countDuplicates(mesh, report);
   describeFaces(mesh, report);
@@ -127,6 +200,12 @@ std::string MeshReport::text() const {
   mention(slivers, "slivers");
   mention(crowdedVertices, "vertices with so many faces that a search around them takes several ticks");
   if (closed()) line += ", closed";
+  if (insideOutParts > 0) {
+    line += insideOutParts == closedParts && closedParts == 1
+                ? ", inside out"
+                : ", " + std::to_string(insideOutParts) + " of " + std::to_string(closedParts) + " closed parts inside out";
+    line += " and felt from within alone (turn the faces over, unless it is a room)";
+  }
   const Vec3 size_mm = (boxMax_m - boxMin_m) * 1e3;
   char sizes[160];
   std::snprintf(sizes, sizeof sizes, ", largest valence %u, mean edge %.3g mm, size %.4g x %.4g x %.4g mm, scale %.4g",

@@ -96,7 +96,7 @@ class Deriver {
     const bool taken = takeOver(&DerivedParts::shape, same);
     const bool counted = takeOver(&DerivedParts::flattened, same);
     if (taken || !isNew || !mayWork()) return;
-    assets_.derived.shape = refitCollisionMesh(*assets_.mesh->surface, assets_.shapeAtRest(record_.deformation));
+    assets_.derived.shape = assets_.surfaceAtRest(record_.deformation);
     if (own.lattice && !counted) assets_.derived.flattened = flattenedBy(*own.lattice, *assets_.mesh->mesh);
   }
 

@@ -147,7 +147,33 @@ class Gatherer {
   }
 };
 
+/// Six times.
+double volumeOf(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles) {
+  const Vec3 origin(vertices.front());
+  double volume = 0;
+  for (const auto [a, b, c] : triangles) {
+    volume += glm::dot(Vec3(vertices[a]) - origin, glm::cross(Vec3(vertices[b]) - origin, Vec3(vertices[c]) - origin));
+  }
+  return volume;
+}
+
 }  // namespace
+
+std::shared_ptr<const CollisionMesh> ObjectAssets::surfaceAtRest(const DeformationProperties& deformation,
+                                                                 const CollisionMesh* last) const {
+  const CollisionMesh& own = *mesh->surface;
+  const std::vector<Vec3f> vertices = shapeAtRest(deformation);
+  const bool isMirrored = own.closed() && volumeOf(mesh->mesh->vertices, mesh->mesh->triangles) *
+                                                  volumeOf(vertices, mesh->mesh->triangles) <
+                                              0;
+  if (isMirrored) {
+    std::vector<TriangleIndices> turned = mesh->mesh->triangles;
+    for (TriangleIndices& triangle : turned) std::swap(triangle[1], triangle[2]);
+    return buildCollisionMesh(vertices, turned);
+  }
+  const bool goesOn = last != nullptr && std::ranges::equal(last->triangle(0).vertex, own.triangle(0).vertex);
+  return refitCollisionMesh(goesOn ? *last : own, vertices);  // not from one that was turned over
+}
 
 std::shared_ptr<const Asset> ObjectAssets::find(const ContentHash& hash) const {
   if (mesh && mesh->name.hash == hash) return mesh;

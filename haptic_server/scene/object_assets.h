@@ -32,6 +32,10 @@ struct ObjectAssets {
   [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& deformation) const {
     return haptics::shapeAtRest(deformation, mesh->mesh->vertices, residue ? residue->moved.get() : nullptr);
   }
+  /// The surface of that shape. One that the lattice mirrors has its faces turned over: they look outwards again.
+  /// @param last  Of an earlier shape of this mesh, near which the new one is; null: there is none.
+  [[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceAtRest(const DeformationProperties& deformation,
+                                                                   const CollisionMesh* last = nullptr) const;
   [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
 };
 

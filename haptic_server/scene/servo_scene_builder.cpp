@@ -147,8 +147,7 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
     } else if (assets.derived.shape) {
       parts.surface = assets.derived.shape;
     } else {  // most of the last shape stays where it was when a dent is added
-      parts.surface =
-          refitCollisionMesh(sameMesh ? *parts.surface : *assets.mesh->surface, assets.shapeAtRest(record.deformation));
+      parts.surface = assets.surfaceAtRest(record.deformation, sameMesh ? parts.surface.get() : nullptr);
     }
   }
   const SurfaceProperties& properties = record.material.surface;

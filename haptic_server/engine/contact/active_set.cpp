@@ -163,7 +163,7 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
     if (pushed) {
       SolverStep atEdge = stepToEdge(tick.state, nextSet, held.at[limit.surface]);
       const Vec3 edge = ihip;
-      if (continueWatch(tick, hip, atEdge)) return atEdge;
+      if (continueWatch(tick, hip, atEdge) == Watch::kEnded) return atEdge;
       if (ihip != edge) return {};
     }
     before = held;
@@ -174,25 +174,25 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
 }
 
 /// The paper's rule goes before the planes' also where several surfaces hold. Each hop is tested like any other move.
-bool continueWatch(TickContext& tick, Vec3 hip, SolverStep& step) noexcept {
+Watch continueWatch(TickContext& tick, Vec3 hip, SolverStep& step) noexcept {
   const auto start = nearestTouched(tick, hip, step);
-  if (!start) return false;
+  if (!start) return Watch::kNone;
   ContactSurface held = *start;
   const NearBodies::Near& near = tick.nearOf(held);
   SearchPath path;
   const SearchResult found = search(tick, held, near.frame.toLocal(hip), &path);
-  if (near.surface->onBoundary(found.foot)) return false;  // where the watch means nothing
+  if (near.surface->onBoundary(found.foot)) return Watch::kNone;  // where the watch means nothing
   const bool reachesFoot = path.complete() && found.converged;
   if (!path.complete()) path.keepFirst(SearchPath::kCapacity);
   for (const SearchPath::Point& point : path) {
-    if (tick.work.allowance.isSpent()) return false;
+    if (tick.work.allowance.isSpent()) return Watch::kNone;
     held.triangle = point.triangle;
-    if (tryMoveTo(tick, near.frame.toWorld(tick.lifted(point.place, held, tick.skin)))) return false;
+    if (tryMoveTo(tick, near.frame.toWorld(tick.lifted(point.place, held, tick.skin)))) return Watch::kBlocked;
     step.surfaces[0] = held;
     step.pushingCount = 1;
     step.touchedCount = 0;
   }
-  return reachesFoot;
+  return reachesFoot ? Watch::kEnded : Watch::kNone;
 }
 
 NearBodies::Hit tryMoveTo(TickContext& tick, Vec3 world) noexcept {

@@ -12,9 +12,13 @@ namespace haptics {
 
 /// Follows the surfaces that hold from triangle to triangle, without meeting them again.
 [[nodiscard]] SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept;
-/// The neighborhood watch from a surface that the IHIP touches. Returns whether it came to its end; `step` then has the
-/// surface there.
-[[nodiscard]] bool continueWatch(TickContext& tick, Vec3 hip, SolverStep& step) noexcept;
+/// The neighborhood watch from a surface that the IHIP touches.
+enum class Watch {
+  kNone,     ///< It means nothing there, or came to no end.
+  kBlocked,  ///< Something is in its way.
+  kEnded,    ///< `step` has the surface at its end.
+};
+[[nodiscard]] Watch continueWatch(TickContext& tick, Vec3 hip, SolverStep& step) noexcept;
 
 /// Straight to a place in the world, unless something is in the way.
 [[nodiscard]] NearBodies::Hit tryMoveTo(TickContext& tick, Vec3 world) noexcept;

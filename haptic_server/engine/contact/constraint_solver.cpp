@@ -14,6 +14,7 @@ using Mode = ContactState::Mode;
 struct Round {
   SolverStep step;
   bool settled = false;
+  bool watchBlocked = false;  ///< Something else is in the way of the neighborhood watch from there.
 };
 
 /// Leaves the IHIP where it was blocked (severalSurfaces off).
@@ -99,10 +100,12 @@ Round moveInRound(TickContext& tick, Vec3 hip, double longest_m, int& stalledRou
   const bool converged = step.reachedOptimum && (step.pushingCount == 0 || isSupportedBy(tick, step) ||
                                                  moved_m <= kConvergedRatio * glm::distance(step.to, hip));
   const Vec3 optimum = ihip;
-  const bool watchEnded = continueWatch(tick, hip, step);
+  const Watch watch = continueWatch(tick, hip, step);
+  round.watchBlocked = watch == Watch::kBlocked;
+  const bool stays = glm::distance(ihip, optimum) <= (round.watchBlocked ? kGap * tick.skin : 0);
   const bool nearer = glm::distance(ihip, hip) < glm::distance(from, hip);
   stalledRounds += nearer ? 0 : 1;
-  round.settled = watchEnded || (converged && ihip == optimum) || stalledRounds > kMaxStalledRounds;
+  round.settled = watch == Watch::kEnded || (converged && stays) || stalledRounds > kMaxStalledRounds;
   return round;
 }
 
@@ -120,7 +123,7 @@ void updateMode(TickContext& tick, Vec3 hip, const Round& last) noexcept {
   if (step.pushingCount == 0 && last.settled) return tick.setFree(hip);
   tick.setSeveralSurfaces(step.pushing());
   const ContactSurface held = tick.held();
-  if (!last.settled || !isOneSurface(tick, step) || !isWithin(tick, kRecontactMargin, held) ||
+  if (!last.settled || last.watchBlocked || !isOneSurface(tick, step) || !isWithin(tick, kRecontactMargin, held) ||
       tick.isSelfIntersecting(held))
     return;
   const NearBodies::Near& near = tick.nearOf(held);

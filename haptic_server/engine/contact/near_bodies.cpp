@@ -83,6 +83,25 @@ void NearBodies::setTime(std::span<const Body> bodies, double time) noexcept {
   }
 }
 
+bool NearBodies::isInGap(const Near& near, Vec3 to, const Crossing& rimmed, ContactWork& work) const noexcept {
+  const CollisionMesh& surface = *near.surface;
+  const TriangleRecord& triangle = surface.triangle(rimmed.triangle);
+  Crossing entered;
+  if (Segment(near.from, to).enters(triangle, !surface.closed(), entered)) return true;
+  const Vec3 place = glm::mix(near.from, to, rimmed.time);
+  const ClosestPoint foot = closestOn(triangle, rimmed.triangle, place);
+  const double distance = std::sqrt(foot.squaredDistance);
+  if (distance == 0) return true;
+  const Vec3 away = near.frame.rotate((place - foot.point) * (2 * kRim * surface.extent_m() / distance));
+  const Vec3 end = near.frame.toWorld(to);
+  for (int i = 0; i < count_; ++i) {
+    const Near& other = (*this)[i];
+    const Vec3 aside = other.frame.toLocal(other.frame.origin + away);
+    if (other.surface->firstCrossing(other.from + aside, other.frame.toLocal(end) + aside, work.allowance)) return true;
+  }
+  return false;
+}
+
 NearBodies::Points NearBodies::inEachFrame(Vec3 world) const noexcept {
   Points points;
   for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = (*this)[i].frame.toLocal(world);

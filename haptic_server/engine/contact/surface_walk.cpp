@@ -14,11 +14,11 @@ bool isGuarded(const TickContext& tick, const CollisionMesh& surface) noexcept {
   return tick.corrections.guard && (tick.near.count() > 1 || surface.anySelfIntersecting());
 }
 
+/// @param end  Above the triangle; body frame.
 bool pieceIsClear(TickContext& tick, std::uint32_t triangle, Vec3 end, const Frame& frame) noexcept {
   const ContactSurface& held = tick.held();
   NearBodies& near = tick.near;
-  const Vec3 lifted = tick.lifted(end, {held.body, held.side, triangle}, tick.pathOffset);
-  const NearBodies::Points to = near.inEachFrame(frame.toWorld(lifted));
+  const NearBodies::Points to = near.inEachFrame(frame.toWorld(end));
   tick.work.allowance.spend(Allowance::kPlace * near.count());
   for (int i = 0; i < near.count() && !tick.work.allowance.isSpent(); ++i) {
     if (near[i].body == held.body) {
@@ -33,13 +33,30 @@ bool pieceIsClear(TickContext& tick, std::uint32_t triangle, Vec3 end, const Fra
   return true;
 }
 
+/// Where the path goes over an edge that bends away, it is tested as far beyond the edge as no gap is wide: what is there
+/// closes a thinner one, and the IHIP does not follow the surface down into it.
+bool cornerIsClear(TickContext& tick, std::uint32_t next, const Frame& frame) noexcept {
+  const ContactSurface& held = tick.held();
+  const CollisionMesh& surface = tick.surface(held.body);
+  const Vec3 normal = surface.faceNormal(held.triangle), beyond = surface.faceNormal(next);
+  if (!tick.corrections.closeGaps || glm::dot(normal, beyond) > kBend) return true;
+  const Vec3 corner = normal * tick.pathOffset + beyond * (kGap * tick.skin);
+  return pieceIsClear(tick, held.triangle, tick.state.local + corner * static_cast<double>(held.side), frame);
+}
+
 /// Carries the IHIP with the contacted body, then along the path, testing all others. Leaves triangle and place at the
 /// last clear point when blocked.
 bool pathIsClear(TickContext& tick, const SearchPath& path, const Frame& frame) noexcept {
   if (!path.complete()) return false;
-  if (!pieceIsClear(tick, tick.held().triangle, tick.state.local, frame)) return false;
+  const auto above = [&](const SearchPath::Point& point) noexcept {
+    return tick.lifted(point.place, {tick.held().body, tick.held().side, point.triangle}, tick.pathOffset);
+  };
+  const SearchPath::Point start{tick.state.local, tick.held().triangle};
+  if (!pieceIsClear(tick, start.triangle, above(start), frame)) return false;
   for (const SearchPath::Point& point : path) {
-    if (tick.work.allowance.isSpent() || !pieceIsClear(tick, point.triangle, point.place, frame)) return false;
+    if (tick.work.allowance.isSpent() || !cornerIsClear(tick, point.triangle, frame) ||
+        !pieceIsClear(tick, point.triangle, above(point), frame))
+      return false;
     tick.state.local = point.place;
     tick.held().triangle = point.triangle;
   }

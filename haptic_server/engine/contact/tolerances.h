@@ -26,6 +26,14 @@ inline constexpr double kSkin = 0x1p-20;
 /// How far above the surface that holds it the path of an IHIP is tested against other bodies: it can be so deep inside
 /// of a body that rises from that surface. Smaller shows misfits; larger leaves more of the IHIP inside.
 inline constexpr double kPathOffset = 0x1p-22;
+/// Of a mesh's extent: a segment that passes beside a triangle by less meets it where another surface may be beside, so that a
+/// gap of two rims is closed. Less than the skin, or the IHIP could not go down a wall at its skin; and than the padding of
+/// the hierarchy's boxes (kBoxPad).
+inline constexpr double kRim = 0x1.cp-21;
+/// In skins: how far beyond an edge that bends away the path over it is tested. The planes' skins fill thinner gaps.
+inline constexpr double kGap = 2;
+/// Cosine between two triangles across such an edge.
+inline constexpr double kBend = 0.97;
 /// How far above its own triangle a segment starts: far more than the arithmetic's rounding, far less than the
 /// vertices'.
 inline constexpr double kStartOffset = 0x1p-32;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "haptic_server/engine/geometry/closest_point.h"
 #include "haptic_server/engine/geometry/simd.h"
 #include "haptic_server/engine/geometry/triangle_record.h"
 
@@ -41,7 +42,12 @@ class Segment {
   /// well. On the plane counts as above at both ends and for both sides, so that a path of several segments that meet
   /// on the plane enters exactly once. Returns true with time and side set.
   [[nodiscard]] bool enters(const TriangleRecord& r, bool twoSided, Crossing& crossing) const noexcept {
-    if (!passes(r)) return false;
+    return passes(r) && entersPlane(r, twoSided, crossing);
+  }
+
+ protected:
+  /// The triangle's.
+  [[nodiscard]] bool entersPlane(const TriangleRecord& r, bool twoSided, Crossing& crossing) const noexcept {
     const Vec3 a = r.corner(0);
     const Vec3 normal = r.areaNormal();
     const double height0 = glm::dot(normal, from_ - a);
@@ -53,14 +59,7 @@ class Segment {
     crossing.side = down ? 1 : -1;
     return true;
   }
-
- private:
-  struct Axis {
-    std::size_t row = 0;  ///< Of a record.
-    Double4 from{};       ///< Coordinate of the start, metres.
-
-    [[nodiscard]] Double4 of(const TriangleRecord& r) const noexcept { return threeAndFirst(r.rows[row]) - from; }
-  };
+  [[nodiscard]] Vec3 at(double time) const noexcept { return from_ + time * (to_ - from_); }
   /// Does its line meet the triangle?
   [[nodiscard]] bool passes(const TriangleRecord& r) const noexcept {
     const Double4 depth = depth_.of(r);
@@ -71,6 +70,13 @@ class Segment {
     return ((edge >= broadcast(0)).bits() & kAll) == kAll || ((edge <= broadcast(0)).bits() & kAll) == kAll;
   }
 
+ private:
+  struct Axis {
+    std::size_t row = 0;  ///< Of a record.
+    Double4 from{};       ///< Coordinate of the start, metres.
+
+    [[nodiscard]] Double4 of(const TriangleRecord& r) const noexcept { return threeAndFirst(r.rows[row]) - from; }
+  };
   Vec3 from_;
   Vec3 to_;
   Axis depth_;
@@ -78,6 +84,21 @@ class Segment {
   Axis up_;
   Double4 slopeAcross_;
   Double4 slopeUp_;
+};
+
+/// A segment that enters a triangle, too, where it passes its plane beside it by no more than `rim_m`: two surfaces with a
+/// gap between them that is no wider than their rims let nothing through.
+class RimmedSegment : public Segment {
+ public:
+  RimmedSegment(Vec3 from, Vec3 to, double rim_m) noexcept : Segment(from, to), squaredRim_m2_(rim_m * rim_m) {}
+
+  [[nodiscard]] bool enters(const TriangleRecord& r, bool twoSided, Crossing& crossing) const noexcept {
+    if (!entersPlane(r, twoSided, crossing)) return false;
+    return passes(r) || closestOn(r, 0, at(crossing.time)).squaredDistance <= squaredRim_m2_;
+  }
+
+ private:
+  double squaredRim_m2_;
 };
 
 }  // namespace haptics

@@ -83,12 +83,41 @@ class Candidates {
   std::array<Block, kBlocks> blocks_{};
 };
 
-/// Where the lines of some triangles pierce triangles that they share no vertex with, wherever one of the two has
-/// changed. A whole leaf's lines are looked at together: the tree is gone through once for all of them.
+/// Between two parts of a mesh, in paddings of the hierarchy's boxes: a thinner gap is closed, that is, the parts are taken
+/// for ones that pass through each other.
+constexpr double kGap = 1.75;
+
+/// For each triangle the number of its part, which no line joins with another one; none where there is one part only.
+std::vector<std::uint32_t> partsOf(const CollisionMesh& surface) {
+  std::vector<std::uint32_t> parts(surface.triangleCount(), 0), todo;
+  std::uint32_t count = 0;
+  for (std::uint32_t first = 0; first < parts.size(); ++first) {
+    if (parts[first] != 0) continue;
+    parts[first] = ++count;
+    todo.push_back(first);
+    while (!todo.empty()) {
+      const std::uint32_t t = todo.back();
+      todo.pop_back();
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t next = surface.triangle(t).neighbour(k);
+        if (next == kNoTriangle || parts[next] != 0) continue;
+        parts[next] = count;
+        todo.push_back(next);
+      }
+    }
+  }
+  if (count == 1) parts.clear();
+  return parts;
+}
+
+/// Where the lines of some triangles pierce triangles that they share no vertex with, or all but pierce ones of another part,
+/// wherever one of the two has changed. A whole leaf's lines are looked at together: the tree is gone through once for all of them.
 class SelfIntersectionSearch {
  public:
-  SelfIntersectionSearch(const CollisionMesh& surface, std::span<const std::uint8_t> changed, Marks& marks)
-      : surface_(surface), changed_(changed), marks_(marks) {}
+  /// @param parts  partsOf().
+  SelfIntersectionSearch(const CollisionMesh& surface, std::span<const std::uint8_t> changed,
+                         std::span<const std::uint32_t> parts, Marks& marks)
+      : surface_(surface), changed_(changed), parts_(parts), marks_(marks) {}
 
   /// Looks at the lines of those of triangles [begin, end), a leaf, that have changed, and at what lines pierce them.
   /// Returns the cost in box tests.
@@ -108,7 +137,8 @@ class SelfIntersectionSearch {
     }
     if (own_.count() == 0) return 0;
     Allowance endless;
-    surface_.hierarchy().visitBox(low, high, endless, [&](std::uint32_t first, std::uint32_t last) {
+    const Vec3f reach(parts_.empty() ? 0 : pad_);
+    surface_.hierarchy().visitBox(low - reach, high + reach, endless, [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t t = first; t < last; ++t) {
         if (near_.full()) followAll();
         near_.add(surface_, t);
@@ -170,12 +200,17 @@ class SelfIntersectionSearch {
     const Vec3 from = own.corner(k);
     const Vec3 to = own.corner(nextCorner(k));
     const Segment line(from, to);
+    const Vec3 beyond = parts_.empty() ? Vec3(0) : (to - from) * (kGap * pad_ / glm::distance(from, to));
+    const RimmedSegment longer(from - beyond, to + beyond, kGap / 2 * pad_);
     spent_ += static_cast<std::int64_t>(candidates.count() / 4);
-    candidates.visit(BoundingHierarchy::Slabs(from, to), own.vertexAt(k), own.vertexAt(nextCorner(k)),
+    candidates.visit(BoundingHierarchy::Slabs(from - beyond, to + beyond), own.vertexAt(k), own.vertexAt(nextCorner(k)),
                      [&](std::uint32_t other) {
                        spent_ += kBoxTestsPerTest;
                        Crossing crossing;
-                       if (!line.enters(surface_.triangle(other), true, crossing)) return;
+                       const bool isApart = !parts_.empty() && parts_[t] != parts_[other];
+                       if (isApart ? !longer.enters(surface_.triangle(other), true, crossing)
+                                   : !line.enters(surface_.triangle(other), true, crossing))
+                         return;
                        for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
                          if (crossed != kNoTriangle) mark(crossed);
                        }
@@ -200,6 +235,7 @@ class SelfIntersectionSearch {
 
   const CollisionMesh& surface_;
   std::span<const std::uint8_t> changed_;
+  std::span<const std::uint32_t> parts_;
   Marks& marks_;
   const float pad_ = static_cast<float>(surface_.extent_m() * BoundingHierarchy::kBoxPad);
   Candidates own_{pad_};    // of the leaf, those that have changed
@@ -229,8 +265,9 @@ void CollisionMesh::markSelfIntersecting(std::span<const std::uint8_t> changed, 
   const std::vector<std::uint8_t> uses =
       hierarchy_.hasCells() ? usesOfVertices(*this, vertexNormals_.size()) : std::vector<std::uint8_t>();
   std::atomic<std::int64_t> left{(kMaxTests + kMaxTestsEach * triangleCount()) * kBoxTestsPerTest};
+  const std::vector<std::uint32_t> parts = partsOf(*this);
   const auto work = [&] {
-    SelfIntersectionSearch search(*this, changed, marks);
+    SelfIntersectionSearch search(*this, changed, parts, marks);
     for (std::size_t begin = next.fetch_add(kPiece); begin < nodes.size(); begin = next.fetch_add(kPiece)) {
       interruptionPoint();
       for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {

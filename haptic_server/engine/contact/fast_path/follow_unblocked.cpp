@@ -36,7 +36,10 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
   for (const SearchPath::Point& point : path) {
     if (point.triangle != triangle) {
       triangle = point.triangle;
-      lift = body.surface->faceNormal(triangle) * (state.holding[0].side * (kPathOffset * extent));
+      const Vec3 next = body.surface->faceNormal(triangle);
+      if (glm::dot(normal, next) <= kBend) return false;  // where a gap may be
+      normal = next;
+      lift = normal * (state.holding[0].side * (kPathOffset * extent));
     }
     const Vec3 to = body.frame.toWorld(point.place + lift);
     for (const Body* other : others.all()) {
