@@ -201,9 +201,10 @@ std::string MeshReport::text() const {
   mention(crowdedVertices, "vertices with so many faces that a search around them takes several ticks");
   if (closed()) line += ", closed";
   if (insideOutParts > 0) {
-    line += insideOutParts == closedParts && closedParts == 1
-                ? ", inside out"
-                : ", " + std::to_string(insideOutParts) + " of " + std::to_string(closedParts) + " closed parts inside out";
+    line +=
+        insideOutParts == closedParts && closedParts == 1
+            ? ", inside out"
+            : ", " + std::to_string(insideOutParts) + " of " + std::to_string(closedParts) + " closed parts inside out";
     line += " and felt from within alone (turn the faces over, unless it is a room)";
   }
   const Vec3 size_mm = (boxMax_m - boxMin_m) * 1e3;

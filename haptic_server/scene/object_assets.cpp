@@ -163,9 +163,9 @@ std::shared_ptr<const CollisionMesh> ObjectAssets::surfaceAtRest(const Deformati
                                                                  const CollisionMesh* last) const {
   const CollisionMesh& own = *mesh->surface;
   const std::vector<Vec3f> vertices = shapeAtRest(deformation);
-  const bool isMirrored = own.closed() && volumeOf(mesh->mesh->vertices, mesh->mesh->triangles) *
-                                                  volumeOf(vertices, mesh->mesh->triangles) <
-                                              0;
+  const bool isMirrored =
+      own.closed() &&
+      volumeOf(mesh->mesh->vertices, mesh->mesh->triangles) * volumeOf(vertices, mesh->mesh->triangles) < 0;
   if (isMirrored) {
     std::vector<TriangleIndices> turned = mesh->mesh->triangles;
     for (TriangleIndices& triangle : turned) std::swap(triangle[1], triangle[2]);

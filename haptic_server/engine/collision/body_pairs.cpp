@@ -178,8 +178,8 @@ class NearPoints {
 
   /// Has bodies go over what is no step: a contact with the side of something whose top the point is level with, and that it
   /// comes to by the side, is left out, or is one with the top where the point has got there.
-  static void passSteps(const Collider& first, const Collider& second, const Pose& relative, double step_m, BodyPair& pair,
-                        Allowance& allowance) noexcept {
+  static void passSteps(const Collider& first, const Collider& second, const Pose& relative, double step_m,
+                        BodyPair& pair, Allowance& allowance) noexcept {
     const Pose back = inverse(relative);
     std::uint64_t kept = 0;
     for (BodyContact& contact : pair.contacts.all()) {
@@ -193,7 +193,8 @@ class NearPoints {
       if (level.triangle != kNoTriangle) {
         const Vec3 normal = surface.faceNormal(level.triangle);
         const Vec3 place = toWorld(on.pose, contact.place);
-        const Vec3 velocity = glm::conjugate(under.pose.rotation) * (on.velocityBefore(place) - under.velocityBefore(place));
+        const Vec3 velocity =
+            glm::conjugate(under.pose.rotation) * (on.velocityBefore(place) - under.velocityBefore(place));
         const double toTop = -glm::dot(normal, velocity), toSide = -glm::dot(contact.normal, velocity);
         const bool rests = glm::dot(normal, at - level.point) < 0 && glm::dot(contact.normal, at - contact.foot) > 0;
         const bool passes = std::abs(toSide - toTop) > kStill_m_per_s ? toTop < toSide : rests;
@@ -381,8 +382,9 @@ class NearPoints {
   }
 
   /// The nearest place of a face that the body's point is level with, and that the contact's plane stops it from getting onto.
-  [[nodiscard]] static ClosestPoint levelWith(const CollisionMesh& surface, Vec3 at, Vec3 out, const BodyContact& contact,
-                                              double step_m, Allowance& allowance) noexcept {
+  [[nodiscard]] static ClosestPoint levelWith(const CollisionMesh& surface, Vec3 at, Vec3 out,
+                                              const BodyContact& contact, double step_m,
+                                              Allowance& allowance) noexcept {
     ClosestPoint level;
     const double reach_m = glm::distance(at, contact.foot) + step_m;
     level.squaredDistance = reach_m * reach_m;
@@ -469,7 +471,7 @@ struct PairNow {
 
   const Collider &first, &second;
   const Pose relative;
-  const double reach_m;  ///< reachOf().
+  const double reach_m;    ///< reachOf().
   const double smaller_m;  ///< Radius.
   const double step_m;     ///< That is none.
 

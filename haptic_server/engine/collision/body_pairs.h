@@ -23,8 +23,8 @@ struct Collider {
   const RigidBody* rigidBody = nullptr;  ///< Null: it stands still.
   RigidState* state = nullptr;           ///< Likewise.
   Push push;
-  bool absent = false;  ///< Meets nothing in this tick.
-  bool isPut = false;   ///< It has not moved to where it is: it may be inside others.
+  bool absent = false;     ///< Meets nothing in this tick.
+  bool isPut = false;      ///< It has not moved to where it is: it may be inside others.
   RigidVelocity before{};  ///< What the last tick left it, before this one's forces.
 
   /// Of a place of the world, m/s.

@@ -270,8 +270,8 @@ SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurfac
       const double speed = glm::dot(inward, near.frame.toLocal(optimum) - near.from) / scale;
       const double inside = end - speed;
       if (inside < -supportMargin_m || end >= 0 || speed >= 0) continue;
-      const double time = std::min((inside + supportMargin_m) / -speed, 1.0);
-      if (!limit.ends || time < limit.time) endAt(time);
+      const double time = (inside + supportMargin_m) / -speed;
+      if (time < 1 && (!limit.ends || time < limit.time)) endAt(time);
     }
   }
   return limit;

@@ -38,9 +38,6 @@ struct Corrections {
   /// to the last bit.
   bool regionSteps = true;
 
-  /// Off: what is thinner than any gap passes between two surfaces that all but touch.
-  bool closeGaps = true;
-
   /// A segment against a triangle, as Segment::enters(); null: that one, which is watertight.
   using SegmentTest = bool (*)(Vec3 from, Vec3 to, const TriangleRecord&, bool twoSided, Crossing&) noexcept;
   SegmentTest segmentTest = nullptr;

@@ -86,8 +86,6 @@ void NearBodies::setTime(std::span<const Body> bodies, double time) noexcept {
 bool NearBodies::isInGap(const Near& near, Vec3 to, const Crossing& rimmed, ContactWork& work) const noexcept {
   const CollisionMesh& surface = *near.surface;
   const TriangleRecord& triangle = surface.triangle(rimmed.triangle);
-  Crossing entered;
-  if (Segment(near.from, to).enters(triangle, !surface.closed(), entered)) return true;
   const Vec3 place = glm::mix(near.from, to, rimmed.time);
   const ClosestPoint foot = closestOn(triangle, rimmed.triangle, place);
   const double distance = std::sqrt(foot.squaredDistance);

@@ -52,8 +52,7 @@ class NearBodies {
     explicit operator bool() const noexcept { return near >= 0; }
   };
 
-  explicit NearBodies(const Corrections& corrections = kAllCorrections) noexcept
-      : test_(corrections.segmentTest), hasRims_(corrections.closeGaps && test_ == nullptr) {}
+  explicit NearBodies(Corrections::SegmentTest test = nullptr) noexcept : test_(test) {}
 
   /// Finds the bodies within reachOf(), widened by how far moving bodies can push.
   void gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept;
@@ -81,11 +80,11 @@ class NearBodies {
   [[nodiscard]] Crossing crossing(const Near& near, Vec3 to, ContactWork& work, Skip skip) const noexcept {
     ++work.segments;
     const CollisionMesh& surface = *near.surface;
-    if (hasRims_ && (count_ > 1 || !surface.closed() || surface.anySelfIntersecting())) {
+    if (test_ == nullptr && (count_ > 1 || !surface.closed() || surface.anySelfIntersecting())) {
       const double rim_m = kRim * surface.extent_m();
       const Crossing rimmed =
           surface.firstCrossing<RimmedSegment>(near.from, to, !surface.closed(), work.allowance, skip, rim_m);
-      if (!rimmed || isInGap(near, to, rimmed, work)) return rimmed;
+      if (!rimmed.isBeside || isInGap(near, to, rimmed, work)) return rimmed;
     }
     if (test_ != nullptr) [[unlikely]]
       return surface.firstCrossing<AblatedSegment>(near.from, to, !surface.closed(), work.allowance, skip, test_);
@@ -121,8 +120,7 @@ class NearBodies {
   };
 
   void admit(const Body& body, int index, double gap, ContactWork& work) noexcept;
-  /// Does the segment enter there, or pass between the triangle's edge and something else that it would enter two rims
-  /// farther from the edge?
+  /// Is there something else beyond the gap, which the segment would enter two rims farther from the triangle's edge?
   [[nodiscard]] bool isInGap(const Near& near, Vec3 to, const Crossing& rimmed, ContactWork& work) const noexcept;
 
   std::array<Near, kMaxNear> near_;   // those beyond the count are not written
@@ -130,7 +128,6 @@ class NearBodies {
   int count_ = 0;
   double extent_ = 0;
   Corrections::SegmentTest test_;
-  bool hasRims_;
 };
 
 }  // namespace haptics

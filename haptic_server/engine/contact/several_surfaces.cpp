@@ -59,8 +59,8 @@ bool mayHaveJumped(const TickContext& tick, const Checkpoint& before, double ste
   const double moved_m = glm::distance(before.ihip, tick.state.ihip) - kTouchMargin * tick.skin;
   const bool jumped =
       moved_m > kJumpRatio * step_m || (moved_m > kFastJumpRatio * step_m && isFast(tick, step_m, before.holding[0]));
-  const bool letGo = tick.state.mode != ContactState::Mode::kSeveralSurfaces ||
-                     tick.state.holdingCount < before.holdingCount;
+  const bool letGo =
+      tick.state.mode != ContactState::Mode::kSeveralSurfaces || tick.state.holdingCount < before.holdingCount;
   return jumped || (letGo && before.holdingCount > 1);  // from one surface to the next it is no farther than the HIP
 }
 

@@ -39,7 +39,7 @@ bool cornerIsClear(TickContext& tick, std::uint32_t next, const Frame& frame) no
   const ContactSurface& held = tick.held();
   const CollisionMesh& surface = tick.surface(held.body);
   const Vec3 normal = surface.faceNormal(held.triangle), beyond = surface.faceNormal(next);
-  if (!tick.corrections.closeGaps || glm::dot(normal, beyond) > kBend) return true;
+  if (glm::dot(normal, beyond) > kBend) return true;
   const Vec3 corner = normal * tick.pathOffset + beyond * (kGap * tick.skin);
   return pieceIsClear(tick, held.triangle, tick.state.local + corner * static_cast<double>(held.side), frame);
 }

@@ -38,7 +38,7 @@ struct TickContext {
         stride(contactState.stride),
         goal(hipAtEnd),
         hip(stride < 1 ? glm::mix(contactState.hip, hipAtEnd, stride) : hipAtEnd),
-        near(switches) {
+        near(switches.segmentTest) {
     work.allowance = allowance;
   }
 

@@ -12,8 +12,9 @@ namespace haptics {
 /// Where a segment enters a surface.
 struct Crossing {
   std::uint32_t triangle = kNoTriangle;
-  double time = 1;  ///< Fraction of the segment, 0 to 1.
-  int side = 1;     ///< 1 when entered from the triangle's outside, -1 from its back (sheets only).
+  double time = 1;        ///< Fraction of the segment, 0 to 1.
+  int side = 1;           ///< 1 when entered from the triangle's outside, -1 from its back (sheets only).
+  bool isBeside = false;  ///< It passes the plane within a rim beside the triangle (RimmedSegment).
 
   explicit operator bool() const noexcept { return triangle != kNoTriangle; }
 };
@@ -90,15 +91,16 @@ class Segment {
 /// gap between them that is no wider than their rims let nothing through.
 class RimmedSegment : public Segment {
  public:
-  RimmedSegment(Vec3 from, Vec3 to, double rim_m) noexcept : Segment(from, to), squaredRim_m2_(rim_m * rim_m) {}
+  RimmedSegment(Vec3 from, Vec3 to, double rim_m) noexcept : Segment(from, to), rim_m_(rim_m) {}
 
   [[nodiscard]] bool enters(const TriangleRecord& r, bool twoSided, Crossing& crossing) const noexcept {
     if (!entersPlane(r, twoSided, crossing)) return false;
-    return passes(r) || closestOn(r, 0, at(crossing.time)).squaredDistance <= squaredRim_m2_;
+    crossing.isBeside = !passes(r);
+    return !crossing.isBeside || closestOn(r, 0, at(crossing.time)).squaredDistance <= rim_m_ * rim_m_;
   }
 
  private:
-  double squaredRim_m2_;
+  double rim_m_;
 };
 
 }  // namespace haptics

@@ -115,6 +115,29 @@ TEST(Canonicalise, DropsAndCountsWhatCannotBeFelt) {
   EXPECT_EQ(canonical(soup).report.droppedOutOfRange, 1U);
 }
 
+TEST(Canonicalise, CountsPartsThatAreInsideOutButNoHollows) {
+  const auto turned = [](Soup soup) {
+    for (auto& t : soup.triangles) std::swap(t[1], t[2]);
+    return soup;
+  };
+  const auto with = [](Soup soup, const Soup& other, double scale, double aside) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const Vec3 v : other.vertices) soup.vertices.push_back(scale * v + Vec3(aside));
+    for (const auto& t : other.triangles) soup.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    return soup;
+  };
+  const Soup cube = cubeSoup();
+  const auto counts = [](const Soup& soup) {
+    const MeshReport report = canonical(soup).report;
+    return std::pair(report.closedParts, report.insideOutParts);
+  };
+  EXPECT_EQ(counts(cube), std::pair(std::uint64_t{1}, std::uint64_t{0}));
+  EXPECT_EQ(counts(turned(cube)), std::pair(std::uint64_t{1}, std::uint64_t{1}));
+  EXPECT_EQ(counts(with(cube, turned(cube), 0.5F, 0)), std::pair(std::uint64_t{2}, std::uint64_t{0}));
+  EXPECT_EQ(counts(with(cube, turned(cube), 0.5F, 9)), std::pair(std::uint64_t{2}, std::uint64_t{1}));
+  EXPECT_NE(canonical(turned(cube)).report.text().find("inside out"), std::string::npos);
+}
+
 TEST(Canonicalise, CountsHolesFinsFlipsAndDuplicates) {
   Soup cube = cubeSoup();
   EXPECT_TRUE(canonical(cube).report.closed());

@@ -5,14 +5,17 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/deform/free_form.h"
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
 #include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/point_field_asset.h"
+#include "haptic_server/engine/geometry/enclosure.h"
 #include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/object_assets.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::meshes_test {
@@ -258,6 +261,30 @@ TEST(AssetStore, TakesBytesOnlyUnderTheirOwnHash) {
   const std::string cut = bytes.substr(0, bytes.size() - 1);
   const ContentHash ofCut = Hasher().add(std::as_bytes(std::span(cut))).finish();
   EXPECT_EQ(store.internEncoded({AssetKind::kMesh, ofCut}, cut).error().field, "data");
+}
+
+TEST(MirroredMesh, IsFeltFromOutsideAndSoIsWhatItComesBackTo) {
+  AssetStore store;
+  ObjectAssets assets;
+  assets.mesh = store.intern(makeSphere(0.02, 12).value());
+  const Vec3 low(-0.03), size(0.06);
+  const auto shaped = [&](const glm::mat3& by) {
+    DeformationProperties properties;
+    properties.lattice = Lattice{low, size, {2, 2, 2}, FreeForm::atRest(low, size, {2, 2, 2})};
+    for (Vec3f& point : properties.lattice->control_m) point = by * point;
+    return properties;
+  };
+  const auto winding = [](const CollisionMesh& surface) {
+    Allowance endless;
+    return windingNumber(surface, Vec3(0.001), endless);
+  };
+  std::shared_ptr<const CollisionMesh> last;
+  for (const Vec3f axes : {Vec3f(-1, 1, 1), Vec3f(-1, -1, -1), Vec3f(1, 1.2, 1), Vec3f(1, 1, -1), Vec3f(-1, -1, 1)}) {
+    glm::mat3 by(0);
+    for (int k = 0; k < 3; ++k) by[k][k] = axes[k];
+    last = assets.surfaceAtRest(shaped(by), last.get());
+    EXPECT_EQ(winding(*last), 1) << axes.x << ' ' << axes.y << ' ' << axes.z;
+  }
 }
 
 }  // namespace

@@ -39,9 +39,10 @@ class World {
     std::vector<Collider> colliders;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       Part& p = parts_[i];
-      colliders.push_back(
-          {p.surface.get(), &p.points, pose(i), p.moves ? &p.body : nullptr, p.moves ? &p.state : nullptr, p.push});
+      colliders.push_back({p.surface.get(), &p.points, pose(i), p.moves ? &p.body : nullptr,
+                           p.moves ? &p.state : nullptr, p.push, false, isNew_});
     }
+    isNew_ = false;
     CollisionAllowance allowance{search_, {}};
     waits_ += moveTogether(colliders, pairs_, kPeriod_s, allowance) ? 0 : 1;
     searched_ = search_.left() - allowance.search.left();
@@ -83,6 +84,7 @@ class World {
   Allowance search_;
   std::int64_t searched_ = 0;
   int waits_ = 0;
+  bool isNew_ = true;  // in the first tick all are where they were put
 };
 
 [[nodiscard]] Pose at(Vec3 place) { return {{1, 0, 0, 0}, place}; }
@@ -97,6 +99,50 @@ TEST(Collision, BrickComesToRestOnATable) {
   EXPECT_NEAR(world.pose(brick).position.z, 0.01, 2e-5);
   EXPECT_LT(glm::distance(world.pose(brick).position, Vec3(0.003, 0, 0.01)), 1e-4);
   EXPECT_TRUE(world.allAsleep());
+}
+
+TEST(Collision, WeightlessPlateStaysWhereItIsPutOutsideOfOthersHoweverThin) {
+  for (const double thick : {0.0005, 0.002, 0.02}) {
+    for (const Vec3 beside : {Vec3(0, 0, 0.001), Vec3(0, 0, 0.03), Vec3(0.3, 0, -0.001), Vec3(0, 0.301, 0)}) {
+      World world;
+      world.add(makeBox({0.5, 0.5, thick}, 1).value(), 0, at({0, 0, -thick / 2}));
+      const Vec3 place = beside + Vec3(0, 0, 0.005);
+      const std::size_t plate = world.add(makeBox({0.1, 0.1, 0.01}, 1).value(), 0.1, at(place));
+      world.body(plate).gravity_m_per_s2 = Vec3(0);
+      world.run(0.1);
+      EXPECT_EQ(world.pose(plate).position, place) << thick << ' ' << beside.z;
+    }
+  }
+}
+
+TEST(Collision, BoardsAndThinPlatesStandOnWhatIsSmallerOrThinner) {
+  const TriMesh block = makeBox({0.03, 0.03, 0.03}, 1).value();
+  World world;
+  world.add(kTable, 0, at({0, 0, -0.01}));
+  std::vector<std::pair<std::size_t, double>> all{{world.add(block, 0.1, at({0, 0, 0.015})), 0.015}};
+  for (int i = 0; i < 4; ++i) {
+    const double z = 0.0315 + 0.003 * i;
+    all.emplace_back(world.add(makeBox({0.15, 0.15, 0.003}, 1).value(), 0.05, at({0, 0, z})), z);
+  }
+  world.run(3);
+  for (const auto& [body, z] : all) EXPECT_NEAR(world.pose(body).position.z, z, 1e-4);
+}
+
+TEST(Collision, SlabSlidesOverFlushTilesAndFineGroundAsOverOne) {
+  constexpr double kSeconds = 0.6, kPull_m_per_s2 = 0.5;
+  const auto wayOver = [&](const TriMesh& ground, int tiles, double width) {
+    World world;
+    for (int i = 0; i < tiles; ++i) world.add(ground, 0, at({(i - (tiles - 1) / 2.0) * width, 0, -0.01}), 0);
+    const std::size_t slab = world.add(makeBox({0.02, 0.02, 0.02}, 1).value(), 0.05, at({-0.06, 0.003, 0.01}), 0);
+    world.body(slab).gravity_m_per_s2 = {kPull_m_per_s2, 0, -9.81};
+    world.allowForSearch(200'000);
+    world.run(kSeconds);
+    EXPECT_EQ(world.waits(), 0);
+    return world.pose(slab).position.x + 0.06;
+  };
+  constexpr double kWay_m = 0.5 * kPull_m_per_s2 * kSeconds * kSeconds;
+  EXPECT_NEAR(wayOver(makeBox({0.0303, 0.1, 0.02}, 1).value(), 5, 0.0303), kWay_m, 3e-4);
+  EXPECT_NEAR(wayOver(makeBox({0.2, 0.1, 0.02}, 40).value(), 1, 0.2), kWay_m, 3e-4);
 }
 
 TEST(Collision, FiveBricksStandOnOneAnother) {

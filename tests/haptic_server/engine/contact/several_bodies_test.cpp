@@ -40,6 +40,54 @@ TEST(SeveralBodies, SlidingContactStopsAtASecondBody) {  // S2
   }
 }
 
+/// A HIP d below flush boxes: the IHIP is above it, wherever it presses or goes.
+void expectOneSurface(ContactRig& world, double width, double d) {
+  const auto isAbove = [&](const ContactResult& r, Vec3 hip) {
+    if (hip.z > -1e-5) return;
+    ASSERT_TRUE(r.touching) << hip.x << ' ' << hip.y;
+    EXPECT_NEAR(r.ihip.x, hip.x, kTouchable);
+    EXPECT_NEAR(r.ihip.y, hip.y, kTouchable);
+    EXPECT_NEAR(r.ihip.z, 0, kTouchable);
+  };
+  const double seam = width / 2;
+  for (const double x : {0.0, seam, seam + 1e-9, -seam, 1.3 * seam}) {
+    world.place({x, 0.01, 0.005});
+    world.lead({x, 0.01, 0.005}, {x, 0.01, -d}, 0.0002, isAbove);
+    world.lead({x, 0.01, -d}, {x, -0.02, -d}, 0.0003, isAbove);
+    world.lead({x, -0.02, -d}, {1.8 * seam, 0.013, -d}, 0.0003, isAbove);
+    world.lead({1.8 * seam, 0.013, -d}, {-1.8 * seam, -0.017, -d}, 0.0003, isAbove);
+    world.lead({-1.8 * seam, -0.017, -d}, {seam, 0, -d}, 0.0003, isAbove);
+  }
+}
+
+TEST(SeveralBodies, FlushByTheirDecimalSizesAreOneSurface) {
+  for (const double width : {0.02, 0.0232, 0.015, 0.0303}) {
+    ContactRig world;
+    for (int i = -1; i <= 1; ++i) world.add(shapes::box({width, 0.1, 0.01}, 1), Vec3(i * width, 0, -0.005));
+    expectOneSurface(world, width, 0.00126);
+    expectOneSurface(world, width, 0.004);
+  }
+}
+
+TEST(SeveralBodies, PartsOfOneMeshWithAGapBelowTheSkinAreOneSurface) {
+  for (const double gap : {1e-9, 3e-8, 9e-8}) {
+    shapes::Shape all;
+    for (int i = -1; i <= 1; ++i) all.add(shapes::box({0.02, 0.1, 0.01}, 1), Vec3(i * (0.02 + gap), 0, -0.005));
+    ContactRig world(all);
+    expectOneSurface(world, 0.02, 0.00126);
+  }
+}
+
+TEST(SeveralBodies, WallBesideAWideGapIsGoneDown) {
+  ContactRig world;
+  for (const double x : {-0.0101, 0.0101}) world.add(shapes::box({0.02, 0.1, 0.01}, 1), Vec3(x, 0, -0.005));
+  world.place({0, 0, 0.005});
+  world.lead({0, 0, 0.005}, {0, 0, -0.004}, 0.0002, [](const ContactResult& r, Vec3) { EXPECT_FALSE(r.touching); });
+  world.lead({0, 0, -0.004}, {0.002, 0, -0.004}, 0.0002, [](const ContactResult&, Vec3) {});
+  EXPECT_NEAR(world.result().ihip.x, 1e-4, kTouchable);
+  EXPECT_NEAR(world.result().ihip.z, -0.004, kTouchable);
+}
+
 TEST(SeveralBodies, ThreeBodiesHoldAPoint) {
   ContactRig world;
   world.add(shapes::box({0.2, 0.2, 0.1}, 3), Vec3(0.1, 0.1, -0.05));
