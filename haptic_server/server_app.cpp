@@ -205,13 +205,16 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
                              : ofBoth(first, limitsOf(options_.ofSecondHand(), second->info(), *secondStep_, rate_Hz_));
   }
 
+  [[nodiscard]] std::size_t maxRecordings_bytes() const { return options_.maxRecordings_MB * 1'000'000; }
   [[nodiscard]] Result<void> startRecording() {
     flight_.emplace(rate_Hz_, secondStep_ ? 2 : 1);
     servo_.recordInto(*flight_);
-    watchdog_.emplace(
-        Watchdog::Options{
-            .recordings = options_.recordings, .period_s = step_.period_s, .info = logInfo, .warning = logWarning},
-        *flight_);
+    watchdog_.emplace(Watchdog::Options{.recordings = options_.recordings,
+                                        .maxRecordings_bytes = maxRecordings_bytes(),
+                                        .period_s = step_.period_s,
+                                        .info = logInfo,
+                                        .warning = logWarning},
+                      *flight_);
     attached_->setWatchdog(watchdog_->ofDevice(0));
     if (secondAttached_) secondAttached_->setWatchdog(watchdog_->ofDevice(1));
     auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
@@ -292,7 +295,7 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
                       .limits = limits_},
             .record = options_.record,
             .folder = options_.recordings,
-            .quota = {.most_bytes = options_.maxRecordings_MB * 1'000'000},
+            .quota = {.most_bytes = maxRecordings_bytes()},
             .keepScenes = [this](int descriptor) { watchdog_->keepScenes(descriptor); },
             .info = logInfo,
             .warning = logWarning,

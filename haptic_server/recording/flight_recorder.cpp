@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <exception>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -60,13 +62,15 @@ FlightRecorder::~FlightRecorder() { (void)stop(); }
 void FlightRecorder::onSceneBuilt(const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
   const auto kept = std::make_shared<const SceneSource>(SceneSource{scene.number, scene.revision, objects});
+  std::list<Held> held{{kept, now_ns}};
+  std::list<std::shared_ptr<const SceneSource>> toKeep{kept};
   bool later = false, running = false;
   {
     const std::lock_guard lock(mutex_);
-    scenes_.push_back({kept, now_ns});
+    scenes_.splice(scenes_.end(), held);
     running = running_;
     later = running && (!toKeep_.empty() || assetBytes(*kept) > kKeptAtOnce_bytes);
-    if (later && options_.keepScenes) toKeep_.push_back(kept);
+    if (later && options_.keepScenes) toKeep_.splice(toKeep_.end(), toKeep);
   }
   if (!running) releaseScenes();  // else the recorder's thread does, which may take its time
   if (!later && options_.keepScenes) keep(kept.get());
@@ -87,11 +91,16 @@ void FlightRecorder::keepDue() {
 /// Into the journal; a new one where most of it is of scenes that are not held any more, or there is none yet.
 void FlightRecorder::keep(const SceneSource* scene) {
   if (!keepsScenes_) return;
-  const bool full = !journal_ || journal_->size() > 2 * journalBegan_ + kJournalSlack_bytes;
-  if (const auto kept = full ? keepAnew(scene != nullptr ? scene->number : 0) : journal_->add(*scene); !kept) {
-    keepsScenes_ = false;
-    options_.warning("from here on the last seconds before a crash cannot be kept: " + kept.error().text());
+  Result<void> kept;
+  try {
+    const bool full = !journal_ || journal_->size() > 2 * journalBegan_ + kJournalSlack_bytes;
+    kept = full ? keepAnew(scene != nullptr ? scene->number : 0) : journal_->add(*scene);
+  } catch (const std::exception& failure) {  // as without memory
+    kept = refused("", failure.what());
   }
+  if (kept) return;
+  keepsScenes_ = false;
+  options_.warning("from here on the last seconds before a crash cannot be kept: " + kept.error().text());
 }
 
 Result<void> FlightRecorder::keepAnew(std::uint64_t upTo) {
@@ -109,12 +118,10 @@ Result<void> FlightRecorder::keepAnew(std::uint64_t upTo) {
 
 void FlightRecorder::releaseScenes() {
   const std::uint64_t now_ns = monotonicNow_ns();
-  std::vector<Held> old;  // freed without the lock
+  std::list<Held> old;  // freed without the lock
   const std::lock_guard lock(mutex_);
-  while (scenes_.size() > 1 && scenes_[1].built_ns + kHoldScenes_ns < now_ns) {
-    old.push_back(std::move(scenes_.front()));
-    scenes_.pop_front();
-  }
+  while (scenes_.size() > 1 && std::next(scenes_.begin())->built_ns + kHoldScenes_ns < now_ns)
+    old.splice(old.end(), scenes_, scenes_.begin());
 }
 
 void FlightRecorder::start() {
@@ -161,6 +168,18 @@ void FlightRecorder::run() {
 void FlightRecorder::look(bool last) {
   // Scenes are given before ticks take them: looked for after the ticks, all that these name are there.
   const std::uint64_t end = ring_.end();
+  try {
+    takeTicks(end);
+    writeDue(end, last);
+    keepDue();
+    releaseScenes();
+  } catch (const std::exception& failure) {  // as without memory
+    if (writer_) giveUp(failure.what());
+    if (check_) check_->endRun();
+  }
+}
+
+void FlightRecorder::takeTicks(std::uint64_t end) {
   if (writer_) addScenes(*writer_, writer_->scene() + 1);
   if (RecordingEncoder* checked = check_ ? check_->encoder() : nullptr) addScenes(*checked, checked->scene() + 1);
   std::array<RecordedTick, kMaxHands> ticks;
@@ -183,9 +202,6 @@ void FlightRecorder::look(bool last) {
   if (writer_) {
     if (auto flushed = writer_->flush(); !flushed) giveUp(flushed.error().reason);
   }
-  writeDue(end, last);
-  keepDue();
-  releaseScenes();
 }
 
 /// The state before the next tick, where a keyframe has it.

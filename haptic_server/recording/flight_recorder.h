@@ -6,6 +6,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -61,7 +62,7 @@ class FlightRecorder {
   FlightRecorder(const FlightRecorder&) = delete;
   FlightRecorder& operator=(const FlightRecorder&) = delete;
 
-  /// A scene that the servo is about to get. Any one thread, also before start().
+  /// A scene that the servo is about to get. Any one thread, also before start(). Where it throws, it has not taken it.
   void onSceneBuilt(const ServoScene& scene, const std::vector<ServoObjectSource>& objects);
   void start();
   /// In place of start(), for virtual time: takes what the ring holds, on this thread.
@@ -87,6 +88,7 @@ class FlightRecorder {
 
   void run();
   void look(bool last);
+  void takeTicks(std::uint64_t end);
   void take(std::span<const RecordedTick> tick);
   void addState(const FlightRing::HeldKeyframes& keyframes);
   void writeDue(std::uint64_t end, bool last);
@@ -107,12 +109,12 @@ class FlightRecorder {
 
   mutable std::mutex mutex_;  // guards the six below
   std::condition_variable changed_;
-  std::deque<Held> scenes_;
+  std::list<Held> scenes_;
   std::deque<Request> asked_;
   bool running_ = false;
   bool stopping_ = false;
   // To keep in the journal; not empty while the recorder's thread is at it.
-  std::deque<std::shared_ptr<const SceneSource>> toKeep_;
+  std::list<std::shared_ptr<const SceneSource>> toKeep_;
 
   // The thread of onSceneBuilt(), unless there are scenes to keep: then the recorder's.
   std::optional<SceneJournal> journal_;

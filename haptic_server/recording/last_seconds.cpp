@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <exception>
 #include <span>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -72,31 +74,35 @@ struct LastTicks {
 Result<std::filesystem::path> recordLastSeconds(const RecordingPlace& place, std::string why, RecordingFacts facts,
                                                 FlightRing& ring, const AddScenes& addScenes) {
   const auto& [folder, quota] = place;
+  const auto file = folder / fileName(why);
+  const auto withoutFile = [&file](Error error) {
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+    return tl::unexpected(std::move(error));
+  };
   try {
     std::filesystem::create_directories(folder);
     if (auto room = makeRoomForRecording(folder, quota); !room) return tl::unexpected(room.error());
-    const auto file = folder / fileName(why);
     facts.began_unix_ns = unixNow_ns() - static_cast<std::int64_t>(FlightRing::kSeconds * 1e9);
     facts.why = std::move(why);
-    if (auto written = writeTo(file, facts, ring, addScenes); !written) {
-      std::filesystem::remove(file);
-      return tl::unexpected(std::move(written.error()));
-    }
+    if (auto written = writeTo(file, facts, ring, addScenes); !written) return withoutFile(std::move(written.error()));
     rotateRecordings(folder, quota);
     return file;
   } catch (const std::filesystem::filesystem_error& error) {
     return refused(folder.string(), error.code().message());
+  } catch (const std::exception& failure) {  // as without memory
+    return withoutFile({file.string(), failure.what()});
   }
 }
 
-Result<std::filesystem::path> recordCrash(const std::filesystem::path& folder, FlightRing& ring, int journal) {
+Result<std::filesystem::path> recordCrash(const RecordingPlace& place, FlightRing& ring, int journal) {
   const auto scenes = SceneJournalReader::open(journal);
   if (!scenes) return tl::unexpected(scenes.error());
   // All of them: each tells what differs from the one before.
   const auto addScenes = [&](RecordingWriter& writer, std::uint64_t) {
     scenes->forEach([&](std::string_view part) { writer.addPart(part); });
   };
-  return recordLastSeconds({folder}, "crash", scenes->facts(), ring, addScenes);
+  return recordLastSeconds(place, "crash", scenes->facts(), ring, addScenes);
 }
 
 }  // namespace haptics

@@ -28,7 +28,6 @@ struct RecordingPlace {
 
 /// After a crash, in another process, of a ring that is let go of (FlightRing::releaseDeadWriter).
 /// @param journal  Descriptor of the SceneJournal's memory.
-[[nodiscard]] Result<std::filesystem::path> recordCrash(const std::filesystem::path& folder, FlightRing& ring,
-                                                        int journal);
+[[nodiscard]] Result<std::filesystem::path> recordCrash(const RecordingPlace& place, FlightRing& ring, int journal);
 
 }  // namespace haptics

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 namespace haptics {
@@ -63,6 +64,15 @@ void RecordingPlayer::finish() {
 }
 
 void RecordingPlayer::run() {
+  try {
+    playOn();
+  } catch (const std::exception& failure) {  // as without the memory for a scene
+    refusal_ = Error{path_.string(), std::string("is not played or shown any further: ") + failure.what()};
+    readAll_.store(true, std::memory_order_release);
+  }
+}
+
+void RecordingPlayer::playOn() {
   while (!quit_) {
     showTaken(played_.ticks.load(std::memory_order_acquire));
     const std::uint64_t used = used_.load(std::memory_order_acquire);

@@ -95,6 +95,7 @@ class RecordingPlayer final : public ReplaySource {
   RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts);
   void compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm) noexcept;
   void run();
+  void playOn();
   void readOne();
   /// \param ticks  Taken so far.
   void showTaken(std::uint64_t ticks);

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <exception>
 #include <memory>
 #include <utility>
 
@@ -77,12 +78,17 @@ void ReplayCheck::flush(bool isWhole) {
   count_.skipped += std::exchange(skipped_, 0);
   const bool isLate = behind_ > mostBehind_;
   if (isWhole && !isLate && !isEnded_) return;
-  isEnded_ = true;
-  encoder_.reset();
-  changed_.notify_all();
   lock.unlock();
+  endRun();
   if (isLate && !std::exchange(saidLate_, true))
     warning_("--check-replay: the replay cannot keep up with the servo; ticks are skipped");
+}
+
+void ReplayCheck::endRun() noexcept {
+  encoder_.reset();
+  const std::lock_guard lock(mutex_);
+  isEnded_ = true;
+  changed_.notify_all();
 }
 
 void ReplayCheck::finish() {
@@ -115,14 +121,19 @@ void ReplayCheck::run() {
 
 void ReplayCheck::replayRun() {
   std::uint64_t ticks = 0;  // counted
-  const ReplayOutcome outcome = replay(std::make_unique<Parts>(*this), [&](const ReplayOutcome& soFar) {
-    const std::lock_guard lock(mutex_);
-    const std::uint64_t more = soFar.ticks - std::exchange(ticks, soFar.ticks);
-    count_.ticks += more;
-    behind_ -= more;
-    return differenceIn(soFar).empty() && !(endsBy_ns_ && monotonicNow_ns() > *endsBy_ns_);
-  });
-  const std::string difference = outcome.refusal ? outcome.refusal->text() : differenceIn(outcome);
+  std::string difference;
+  try {
+    const ReplayOutcome outcome = replay(std::make_unique<Parts>(*this), [&](const ReplayOutcome& soFar) {
+      const std::lock_guard lock(mutex_);
+      const std::uint64_t more = soFar.ticks - std::exchange(ticks, soFar.ticks);
+      count_.ticks += more;
+      behind_ -= more;
+      return differenceIn(soFar).empty() && !(endsBy_ns_ && monotonicNow_ns() > *endsBy_ns_);
+    });
+    difference = outcome.refusal ? outcome.refusal->text() : differenceIn(outcome);
+  } catch (const std::exception& failure) {  // as without memory
+    warning_(std::string("--check-replay: ticks are skipped: ") + failure.what());
+  }
   {
     const std::lock_guard lock(mutex_);
     count_.skipped += std::exchange(behind_, 0);

@@ -43,6 +43,8 @@ class ReplayCheck {
   void add(std::span<const RecordedTick> tick);
   /// Hands over what was added. @param isWhole  False: ticks are missing after it.
   void flush(bool isWhole = true);
+  /// What was added and not handed over is not checked.
+  void endRun() noexcept;
   /// Once all is replayed, or kEndsWithin_ns over.
   void finish();
 

@@ -2,12 +2,12 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 
 #include "common/process/shared_memory.h"
+#include "haptic_server/recording/last_seconds.h"
 #include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/watchdog/watch_order.h"
 
@@ -28,7 +28,7 @@ class Watch {
   static constexpr std::uint64_t kPollsBetweenCommands = 33;
 
   struct Options {
-    std::filesystem::path recordings;
+    RecordingPlace recordings;  ///< Of a crash.
     std::function<void(const std::string&)> info, warning;
   };
   /// @param socket  To the server.

@@ -43,8 +43,9 @@ static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 }
 
 /// In a session of its own, deaf to what ends or stops the server's process group; with the server's standard error.
-[[nodiscard]] Result<pid_t> start(const std::filesystem::path& recordings, int socket) {
-  return spawn(program(), {.arguments = {std::filesystem::absolute(recordings).string()},
+[[nodiscard]] Result<pid_t> start(const Watchdog::Options& options, int socket) {
+  return spawn(program(), {.arguments = {std::filesystem::absolute(options.recordings).string(),
+                                         std::to_string(options.maxRecordings_bytes)},
                            .descriptors = {-1, STDERR_FILENO, STDERR_FILENO, socket},
                            .ownSession = true,
                            .blockedSignals = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGPIPE, SIGUSR1, SIGUSR2}});
@@ -77,7 +78,7 @@ bool Watchdog::startProgram() {
     const std::lock_guard lock(mutex_);
     socket_ = FileHandle(ends[0]);
     const FileHandle its(ends[1]);
-    process = start(options_.recordings, its.descriptor());
+    process = start(options_, its.descriptor());
     if (process) instruct(*process);
   }
   alive_ = process.has_value();

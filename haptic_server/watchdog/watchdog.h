@@ -27,7 +27,8 @@ namespace haptics {
 class Watchdog final {
  public:
   struct Options {
-    std::filesystem::path recordings;  ///< Folder for the recording of a crash.
+    std::filesystem::path recordings;  ///< Folder for the recording of a crash,
+    std::size_t maxRecordings_bytes;   ///< and what it holds at most.
     double period_s = 1e-3;            ///< Of the servo.
     std::function<void(const std::string&)> info, warning;
   };

@@ -113,7 +113,7 @@ class WatchdogTest(harness.EndToEnd):
         self.server = self.start_again()
 
     def start_again(self):
-        options = ["--recordings", self.recordings]
+        options = ["--recordings", self.recordings, "--recordings-max-mb", "1"]
         if self.kind == "falcon":
             options += ["--firmware", self.bench.firmware()]
         return self.start_server(scene=PLATE, device=self.kind, options=options, env=self.bench.environment())
@@ -195,12 +195,16 @@ class WatchdogTest(harness.EndToEnd):
 
     def die(self, number, what, prepare):
         times_ms = []
+        old = self.recordings / "flight-0-on_request.haptics"
         for round in rounds(times_ms):
             if round > 0:
                 self.server = self.start_again()
+            self.recordings.mkdir(exist_ok=True)
+            old.write_bytes(bytes(2_000_000))
             times_ms.append(self.without_force_after(prepare()))
             self.assertEqual(self.server.process.wait(10), -number)
             file = self.crash_recording()
+            self.assertFalse(old.exists(), "more than --recordings-max-mb")
             self.assertGreater(self.replay(file)["contact_ticks"], 0)
             file.unlink()
         self.judge(what, times_ms)

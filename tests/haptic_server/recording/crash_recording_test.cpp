@@ -5,7 +5,10 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
+#include <future>
 #include <iterator>
+#include <new>
 #include <thread>
 
 #include "haptic_server/recording/last_seconds.h"
@@ -96,6 +99,47 @@ TEST(LastSeconds, AreKeptAlsoWhereTheirScenesTakeLongerToWriteThanTheRingKeepsTi
   EXPECT_EQ(outcome.differing, 0U);
   EXPECT_GE(outcome.ticks, 10'000U);
   EXPECT_LE(outcome.ticks, 11'000U);
+}
+
+TEST(CrashRecording, KeepsToItsQuota) {
+  RecordedServo servo;
+  servo.run(100);
+  const auto folder = servo.folder() / "crash";
+  const auto old = folder / "flight-0-crash.haptics";
+  auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
+  for (const std::size_t most_bytes : {std::size_t(1) << 30, std::size_t(1)}) {
+    std::filesystem::create_directories(folder);
+    std::ofstream(old) << "old";
+    ASSERT_TRUE(recordCrash({folder, {.most_bytes = most_bytes}}, ring, servo.journal()));
+    EXPECT_EQ(std::filesystem::exists(old), most_bytes > 1);
+  }
+}
+
+TEST(LastSeconds, LeaveNoFileWithoutMemoryForThem) {
+  RecordedServo servo;
+  servo.run(100);
+  auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
+  const auto none = recordLastSeconds({servo.folder() / "none"}, "none", {.rate_Hz = RecordedServo::kRate_Hz}, ring,
+                                      [](RecordingWriter&, std::uint64_t) { throw std::bad_alloc(); });
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().reason, "std::bad_alloc");
+  EXPECT_TRUE(std::filesystem::is_empty(servo.folder() / "none"));
+}
+
+TEST(FlightRecorder, GivesUpTheRecordingAndGoesOnWithoutMemory) {
+  RecordedServo servo;
+  servo.run(600);
+  servo.onInfo = [] { throw std::bad_alloc(); };
+  std::promise<bool> first, second;
+  servo.recorder().start();
+  servo.recorder().request("first", [&](const auto& file) { first.set_value(file.has_value()); });
+  EXPECT_TRUE(first.get_future().get());
+  std::this_thread::sleep_for(std::chrono::nanoseconds(FlightRecorder::kBetweenRequests_ns));
+  servo.recorder().request("second", [&](const auto& file) { second.set_value(file.has_value()); });
+  EXPECT_TRUE(second.get_future().get()) << "the thread goes on";
+  const auto stopped = servo.recorder().stop();
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().reason, "the recording is incomplete: std::bad_alloc");
 }
 
 TEST(FlightRecorder, RecordsNoFaultSoonAfterOneOfALargeScene) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -150,6 +151,7 @@ class RecordedServo {
     return bytesOf(folder_ / "all");
   }
 
+  std::function<void()> onInfo;  ///< When the recorder says something; on its thread.
   [[nodiscard]] FlightRecorder& recorder() { return *recorder_; }
   [[nodiscard]] const FlightRing& ring() const { return ring_; }
   /// Descriptor of the scene journal's memory.
@@ -185,7 +187,9 @@ class RecordedServo {
     options.checkReplay = isChecked_;
     options.folder = folder_ / "last";
     options.keepScenes = [this](int descriptor) { journal_ = descriptor; };
-    options.info = [](const std::string&) {};
+    options.info = [this](const std::string&) {
+      if (onInfo) onInfo();
+    };
     options.warning = [this](const std::string& text) { warnings_ += text + '\n'; };
     return options;
   }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <fstream>
 #include <future>
+#include <new>
 #include <thread>
 
 #include "recorded_servo.h"
@@ -21,10 +22,13 @@ using ::testing::HasSubstr;
 /// A servo that runs what a player gives it, as fast as it goes.
 class PlayingServo {
  public:
-  explicit PlayingServo(const std::filesystem::path& file) : player_(RecordingPlayer::open(file).value()) {
-    const auto prepared = player_->prepare(store_, [this](const RemadeScene& scene) {
+  /// @param unshown  The revision for which whoever shows scenes has no memory.
+  explicit PlayingServo(const std::filesystem::path& file, std::uint64_t unshown = 0)
+      : player_(RecordingPlayer::open(file).value()) {
+    const auto prepared = player_->prepare(store_, [this, unshown](const RemadeScene& scene) {
       shown_.push_back(scene.version.revision());
       newestShown_ = scene.version.revision();
+      if (newestShown_ == unshown) throw std::bad_alloc();
       return true;
     });
     EXPECT_TRUE(prepared) << prepared.error().text();
@@ -147,6 +151,16 @@ TEST(RecordingPlayer, SaysThatARecordingWasCutOffOrWhereItIsDamaged) {
   ASSERT_FALSE(verdict);
   EXPECT_THAT(verdict.error().text(), HasSubstr("is damaged"));
   EXPECT_EQ(damaged.played().differing, 0U);
+}
+
+TEST(RecordingPlayer, SaysThatItCannotGoOnWithoutMemory) {
+  RecordedServo servo;
+  servo.run(100);
+  servo.apply(R"(operations { remove { object { name: "ball" } } })");
+  servo.run(100);
+  const auto verdict = PlayingServo(fileOf(servo, servo.recording()), 2).play();
+  ASSERT_FALSE(verdict);
+  EXPECT_THAT(verdict.error().text(), HasSubstr("not played or shown any further: std::bad_alloc"));
 }
 
 TEST(RecordingPlayer, RefusesWhatIsNotThereOrHasNoTick) {
