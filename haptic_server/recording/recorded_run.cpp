@@ -1,5 +1,6 @@
 #include "haptic_server/recording/recorded_run.h"
 
+#include <algorithm>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -110,6 +111,10 @@ Result<void> RecordedRun::take(const v1::RecordedState& message) {
   auto beginnings = beginningsAt(message);
   if (!beginnings) return tl::unexpected(std::move(beginnings.error()));
   beginnings_ = *std::move(beginnings);
+  for (const RecordedBeginning& begun : beginnings_) {
+    for (const ServoScene* scene : {begun.scene, begun.pending})
+      lastGiven_ = std::max(lastGiven_, scene != nullptr ? scene->number : 0);
+  }
   return {};
 }
 

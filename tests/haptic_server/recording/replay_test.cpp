@@ -208,6 +208,29 @@ TEST(Replay, ARecordingThatCannotBeWrittenLeavesNoFile) {
   EXPECT_TRUE(std::filesystem::is_empty(servo.folder() / "last"));
 }
 
+/// As no servo had it: where the one that it holds on to had been let go, it would be a scene that is no more.
+TEST(Replay, RefusesASceneThatIsOlderThanThatOfTheStateBefore) {
+  RecordedServo servo;
+  servo.run(2000);
+  servo.apply(R"(operations { set_material { object { name: "slab" } material { stiffness_N_per_m: 1500 } } })");
+  servo.run(4000);
+  servo.apply(R"(operations { remove { object { name: "ball" } } })");
+  servo.run(100);
+  bool isAfter = false;
+  const auto outcome = replay(changed(servo.recording(), [&](v1::RecordingPart& part) {
+    isAfter = isAfter || part.has_state();
+    if (!part.has_ticks()) return true;
+    std::string ticks = part.ticks().ticks();
+    for (std::size_t at = 2 * sizeof(std::uint64_t); at < ticks.size(); at += kTickBytes)
+      ticks[at] = ticks[at] == 3 ? 1 : ticks[at];
+    part.mutable_ticks()->set_ticks(ticks);
+    return isAfter;
+  }));
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  ASSERT_TRUE(outcome->refusal);
+  EXPECT_EQ(outcome->refusal->text(), "ticks.scene: 1 comes after 2");
+}
+
 TEST(Replay, SaysWhichForceDiffersFirstAndByHowMuch) {
   RecordedServo servo;
   servo.run(500);
