@@ -252,9 +252,7 @@ void SceneService::publishHistory() {
 void SceneService::publishToServo(ServoSceneBuilder::Plan plan) {
   if (isBehind_ && options_.now_ns() < catchUpAfter_ns_) return;
   try {
-    auto scene = servoScenes_.make(sequencer_, options_.now_ns(), plan);
-    if (options_.onServoScene) options_.onServoScene(*scene, servoScenes_.sources());
-    mailbox_.publish(std::move(scene));
+    mailbox_.publish(servoScenes_.make(sequencer_, options_.now_ns(), plan, options_.onServoScene));
     isBehind_ = false;
   } catch (const std::exception& failure) {
     if (stop_.stop_requested()) return;

@@ -46,7 +46,7 @@ class SceneService {
     std::string readOnlyReason = {};              ///< Why every edit is refused; empty: none is for that.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
     /// Each scene that the servo is about to get, and what it is made of; may be empty. On the thread that publishes it.
-    std::function<void(const ServoScene&, const std::vector<ServoObjectSource>&)> onServoScene = {};
+    ServoSceneBuilder::OnMade onServoScene = {};
     std::function<std::uint64_t()> now_ns = monotonicNow_ns;
   };
   using EditReply = std::function<void(const EditOutcome&)>;

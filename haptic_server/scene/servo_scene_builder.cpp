@@ -25,7 +25,8 @@ void soften(ServoObject& tool, const BodyParts& body, const DeviceLimits& device
 ServoSceneBuilder::ServoSceneBuilder(MakePlan makePlan, const DeviceLimits& device)
     : makePlan_(std::move(makePlan)), device_(device) {}
 
-std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
+std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan,
+                                                          const OnMade& onMade) {
   const SceneVersion& version = sequencer.history()->version;
   std::vector<ServoObjectSource> objects;
   for (const auto& record : version.objects()) {
@@ -33,14 +34,25 @@ std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& seque
         {record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id), false, bakedDents(*record)});
   }
   addPendingRemovals(objects, version, now_ns);
-  auto scene = make(std::move(objects), version.revision());
-  if (makePlan_ && (!plan_ || (plan == Plan::kReplan && planIsOld()))) {
-    plan_ = planFor(*scene);
-    planRevision_ = revision_;
+  Made made = build(std::move(objects), version.revision());
+  const bool plans = makePlan_ && (!plan_ || (plan == Plan::kReplan && planIsOld(version.revision())));
+  made.scene->plan = plans ? planFor(*made.scene) : plan_;
+  if (onMade) onMade(*made.scene, made.sources);
+  if (plans) {
+    plan_ = made.scene->plan;
+    planRevision_ = version.revision();
     bodiesMoved_ = false;
   }
-  scene->plan = plan_;
-  return scene;
+  return keep(std::move(made));
+}
+
+std::unique_ptr<ServoScene> ServoSceneBuilder::keep(Made made) noexcept {
+  parts_ = std::move(made.parts);
+  std::erase_if(dentStates_, [this](const auto& entry) { return !parts_.contains(entry.first); });
+  sources_ = std::move(made.sources);
+  number_ = made.scene->number;
+  revision_ = made.scene->revision;
+  return std::move(made.scene);
 }
 
 const ServoObjectSource* ServoSceneBuilder::sourceBefore(ObjectId id) const {
@@ -65,10 +77,10 @@ void ServoSceneBuilder::addPendingRemovals(std::vector<ServoObjectSource>& objec
   std::ranges::sort(objects, {}, &ServoObjectSource::id);
 }
 
-std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSource> objects, std::uint64_t revision) {
+ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> objects, std::uint64_t revision) const {
   auto scene = std::make_unique<ServoScene>();
   scene->number = number_ + 1;
-  scene->revision = revision_ = revision;
+  scene->revision = revision;
   std::map<ObjectId, ObjectParts> made;
   for (const ServoObjectSource& source : objects) {
     const ObjectRecord& record = *source.record;
@@ -102,11 +114,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
     addSharpPoints(*scene, made, source.record->motion->tool->spacing_m);
     for (const auto& [id, parts] : made) soften(*tool, parts.body, device_);
   }
-  parts_ = std::move(made);
-  std::erase_if(dentStates_, [this](const auto& entry) { return !parts_.contains(entry.first); });
-  sources_ = std::move(objects);
-  number_ = scene->number;
-  return scene;
+  return {std::move(scene), std::move(made), std::move(objects)};
 }
 
 /// Where the stiffness varies it is the device's limit at the places that would pass it, and as asked for elsewhere.

@@ -35,6 +35,8 @@ class ServoSceneBuilder {
  public:
   /// The exploration for a scene whose objects are complete, those that move at the poses where they rest.
   using MakePlan = std::function<std::shared_ptr<const ExplorationPlan>(const ServoScene&)>;
+  /// Gets a scene and what it is made of, object by object.
+  using OnMade = std::function<void(const ServoScene&, const std::vector<ServoObjectSource>&)>;
 
   /// @param device  Surfaces stiffer than it bears are made with what it bears; its servo's period decides how stiff light
   /// bodies can be felt (stableStiffnessShare()).
@@ -49,15 +51,18 @@ class ServoSceneBuilder {
 
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
   /// that have left for kRemovalFade_ns are dropped. The first scene's plan is always its own.
-  [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan);
+  /// @param onMade  Where it throws, or making the scene does, the next one has this one's number and is made of the last one's
+  ///                parts.
+  [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan,
+                                                       const OnMade& onMade = {});
   /// The same from these objects, in order of id, leaving ones included, and without a plan. A part is the last scene's, the
   /// same in memory, where and only where what it is made of has the same values: by that adoptScene() tells edits, and a
   /// scene made again of recorded sources is edited where the first one was.
-  [[nodiscard]] std::unique_ptr<ServoScene> make(std::vector<ServoObjectSource> objects, std::uint64_t revision);
-  /// The sources of the last scene, object by object.
-  [[nodiscard]] const std::vector<ServoObjectSource>& sources() const noexcept { return sources_; }
+  [[nodiscard]] std::unique_ptr<ServoScene> make(std::vector<ServoObjectSource> objects, std::uint64_t revision) {
+    return keep(build(std::move(objects), revision));
+  }
   /// Whether the last scene's plan was made for another revision, or for bodies that were elsewhere.
-  [[nodiscard]] bool planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
+  [[nodiscard]] bool planIsOld() const noexcept { return planIsOld(revision_); }
   /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
   void follow(const MotionState& motion);
   /// When make() is to be called again though nothing was edited: the time when the next object has left.
@@ -95,6 +100,17 @@ class ServoSceneBuilder {
   std::map<ObjectId, BodyState> bodies_;  // as they rested last
   bool bodiesMoved_ = false;              // since plan_ was made
 
+  struct Made {
+    std::unique_ptr<ServoScene> scene;
+    std::map<ObjectId, ObjectParts> parts;
+    std::vector<ServoObjectSource> sources;
+  };
+  [[nodiscard]] Made build(std::vector<ServoObjectSource> objects, std::uint64_t revision) const;
+  /// It is the last scene made from now on.
+  [[nodiscard]] std::unique_ptr<ServoScene> keep(Made made) noexcept;
+  [[nodiscard]] bool planIsOld(std::uint64_t revision) const noexcept {
+    return makePlan_ && (planRevision_ != revision || bodiesMoved_);
+  }
   /// A material's stiffness within the device's limit: at a factor of 1, and the highest factor.
   struct StableStiffness {
     Stiffness stiffness;

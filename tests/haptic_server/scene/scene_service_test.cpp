@@ -597,6 +597,38 @@ TEST(SceneService, GoesOnWhenAServoSceneCannotBeMadeAndMakesItLater) {
   EXPECT_THAT(logged, ::testing::Contains(HasSubstr("revision 2 is not felt yet")).Times(1));
 }
 
+TEST(ServoSceneBuilder, CountsNoSceneThatCouldNotBeHandedOver) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  bool mayPlan = true, mayTake = true;
+  ServoSceneBuilder maker([&](const ServoScene&) {
+    if (!mayPlan) throw std::bad_alloc();
+    return std::make_shared<const ExplorationPlan>();
+  });
+  const auto make = [&] {
+    return maker.make(sequencer, 0, kNewPlan, [&](const ServoScene&, const std::vector<ServoObjectSource>&) {
+      if (!mayTake) throw std::bad_alloc();
+    });
+  };
+  const auto shade = [&](std::uint64_t seq, double crease_rad) {
+    sequencer.submit(kAlice, seq, edit(setSurface({.shading = Shading{crease_rad, {}}})));
+  };
+  sequencer.submit(kAlice, 1, edit(add("a")));
+  shade(2, 0.5);
+  const auto first = make();
+  shade(3, 0.6);
+  mayPlan = false;
+  EXPECT_THROW((void)make(), std::bad_alloc);
+  mayPlan = true;
+  mayTake = false;
+  EXPECT_THROW((void)make(), std::bad_alloc);
+  mayTake = true;
+  shade(4, 0.5);
+  const auto next = make();
+  EXPECT_EQ(next->number, first->number + 1);
+  EXPECT_EQ(next->objects[0].detail, first->objects[0].detail) << "as a replay makes it, of the scenes handed over";
+}
+
 TEST_F(SceneServiceTest, ManyThreadsMayEditAtOnce) {
   sceneService.start();
   std::vector<std::thread> clients;
