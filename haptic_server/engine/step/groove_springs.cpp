@@ -39,16 +39,22 @@ struct GrooveSprings::Between {
   }
 };
 
-bool GrooveSprings::isFlat() const noexcept {
-  if (count_ < 2) return true;
-  const double cosine = glm::dot(normal_[0], normal_[1]);
-  return 1 - cosine * cosine < kMinSquaredSine;
+std::array<std::size_t, 2> GrooveSprings::apart() const noexcept {
+  for (std::size_t first = 0; first < count_; ++first) {
+    for (std::size_t second = first + 1; second < count_; ++second) {
+      const double cosine = glm::dot(normal_[first], normal_[second]);
+      if (!(1 - cosine * cosine < kMinSquaredSine)) return {first, second};
+    }
+  }
+  return {0, 0};
 }
 
 Vec3 GrooveSprings::force_N(Vec3 p) const noexcept {
   const auto springs = spring_N_per_m_.begin();
-  if (isFlat() || std::all_of(springs, springs + count_, [&](double k) { return k == spring_N_per_m_[0]; }))
+  const auto [one, other] = apart();
+  if (one == other || std::all_of(springs, springs + count_, [&](double k) { return k == spring_N_per_m_[0]; }))
     return spring_N_per_m_[0] * p;
+  if (one + other > 1) return stiffness_N_per_m(p) * p;  // the first two are as one: no part of the second term
   const Between first(normal_[0], normal_[1], p);
   if (count_ == 2) {
     const double more_N_per_m = spring_N_per_m_[1] - spring_N_per_m_[0];
@@ -78,11 +84,15 @@ double GrooveSprings::stiffness_N_per_m(Vec3 p) const noexcept {
 }
 
 std::array<double, ContactState::kMaxHolding> GrooveSprings::weights(Vec3 p) const noexcept {
-  if (isFlat()) return {1, 0, 0};
-  if (count_ == 2) {
-    const double second = Between(normal_[0], normal_[1], p).secondWeight();
-    return {1 - second, second, 0};
-  }
+  const auto [one, other] = apart();
+  if (one == other) return {1, 0, 0};
+  const auto ofTwo = [&] {
+    std::array<double, ContactState::kMaxHolding> weight{};
+    weight[other] = Between(normal_[one], normal_[other], p).secondWeight();
+    weight[one] = 1 - weight[other];
+    return weight;
+  };
+  if (count_ == 2) return ofTwo();
   const double volume = glm::dot(normal_[0], glm::cross(normal_[1], normal_[2]));
   std::array<double, 3> squared;  // of p's distance from the plane of the two others' normals
   for (std::size_t i = 0; i < 3; ++i) {
@@ -94,10 +104,7 @@ std::array<double, ContactState::kMaxHolding> GrooveSprings::weights(Vec3 p) con
   std::array<double, 3> nearness;  // one over the square, times all three
   for (std::size_t i = 0; i < 3; ++i) nearness[i] = squared[(i + 1) % 3] * squared[(i + 2) % 3];
   const double sum = nearness[0] + nearness[1] + nearness[2];
-  if (volume * volume < kMinSquaredSine || !(sum > 0)) {
-    const double second = Between(normal_[0], normal_[1], p).secondWeight();
-    return {1 - second, second, 0};
-  }
+  if (volume * volume < kMinSquaredSine || !(sum > 0)) return ofTwo();
   std::array<double, 3> weight{};
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t first = (i + 1) % 3, second = (i + 2) % 3;

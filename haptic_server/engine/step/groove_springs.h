@@ -36,7 +36,8 @@ class GrooveSprings {
 
  private:
   struct Between;
-  [[nodiscard]] bool isFlat() const noexcept;
+  /// The first two normals that are apart; where none are, the first and itself.
+  [[nodiscard]] std::array<std::size_t, 2> apart() const noexcept;
   [[nodiscard]] double stiffness_N_per_m(Vec3 penetration_m) const noexcept;
 
   std::array<Vec3, ContactState::kMaxHolding> normal_;

@@ -77,8 +77,8 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
   state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
 }
 
-/// Bodies that meet one another, all in one tick.
-void moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
+/// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.
+bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
                          const MotionAllowance& motion) noexcept {
   std::array<Collider, kMaxColliders> colliders;
   const std::size_t count = state.collidingCount;
@@ -95,7 +95,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
   }
   CollisionAllowance allowance{state.allowance, motion};
-  if (!moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance)) ++state.report.allowanceSpent;
+  const bool isWhole = moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance);
   for (std::size_t i = 0; i < count; ++i) {
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
@@ -103,6 +103,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
     if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
   }
+  return isWhole;
 }
 
 }  // namespace
@@ -138,7 +139,9 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
   const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   const double part = writtenFraction(force.written, force.contact);
-  if (state.collidingCount > 0) moveCollidingBodies(state, config, reaction, part, allowance);
+  if (state.collidingCount > 0 && !moveCollidingBodies(state, config, reaction, part, allowance) &&
+      !contact.work.allowanceSpent)
+    ++state.report.allowanceSpent;
   std::size_t next = 0;
   bool inTurn = false;
   for (std::size_t k = 0; k < state.moving.count; ++k) {

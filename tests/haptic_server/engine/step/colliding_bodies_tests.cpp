@@ -114,6 +114,27 @@ TEST(CollidingBodies, WaitRatherThanPassThroughWhereTheAllowanceIsSmall) {
   for (std::size_t b = 1; b < 5; ++b) EXPECT_LT(placeOf(servo, b).z, 0.0125) << "they get there all the same";
 }
 
+TEST(CollidingBodies, ThatWaitWhereTheContactDoesTooAreCountedOnce) {
+  StepConfig config = kConfig;
+  config.work_per_s = 1e6;
+  const TriMesh marble = makeSphere(0.012, 24).value();
+  std::vector<ServoObject> objects{table()};
+  for (std::uint64_t i = 0; i < 4; ++i)
+    objects.push_back(
+        colliding(i + 2, marble, {0.023 * static_cast<double>(i % 2), 0, 0.02 + 0.02 * static_cast<double>(i)}, 0.02));
+  const auto shake = [](std::uint64_t tick) { return Vec3(0.02 * std::sin(0.5 * static_cast<double>(tick)), 0, 0.01); };
+  VirtualServo servo(shake, config, sceneOf(1, objects));
+  std::uint64_t before = 0, both = 0;
+  for (int i = 0; i < 2000; ++i) {
+    servo.step();
+    const std::uint64_t more =
+        servo.state().report.allowanceSpent - std::exchange(before, servo.state().report.allowanceSpent);
+    ASSERT_LE(more, 1U) << i;
+    both += more;
+  }
+  EXPECT_GT(both, 100U);
+}
+
 TEST(CollidingBodies, GoOnFromAnImageBitForBit) {
   const std::shared_ptr<const ServoScene> scene =
       sceneOf(1, {table(), brick(2, {0, 0, 0.03}), brick(3, {0.03, 0.01, 0.065})});

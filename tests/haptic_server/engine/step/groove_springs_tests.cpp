@@ -88,6 +88,17 @@ TEST(GrooveSprings, AreOneSpringWhereTheyAreAsStiff) {
   EXPECT_EQ(springs.force_N(p), kStiffA * p);
 }
 
+TEST(GrooveSprings, OfWhichTwoAreAsOneKeepTheThird) {
+  const Vec3 normals[] = {kA, kA, kB};
+  const double stiffnesses[] = {kStiffA, kStiffA, kStiffB};
+  for (const std::size_t last : {0U, 1U, 2U}) {  // the one that is apart
+    GrooveSprings springs;
+    for (std::size_t i = 1; i <= 3; ++i) springs.add(normals[(last + i) % 3], stiffnesses[(last + i) % 3]);
+    EXPECT_LT(glm::distance(springs.force_N(1e-3 * kB), kStiffB * 1e-3 * kB), 1e-9) << last;
+    EXPECT_LT(glm::distance(springs.force_N(1e-3 * kA), kStiffA * 1e-3 * kA), 1e-9) << last;
+  }
+}
+
 TEST(GrooveSprings, DoNotShakeTheDeviceWhereTheyAreNearlyOnePlane) {
   for (const double apart : {0.5, 0.1, 0.02}) {
     const Vec3 first(0, 0, 1), second(std::sin(apart), 0, std::cos(apart));
