@@ -46,8 +46,7 @@ ContactResult ContactTick::run() noexcept {
   tick_.work.allowance.spend(depenetrationReserve);
   gather();  // 1 gather
   double now = 0;
-  // Contacts and releases within a step may divide it again; a bound on all of them together bounds the tick.
-  while (now < 1 && tick_.work.steps < 2 * kMaxSteps) {
+  while (now < 1) {  // after kMaxSteps steps for one contact more: what is held then goes to the end
     const Checkpoint before = tick_.checkpoint();
     WalkStep step;
     beginStep(now, step);  // 2 step
