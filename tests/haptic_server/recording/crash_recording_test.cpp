@@ -31,7 +31,7 @@ off_t sizeOf(int descriptor) {
 std::filesystem::path recordingOf(const RecordedServo& servo) {
   auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
   ring.releaseDeadWriter();
-  return recordCrash(servo.folder() / "crash", ring, servo.journal()).value();
+  return recordCrash({servo.folder() / "crash"}, ring, servo.journal()).value();
 }
 
 ReplayOutcome replayed(const std::filesystem::path& file) {
@@ -79,7 +79,7 @@ TEST(CrashRecording, OfAJournalThatWasBeingWrittenHasWhatWasWhole) {
   }
   ASSERT_EQ(ftruncate(servo.journal(), 3), 0);
   auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
-  const auto none = recordCrash(servo.folder() / "crash", ring, servo.journal());
+  const auto none = recordCrash({servo.folder() / "crash"}, ring, servo.journal());
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().text(), "scene journal: does not begin with a head");
 }
