@@ -35,12 +35,12 @@ struct MeshReport {
   std::uint64_t nonManifoldEdges = 0;    ///< More than two faces.
   std::uint64_t inconsistentEdges = 0;   ///< Two faces that run along it the same way: one is flipped.
   std::uint64_t closedParts = 0;         ///< Parts that no vertex joins with another one, and that have an inside.
-  std::uint64_t insideOutParts = 0;      ///< Closed ones whose faces look inwards, and that are no hollow in another one.
-  std::uint64_t slivers = 0;             ///< More than 1,000 times as long as high; kept.
-  std::uint64_t crowdedVertices = 0;     ///< More than kCrowdedValence triangles around them.
-  std::uint32_t maxValence = 0;          ///< Most triangles around one vertex.
-  RepairReport repair;                   ///< Of self-intersections.
-  bool tJunctionsSearched = true;        ///< False: that would have taken too long; none are counted.
+  std::uint64_t insideOutParts = 0;   ///< Closed ones whose faces look inwards, and that are no hollow in another one.
+  std::uint64_t slivers = 0;          ///< More than 1,000 times as long as high; kept.
+  std::uint64_t crowdedVertices = 0;  ///< More than kCrowdedValence triangles around them.
+  std::uint32_t maxValence = 0;       ///< Most triangles around one vertex.
+  RepairReport repair;                ///< Of self-intersections.
+  bool tJunctionsSearched = true;     ///< False: that would have taken too long; none are counted.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.
   double scale_m = 1;             ///< Metres per file unit that was applied.

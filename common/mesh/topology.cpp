@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "common/maths/elementary.h"
 #include "common/mesh/t_junctions.h"
 
 namespace haptics {
@@ -66,17 +67,18 @@ class Parts {
 
   /// Do other parts wind around it? By the solid angles of their triangles (van Oosterom and Strackee 1983).
   [[nodiscard]] bool isHollow(std::uint32_t part) {
-    constexpr std::uint64_t kMost = 20'000'000;  // triangles looked at for all parts; further parts count as hollows
+    constexpr std::uint64_t kMaxLooked =
+        20'000'000;  // triangles looked at for all parts; further parts count as hollows
     looked_ += mesh_.triangles.size();
-    if (looked_ > kMost + mesh_.triangles.size()) return true;
+    if (looked_ > kMaxLooked + mesh_.triangles.size()) return true;
     const Vec3 from = insides_[part].origin;
     double half = 0;
     for (const auto [a, b, c] : mesh_.triangles) {
       if (find(a) == part) continue;
       const Vec3 p = at(a) - from, q = at(b) - from, r = at(c) - from;
       const double pl = glm::length(p), ql = glm::length(q), rl = glm::length(r);
-      half += std::atan2(glm::dot(p, glm::cross(q, r)),
-                         pl * ql * rl + glm::dot(p, q) * rl + glm::dot(q, r) * pl + glm::dot(r, p) * ql);
+      half += elementary::atan2(glm::dot(p, glm::cross(q, r)),
+                                pl * ql * rl + glm::dot(p, q) * rl + glm::dot(q, r) * pl + glm::dot(r, p) * ql);
     }
     return half > std::numbers::pi;  // of 2 pi for once around
   }

@@ -38,6 +38,12 @@ bool isConvexEdge(const TickContext& tick, const ContactSurface& s, int k) noexc
   return glm::dot(record.areaNormal(), far - record.corner(k)) * s.side < 0;
 }
 
+/// Does the surface bend away over edge k, or end there?
+bool bendsAway(const CollisionMesh& surface, std::uint32_t triangle, int k) noexcept {
+  const std::uint32_t next = surface.triangle(triangle).neighbour(k);
+  return next == kNoTriangle || glm::dot(surface.faceNormal(triangle), surface.faceNormal(next)) <= kBend;
+}
+
 /// Held in a point by three: at an edge that juts out between two others it is enough to be above either of its
 /// triangles. The skin parts the points in which these hold the IHIP with the two others, which are the same place of
 /// the surfaces: where it would leave the other point, it is not held. Returns the active set beyond the edge.
@@ -270,8 +276,10 @@ SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurfac
       const double speed = glm::dot(inward, near.frame.toLocal(optimum) - near.from) / scale;
       const double inside = end - speed;
       if (inside < -supportMargin_m || end >= 0 || speed >= 0) continue;
-      const double time = (inside + supportMargin_m) / -speed;
-      if (time < 1 && (!limit.ends || time < limit.time)) endAt(time);
+      const double time = std::min((inside + supportMargin_m) / -speed, 1.0);
+      // A gap may be there, and be closed.
+      if (time == 1 && bendsAway(*near.surface, surfaces[i].triangle, k)) continue;
+      if (!limit.ends || time < limit.time) endAt(time);
     }
   }
   return limit;
