@@ -147,7 +147,7 @@ class Gatherer {
   }
 };
 
-/// Six times.
+/// Six times the signed volume that the triangles enclose, m^3.
 double volumeOf(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles) {
   const Vec3 origin(vertices.front());
   double volume = 0;

@@ -137,7 +137,7 @@ class StoppedServer {
   [[nodiscard]] bool ended() const { return WIFEXITED(status_) && WEXITSTATUS(status_) == 0; }
 
   /// To before its next system call, or to its end: false. What a call waits for the disk with is noted in `disk` before it.
-  bool goOn(Disk& disk) {
+  bool continueToCall(Disk& disk) {
     while (WIFSTOPPED(status_)) {
       if (synced_) disk.waitedFor(*std::exchange(synced_, std::nullopt));
       ptrace(PTRACE_SYSCALL, child_, nullptr, nullptr);
@@ -175,7 +175,7 @@ TEST_P(CrashPoints, WhatWasAcknowledgedIsThereOnce) {
   if (!server.mayTrace()) GTEST_SKIP() << "no permission to trace a process";
   int points = 0;
   std::uint64_t unanswered = 0;
-  for (; server.goOn(disk); ++points) {
+  for (; server.continueToCall(disk); ++points) {
     const std::uint64_t acknowledged = server.acknowledged();
     if (powerFails) {
       disk.writeTo(copy, folder);
