@@ -26,11 +26,11 @@ std::uint64_t sideKey(std::uint32_t from, std::uint32_t to) {
 /// The parts of a mesh: vertices that triangles join, directly or through others.
 class Parts {
  public:
-  explicit Parts(const TriMesh& mesh) : mesh_(mesh), of_(mesh.vertices.size()), insides_(mesh.vertices.size()) {
+  explicit Parts(const TriMesh& mesh) : mesh_(mesh), of_(mesh.vertices.size()), parts_(mesh.vertices.size()) {
     std::iota(of_.begin(), of_.end(), 0U);
     for (const auto [a, b, c] : mesh.triangles) join(a, b), join(b, c);
     for (const auto [a, b, c] : mesh.triangles) {
-      Part& part = insides_[find(a)];
+      Part& part = parts_[find(a)];
       if (part.triangles++ == 0) part.origin = Vec3(mesh.vertices[a]);
       const Vec3 p = at(a) - part.origin, q = at(b) - part.origin, r = at(c) - part.origin;
       part.volume_m3 += glm::dot(p, glm::cross(q, r)) / 6;
@@ -38,11 +38,11 @@ class Parts {
     }
   }
 
-  void open(std::uint32_t vertex) { insides_[find(vertex)].closed = false; }
+  void open(std::uint32_t vertex) { parts_[find(vertex)].closed = false; }
 
   void describe(MeshReport& report) {
     for (std::uint32_t v = 0; v < of_.size(); ++v) {
-      const Part& part = insides_[v];
+      const Part& part = parts_[v];
       if (part.triangles == 0 || !part.closed) continue;
       ++report.closedParts;
       if (part.volume_m3 < -kFlat * part.size_m3 && !isHollow(v)) ++report.insideOutParts;
@@ -67,11 +67,11 @@ class Parts {
 
   /// Do other parts wind around it? By the solid angles of their triangles (van Oosterom and Strackee 1983).
   [[nodiscard]] bool isHollow(std::uint32_t part) {
-    constexpr std::uint64_t kMaxLooked =
-        20'000'000;  // triangles looked at for all parts; further parts count as hollows
+    // Triangles looked at for all parts; further parts count as hollows.
+    constexpr std::uint64_t kMaxLooked = 20'000'000;
     looked_ += mesh_.triangles.size();
     if (looked_ > kMaxLooked + mesh_.triangles.size()) return true;
-    const Vec3 from = insides_[part].origin;
+    const Vec3 from = parts_[part].origin;
     double half = 0;
     for (const auto [a, b, c] : mesh_.triangles) {
       if (find(a) == part) continue;
@@ -85,7 +85,7 @@ class Parts {
 
   const TriMesh& mesh_;
   std::vector<std::uint32_t> of_;
-  std::vector<Part> insides_;
+  std::vector<Part> parts_;
   std::uint64_t looked_ = 0;
 };
 

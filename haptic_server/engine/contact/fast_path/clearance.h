@@ -27,8 +27,8 @@ namespace haptics {
 
 /// Is the HIP of this tick, which stays in its clearance, about to leave it?
 [[nodiscard]] inline bool isNearRim(const Clearance& clear, const Vec3& hip) noexcept {
-  constexpr double kRim = 0.75;  // of the squared radius: a HIP as slow as a clearance is looked for comes by
-  return squaredLength(hip - clear.centre) > kRim * (clear.radius_m * clear.radius_m);
+  constexpr double kShare = 0.75;  // of the squared radius: a HIP as slow as a clearance is looked for comes by
+  return squaredLength(hip - clear.centre) > kShare * (clear.radius_m * clear.radius_m);
 }
 
 /// After a tick that ended free: sets the clearance to the distance of the nearest triangle, where the HIP, as fast as
