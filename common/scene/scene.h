@@ -163,6 +163,7 @@ struct RemeshObject {
 struct SetPose {
   ObjectRef object;
   PoseEdit pose;
+  bool kinematic = false;  ///< A motion, which makes no revision, instead of an edit.
 };
 struct SetMaterial {
   ObjectRef object;

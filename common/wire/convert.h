@@ -61,6 +61,9 @@ void toWireOfSecondHand(const TelemetrySample& sample, v1::Telemetry& message);
 void toWire(const EnergySource& source, v1::FeatureEnergy& message);
 /// Nothing for a feature that this build does not know.
 [[nodiscard]] std::optional<EnergySource> fromWire(const v1::FeatureEnergy& message);
+void toWire(const Pose& pose, v1::Pose& message);
+/// Bit for bit.
+[[nodiscard]] Result<Pose> poseFromWire(const v1::Pose& message, const std::string& field);
 /// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
 [[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
 void toWire(const BodyState& body, v1::BodyPose& message);

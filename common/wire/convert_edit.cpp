@@ -219,6 +219,7 @@ Result<Operation> setPoseFrom(const v1::SetPose& message) {
   if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
   if (auto bad = take(poseEditFrom(message.pose()), set.pose)) return refuse(bad);
   if (!set.pose.position && !set.pose.rotation) return refused("pose", "is empty; give position, rotation or both");
+  set.kinematic = message.kinematic();
   return set;
 }
 

@@ -15,11 +15,6 @@ const google::protobuf::FieldDescriptor& stateScalar(std::string_view name) {
 
 Pose poseFrom(const v1::Pose& message) { return {rotationFrom(message.rotation()), vectorFrom(message.position())}; }
 
-void write(const Pose& pose, v1::Pose& message) {
-  toWire(pose.position, *message.mutable_position());
-  toWire(pose.rotation, *message.mutable_rotation());
-}
-
 /// A value that this version does not know counts as the enum's zero.
 template <class Enum>
 Enum enumFrom(int value, Enum last) {
@@ -127,7 +122,7 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   message.set_name(record.name);
   message.set_revision(record.revision);
   message.set_mesh(record.mesh.asBytes());
-  write(record.pose, *message.mutable_pose());
+  toWire(record.pose, *message.mutable_pose());
   forEachMaterialScalar(
       [&message](std::string_view name, double value) {
         message.GetReflection()->SetDouble(&message, &stateScalar(name), value);
@@ -305,21 +300,32 @@ std::optional<TelemetrySample> secondHandFromWire(const v1::Telemetry& message) 
   return sample;
 }
 
+void toWire(const Pose& pose, v1::Pose& message) {
+  toWire(pose.position, *message.mutable_position());
+  toWire(pose.rotation, *message.mutable_rotation());
+}
+
+Result<Pose> poseFromWire(const v1::Pose& message, const std::string& field) {
+  if (!message.has_position() || !message.has_rotation()) return refused(field, "has no position or no rotation");
+  if (auto bad = checkPosition(message.position(), field + ".position")) return tl::unexpected(*std::move(bad));
+  if (auto bad = checkRotation(message.rotation(), field + ".rotation")) return tl::unexpected(*std::move(bad));
+  return poseFrom(message);
+}
+
 std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message) {
   std::vector<BodyState> bodies;
   for (const v1::BodyPose& body : message.body()) {
     if (bodies.size() == kMaxMovingBodies) break;
-    const v1::Pose& pose = body.pose();
-    if (body.object() == 0 || !pose.has_position() || !pose.has_rotation()) continue;
-    if (checkPosition(pose.position(), "") || checkRotation(pose.rotation(), "")) continue;
-    bodies.push_back({body.object(), poseFrom(pose), enumFrom(body.condition(), BodyCondition::kNonFinite)});
+    const auto pose = poseFromWire(body.pose(), "pose");
+    if (body.object() == 0 || !pose) continue;
+    bodies.push_back({body.object(), *pose, enumFrom(body.condition(), BodyCondition::kNonFinite)});
   }
   return bodies;
 }
 
 void toWire(const BodyState& body, v1::BodyPose& message) {
   message.set_object(body.object);
-  write(body.pose, *message.mutable_pose());
+  toWire(body.pose, *message.mutable_pose());
   message.set_condition(static_cast<v1::BodyCondition>(body.condition));
 }
 

@@ -41,10 +41,17 @@ Result<ServoObjectSource> RecordedScenes::objectOf(const v1::RecordedObject& mes
     return at->second;
   });
   if (!assets) return tl::unexpected(std::move(assets.error()));
+  KinematicPose kinematic;
+  if (message.has_drive()) {
+    const auto pose = poseFromWire(message.drive().pose(), "drive.pose");
+    if (!pose) return tl::unexpected(pose.error());
+    kinematic = {message.drive().number(), *pose};
+  }
   return ServoObjectSource{.record = std::make_shared<const ObjectRecord>(*std::move(record)),
                            .assets = *std::move(assets),
                            .poseRevision = message.posed_at(),
-                           .baked = {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()}};
+                           .baked = {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()},
+                           .kinematic = kinematic};
 }
 
 Result<void> RecordedScenes::takeFelt(const v1::RecordedObject& message, const ServoObjectSource& object) {

@@ -144,8 +144,13 @@ EditOutcomes SceneService::apply(std::span<const Submission> submissions, AssetR
   if (!options_.readOnlyReason.empty())
     return std::vector<EditOutcome>(submissions.size(), Error{"", options_.readOnlyReason});
   const auto before = sequencer_.history();
+  const std::uint64_t samples = sequencer_.kinematicSamples();
   auto outcomes = decide(submissions, resolver, unwanted);
-  if (sequencer_.history() != before) publish(before);
+  if (sequencer_.history() != before) {
+    publish(before);
+  } else if (sequencer_.kinematicSamples() != samples) {
+    publishToServo(ServoSceneBuilder::Plan::kKeep);
+  }
   return outcomes;
 }
 

@@ -57,6 +57,25 @@ Commit difference(const SceneVersion& before, const SceneVersion& after) {
   return commit;
 }
 
+/// Moves without a revision.
+[[nodiscard]] bool isKinematic(const Operation& operation) {
+  const auto* set = std::get_if<SetPose>(&operation);
+  return set != nullptr && set->kinematic;
+}
+
+[[nodiscard]] bool movesByItself(const ObjectRecord& object) { return object.motion && !object.motion->fixed; }
+
+/// What an edit is answered that changes nothing of the scene.
+[[nodiscard]] std::shared_ptr<const AcceptedEdit> withoutRevision(const Submission& submission,
+                                                                  const SceneVersion& version) {
+  auto edit = std::make_shared<AcceptedEdit>();
+  edit->session = submission.session;
+  edit->clientSeq = submission.clientSeq;
+  edit->commit.revision = version.revision();
+  edit->commit.root = version.root();
+  return edit;
+}
+
 /// An edit that was refused before a later one of its session was accepted, and whose answer was lost. Applied now, it
 /// would take effect out of order.
 EditOutcome superseded(const SceneVersion& version, const Submission& submission) {
@@ -93,6 +112,11 @@ void Sequencer::show(const SceneVersion& version, Assets assets) {
   assets_ = std::move(assets);
 }
 
+KinematicPose Sequencer::kinematicOf(ObjectId id) const {
+  const auto at = driven_.newest.find(id);
+  return at == driven_.newest.end() ? KinematicPose{} : at->second;
+}
+
 std::uint64_t Sequencer::posedAt(ObjectId id) const {
   const auto at = posedAt_.find(id);
   return at == posedAt_.end() ? 0 : at->second;
@@ -104,7 +128,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
 }
 
 EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetResolver& resolver) {
-  Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
+  Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}, driven_};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
   for (const Submission& submission : submissions) {
@@ -120,7 +144,10 @@ EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetRes
     if (resolver.needsPreparation()) return std::nullopt;
     if (!batch.edits.empty()) unkept.push_back(outcomes.size() - 1);
   }
-  if (batch.edits.empty()) return outcomes;
+  if (batch.edits.empty()) {
+    driven_ = std::move(batch.driven);
+    return outcomes;
+  }
   if (journal_) {
     if (const auto kept = journal_->keep(state_, batch.edits, batch.newAssets); !kept) {
       for (const std::size_t i : unkept) outcomes[i] = kept.error();
@@ -149,7 +176,7 @@ void Sequencer::checkpoint() {
 }
 
 Result<void> Sequencer::replaceObjects(std::vector<ObjectRecord> objects, const Assets& assets) {
-  Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
+  Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}, driven_};
   const SceneVersion& base = batch.history.version;
   Commit commit{
       .revision = base.revision() + 1, .prevRoot = base.root(), .put = std::move(objects), .removed = {}, .root = {}};
@@ -171,6 +198,9 @@ std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submissio
   if (submission.clientSeq == 0) return Error{"client_seq", "is 0; it counts up from 1"};
   const auto known = state_.memory.find(submission.session, submission.clientSeq);
   if (known.answer == EditDeduplicator::Answer::kNew) return std::nullopt;
+  const auto& operations = submission.transaction.operations;
+  if (!operations.empty() && std::ranges::all_of(operations, isKinematic))
+    return withoutRevision(submission, state_.history->version);  // later edits have passed over it
   if (known.answer == EditDeduplicator::Answer::kSuperseded) return superseded(state_.history->version, submission);
   if (known.answer == EditDeduplicator::Answer::kForgotten) {
     return Error{"client_seq", "is so far behind the session's newest edits that it may have been applied already"};
@@ -194,6 +224,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch, AssetR
   if (transaction.operations.empty()) return Error{"operations", "is empty; an edit has at least one operation"};
 
   if (auto conflict = conflictOf(base, transaction.preconditions)) return *std::move(conflict);
+  if (std::ranges::any_of(transaction.operations, isKinematic)) return drive(submission, batch);
 
   SceneDraft draft(base, batch.assets, batch.nextId, limits_);
   for (std::size_t i = 0; i < transaction.operations.size(); ++i) {
@@ -212,6 +243,37 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch, AssetR
 
   batch.take(edit, *std::move(next), draft.assets(), draft.posed());
   return edit;
+}
+
+EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
+  const SceneVersion& base = batch.history.version;
+  Driven driven = batch.driven;
+  const auto& operations = submission.transaction.operations;
+  for (std::size_t i = 0; i < operations.size(); ++i) {
+    const std::string field = "operations[" + std::to_string(i) + "].";
+    if (!isKinematic(operations[i]))
+      return Error{field, "stands beside a set_pose with kinematic: true; an edit has only such operations, or none"};
+    const auto& set = std::get<SetPose>(operations[i]);
+    SceneDraft draft(base, batch.assets, batch.nextId, limits_);
+    if (auto known = draft.apply(operations[i], field); !known) return std::move(known).error();
+    const ObjectRecord& object = *base.find(draft.objects().front().id);
+    if (movesByItself(object)) {
+      return Error{field + "set_pose.kinematic", "is for objects without a motion, or a fixed one; \"" + object.name +
+                                                     "\" moves by itself: an empty set_motion ends that"};
+    }
+    const auto last = driven.newest.find(object.id);
+    const Pose from = last == driven.newest.end() ? object.pose : last->second.pose;
+    driven.newest[object.id] = {++driven.samples, edited(from, set.pose)};
+  }
+  const auto moving = static_cast<std::size_t>(
+      std::ranges::count_if(base.objects(), [](const auto& object) { return movesByItself(*object); }));
+  if (driven.newest.size() + moving > kMaxMovingBodies) {
+    return Error{"operations", "drive " + std::to_string(driven.newest.size()) + " objects beside " +
+                                   std::to_string(moving) + " that move; at most " + std::to_string(kMaxMovingBodies) +
+                                   " of a scene may"};
+  }
+  batch.driven = std::move(driven);
+  return withoutRevision(submission, base);
 }
 
 /// A start scene is sent to nobody as a commit: its objects only need to fit one by one.
@@ -235,6 +297,10 @@ void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, Sce
                             const std::set<ObjectId>& posed) noexcept {
   for (const ObjectId id : edit->commit.removed) assets.erase(id);
   for (const ObjectId id : posed) posedAt.emplace_back(id, edit->commit.revision);
+  std::erase_if(driven.newest, [&](const auto& entry) {
+    const auto object = made.find(entry.first);
+    return !object || movesByItself(*object) || posed.contains(entry.first);
+  });
   for (const auto& [id, held] : newOnes) {
     assets[id] = held;
     newAssets.push_back(held.mesh);
@@ -255,6 +321,7 @@ void Sequencer::adopt(Batch&& batch) noexcept {
   for (const auto& [id, revision] : batch.posedAt) posedAt_[id] = revision;
   std::erase_if(posedAt_, [this](const auto& entry) { return !state_.history->version.find(entry.first); });
   assets_ = std::move(batch.assets);
+  driven_ = std::move(batch.driven);
 }
 
 }  // namespace haptics

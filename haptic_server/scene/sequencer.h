@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/scene/asset_resolver.h"
 #include "haptic_server/scene/edit_journal.h"
 #include "haptic_server/scene/scene_draft.h"
@@ -83,8 +84,16 @@ class Sequencer {
   [[nodiscard]] const ObjectAssets& assetsOf(ObjectId id) const { return assets_.at(id); }
   /// The revision that last set the object's pose, 0 when that was before this sequencer.
   [[nodiscard]] std::uint64_t posedAt(ObjectId id) const;
+  /// Where the object is driven, apart from the scene (SetPose::kinematic).
+  [[nodiscard]] KinematicPose kinematicOf(ObjectId id) const;
+  [[nodiscard]] std::uint64_t kinematicSamples() const noexcept { return driven_.samples; }  ///< So far.
 
  private:
+  /// Objects that are driven. No part of what is kept: after a restart objects are where the scene has them.
+  struct Driven {
+    std::map<ObjectId, KinematicPose> newest;
+    std::uint64_t samples = 0;
+  };
   /// The state after edits that the journal has not kept yet.
   struct Batch {
     SceneHistory history;
@@ -94,6 +103,7 @@ class Sequencer {
     EditJournal::Edits edits;
     EditJournal::Assets newAssets;
     std::vector<std::pair<ObjectId, std::uint64_t>> posedAt;
+    Driven driven;
 
     void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& newOnes,
               const std::set<ObjectId>& posed) noexcept;
@@ -104,10 +114,12 @@ class Sequencer {
   SequencerState state_;
   Assets assets_;  // holds what the current version names
   std::map<ObjectId, std::uint64_t> posedAt_;
+  Driven driven_;
 
   Result<void> checkAnswer(const AcceptedEdit& edit) const;
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch, AssetResolver& resolver) const;
+  EditOutcome drive(const Submission& submission, Batch& batch) const;
   void adopt(Batch&& batch) noexcept;
 };
 

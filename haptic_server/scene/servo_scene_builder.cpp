@@ -25,13 +25,13 @@ void soften(ServoObject& tool, const BodyParts& body, const DeviceLimits& device
 ServoSceneBuilder::ServoSceneBuilder(MakePlan makePlan, const DeviceLimits& device)
     : makePlan_(std::move(makePlan)), device_(device) {}
 
-std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan,
-                                                          const OnMade& onMade) {
+std::unique_ptr<ServoScene> ServoSceneBuilder::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan,
+                                                    const OnMade& onMade) {
   const SceneVersion& version = sequencer.history()->version;
   std::vector<ServoObjectSource> objects;
   for (const auto& record : version.objects()) {
-    objects.push_back(
-        {record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id), false, bakedDents(*record)});
+    objects.push_back({record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id), false,
+                       bakedDents(*record), sequencer.kinematicOf(record->id)});
   }
   addPendingRemovals(objects, version, now_ns);
   Made made = build(std::move(objects), version.revision());
@@ -103,6 +103,7 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
                               .tool = tool,
                               .torsion_Nm_per_rad = tool ? stableTorsion_Nm_per_rad(*record.motion->tool) : 0,
                               .poseRevision = source.poseRevision,
+                              .kinematic = source.kinematic,
                               .tissue = parts.tissue,
                               .baked = source.baked,
                               .highestFactor = highestFactor});

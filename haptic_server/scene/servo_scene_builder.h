@@ -24,7 +24,8 @@ struct ServoObjectSource {
   ObjectAssets assets;             ///< Those that the record names; what is derived of them saves time only.
   std::uint64_t poseRevision = 0;  ///< ServoObject::poseRevision.
   bool pendingRemoval = false;
-  BakedDents baked = {};  ///< ServoObject::baked.
+  BakedDents baked = {};         ///< ServoObject::baked.
+  KinematicPose kinematic = {};  ///< ServoObject::kinematic.
 
   [[nodiscard]] ObjectId id() const noexcept { return record->id; }
 };
@@ -53,8 +54,8 @@ class ServoSceneBuilder {
   /// that have left for kRemovalFade_ns are dropped. The first scene's plan is always its own.
   /// @param onMade  Where it throws, or making the scene does, the next one has this one's number and is made of the last one's
   ///                parts.
-  [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan,
-                                                       const OnMade& onMade = {});
+  [[nodiscard]] std::unique_ptr<ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan,
+                                                 const OnMade& onMade = {});
   /// The same from these objects, in order of id, leaving ones included, and without a plan. A part is the last scene's, the
   /// same in memory, where and only where what it is made of has the same values: by that adoptScene() tells edits, and a
   /// scene made again of recorded sources is edited where the first one was.

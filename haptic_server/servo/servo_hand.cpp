@@ -50,8 +50,9 @@ RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& 
 void ServoHand::publish(const TelemetrySample& sample) noexcept {
   account(sample);
   if (!samples_.push(sample)) increment(statistics_.droppedSamples, 1);
-  if (state_.features.tool + state_.moving.count + motion_.bodyCount + state_.dents.count + motion_.dentCount > 0)
-      [[unlikely]]
+  if (state_.features.tool + state_.features.driven + state_.moving.count + motion_.bodyCount + state_.dents.count +
+          motion_.dentCount >
+      0) [[unlikely]]
     publishMotion(sample.tick);
   if (sample.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
     energyPublished_ns_ = sample.time_ns;

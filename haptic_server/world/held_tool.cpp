@@ -64,13 +64,21 @@ void HeldTool::adopt(const ServoScene& scene) {
                                    sharpPoints(*object.surface, spacing_m_, kMaxToolPoints))});
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
-    body.previous = body.current = object.pose;
+    body.previous = body.current = object.kinematic.number != 0 ? object.kinematic.pose : object.pose;
     body.update();
     obstacles.push_back({body.current, *known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
   }
   contact_.adopt(obstacles);
   known_ = std::move(known);
   mayJump_ = true;
+}
+
+void HeldTool::drive(std::uint64_t body, const Pose& pose) noexcept {
+  const auto known = std::ranges::find(known_, body, &Known::number);
+  if (known == known_.end()) return;
+  Body& moved = bodies_[static_cast<std::size_t>(known - known_.begin())];
+  moved.current = pose;
+  moved.update();
 }
 
 World::ToolSample HeldTool::step(const World::Pose& device) noexcept {
@@ -89,6 +97,11 @@ World::ToolSample HeldTool::step(const World::Pose& device) noexcept {
       attached_ = true;
     }
     const ToolResult result = contact_.follow(bodies_, pose, coupling_, allowance_);
+    for (Body& body : bodies_) {
+      if (!body.moving) continue;
+      body.previous = body.current;
+      body.update();
+    }
     wrench = {limitMagnitude(result.force_N, maxForce_N_), limitMagnitude(result.torque_Nm, maxTorque_Nm_)};
     if (mayJump_) {
       force_.value += felt_.force - wrench.force;

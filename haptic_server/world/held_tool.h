@@ -20,6 +20,8 @@ class HeldTool {
 
   /// The bodies are those of the scene from the next step on; what is felt of that comes without a step of the force.
   void adopt(const ServoScene& scene);
+  /// In the next step a body goes there.
+  void drive(std::uint64_t body, const Pose& pose) noexcept;
   [[nodiscard]] World::ToolSample step(const World::Pose& device) noexcept;
   [[nodiscard]] std::size_t points() const noexcept { return tool_->shell.points.size(); }
 

@@ -18,7 +18,7 @@ namespace haptics {
   return digits.data();
 }
 
-inline void check(double value, double least, double most, const char* unit, const std::string& field) {
+inline void check(double value, double least, double most, const char* unit, const char* field) {
   if (value >= least && value <= most) return;  // not for NaN
   refuse(field, "is " + text(value) + "; it is to be from " + text(least) + " to " + text(most) + unit);
 }

@@ -25,6 +25,8 @@ constexpr double kMinRate_Hz = 100, kMaxRate_Hz = 2e4, kMaxDeviceForce_N = 1e3;
   }
 }
 
+[[nodiscard]] bool predicts(const World::Device& device) noexcept { return device.predicts && device.mass_kg > 0; }
+
 }  // namespace
 
 DeviceInfo infoOf(const World::Device& device) {
@@ -48,14 +50,23 @@ DeviceInfo infoOf(const World::Device& device) {
 }
 
 SteppedScene::SteppedScene(const World::Device& device)
-    : config_(serverStepConfig(infoOf(device), device.rate_Hz)),
-      limits_(surfaceLimits(infoOf(device), device.rate_Hz, true)),
+    : config_(serverStepConfig(infoOf(device), device.rate_Hz, predicts(device))),
+      limits_(surfaceLimits(infoOf(device), device.rate_Hz, predicts(device))),
       state_(std::make_unique<HapticState>(config_)),
       scene_(std::make_unique<ServoScene>()) {}
 
-void SteppedScene::publish(std::unique_ptr<const ServoScene> scene) {
+void SteppedScene::publish(std::unique_ptr<ServoScene> scene) {
   next_ = std::move(scene);
   last_.reset();
+}
+
+void SteppedScene::drive(std::uint64_t body, const KinematicPose& sample) noexcept {
+  for (ServoScene* scene : {scene_.get(), next_.get()}) {
+    if (scene == nullptr) continue;
+    const auto object = std::ranges::lower_bound(scene->objects, body, {}, &ServoObject::id);
+    if (object != scene->objects.end() && object->id == body) object->kinematic = sample;
+  }
+  state_->features.driven = state_->features.beingMoved = true;
 }
 
 World::Sample SteppedScene::step(const World::Vector& hip_m) noexcept {

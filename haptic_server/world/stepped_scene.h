@@ -30,7 +30,9 @@ class SteppedScene {
   [[nodiscard]] std::uint64_t tick() const noexcept { return tick_; }  ///< The next one.
 
   /// Felt from the next step on.
-  void publish(std::unique_ptr<const ServoScene> scene);
+  void publish(std::unique_ptr<ServoScene> scene);
+  /// The same of a body of the scene, without allocating.
+  void drive(std::uint64_t body, const KinematicPose& sample) noexcept;
   void miss(std::uint64_t ticks) noexcept { tick_ += ticks; }
   [[nodiscard]] World::Sample step(const World::Vector& hip_m) noexcept;
   void run(std::span<const World::Vector> hips_m, std::span<World::Sample> samples) noexcept;
@@ -40,9 +42,9 @@ class SteppedScene {
   SurfaceLimits limits_;
   std::uint64_t tick_ = 0, allowanceSpent_ = 0;
   std::unique_ptr<HapticState> state_;
-  std::unique_ptr<const ServoScene> scene_;  // that the state has adopted
-  std::unique_ptr<const ServoScene> next_;   // that it is to adopt
-  std::unique_ptr<const ServoScene> last_;   // that it had adopted before: step() frees nothing
+  std::unique_ptr<ServoScene> scene_;  // that the state has adopted
+  std::unique_ptr<ServoScene> next_;   // that it is to adopt
+  std::unique_ptr<ServoScene> last_;   // that it had adopted before: step() frees nothing
 };
 
 }  // namespace haptics

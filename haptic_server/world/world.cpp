@@ -24,9 +24,8 @@ constexpr std::size_t kMaxNameLength = 64;
 constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCoordinate_m = 1e3, kMaxFriction = 10;
 
 [[nodiscard]] Pose poseOf(const World::Pose& pose) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    check(pose.position_m[k], -kMaxCoordinate_m, kMaxCoordinate_m, " m", "pose.position_m[" + std::to_string(k) + "]");
-  }
+  constexpr std::array kFields{"pose.position_m[0]", "pose.position_m[1]", "pose.position_m[2]"};
+  for (std::size_t k = 0; k < 3; ++k) check(pose.position_m[k], -kMaxCoordinate_m, kMaxCoordinate_m, " m", kFields[k]);
   const auto& [w, x, y, z] = pose.rotation;
   const double length = std::sqrt(w * w + x * x + y * y + z * z);
   constexpr double kTolerance = 1e-3;
@@ -98,7 +97,7 @@ struct World::Impl {
   std::vector<std::pair<std::uint64_t, std::string>> names;  // of the bodies that were not removed
   std::vector<ServoObject> bodies;                           // as edited last, in order of id
   std::vector<Removal> removals;
-  std::uint64_t lastBody = 0, revision = 0;
+  std::uint64_t lastBody = 0, revision = 0, lastSample = 0;
   SteppedScene scene;
   std::optional<HeldTool> tool;
 
@@ -159,8 +158,18 @@ std::uint64_t World::add(std::string_view name, const Mesh& mesh, const Material
 }
 
 void World::setPose(std::uint64_t body, const Pose& pose) {
-  impl_->find(body).pose = poseOf(pose);
+  ServoObject& object = impl_->find(body);
+  object.pose = poseOf(pose);
+  object.kinematic = {};
+  object.poseRevision = impl_->revision + 1;
   impl_->publish();
+}
+
+void World::moveKinematic(std::uint64_t body, const Pose& pose) {
+  ServoObject& object = impl_->find(body);
+  object.kinematic = {++impl_->lastSample, poseOf(pose)};
+  impl_->scene.drive(body, object.kinematic);
+  if (impl_->tool) impl_->tool->drive(body, object.kinematic.pose);
 }
 
 void World::setMaterial(std::uint64_t body, const Material& material) {

@@ -26,7 +26,8 @@ class World {
   using Vector = std::array<double, 3>;
 
   /// The device whose force this is, and the rate of its loop. With its dynamics the force is computed where the HIP will
-  /// be while the force is held, and surfaces are no stiffer than the device bears; without (a mass of 0) neither is done.
+  /// be while the force is held, and surfaces are no stiffer than the device bears; without (a mass of 0) neither is done:
+  /// the force is stiffness times depth of the position as it is.
   struct Device {
     double rate_Hz = 1000;    ///< Of step().
     double maxForce_N = 3.3;  ///< No force is larger.
@@ -36,6 +37,7 @@ class World {
     double viscousFriction_Ns_per_m = 0;
     double coulombFriction_N = 0;
     double maxStiffness_N_per_m = 0;  ///< As its maker says; 0: not known.
+    bool predicts = true;             ///< False: positions are used as they are, whatever the mass.
 
     /// One of the server's presets: "omni", "touch", "premium-1.5", "desktop", "falcon", "omega.3".
     /// @throws InvalidInput a name that is none of them.
@@ -120,6 +122,8 @@ class World {
     return add(name, mesh, material, Pose{});
   }
   std::uint64_t add(std::string_view name, const Mesh& mesh) { return add(name, mesh, Material{}, Pose{}); }
+  /// An edit: felt without a step of the force, and not faster than 30 N/s, for which the body may pass the hand. What moves
+  /// in the loop is moved by moveKinematic().
   /// @throws InvalidInput a body that is not there; a value out of range. Here and below.
   void setPose(std::uint64_t body, const Pose& pose);
   void setMaterial(std::uint64_t body, const Material& material);
@@ -129,11 +133,18 @@ class World {
   /// @throws InvalidInput a mesh without triangles, a value out of range, more than 8,192 points.
   std::size_t hold(const Mesh& mesh, const Tool& tool);
 
+  /// A motion from where the body is to this pose: it pushes the hand on its way, at any speed. In the loop: unless it
+  /// throws it does not allocate, lock or call the system, and its time is bounded. Called before every step() the body is
+  /// at its pose in that step; called less often it is there after as many steps as lay between the last two calls, and in
+  /// between on the way. After 0.1 s without a call it begins anew, at 1 m/s or within 0.1 s. setPose() ends it.
+  void moveKinematic(std::uint64_t body, const Pose& pose);
+
   /// The tick after the last one, with the HIP there (m, world).
   Sample step(const Vector& hip_m) noexcept;
   /// The same after `missedTicks` in which the loop was late and the device held its force.
   Sample step(const Vector& hip_m, std::uint64_t missedTicks) noexcept;
-  /// A tick of the tool, with the device's pose there (world). Bodies that setPose() moves push it. No force without a tool.
+  /// A tick of the tool, with the device's pose there (world). Bodies that setPose() or moveKinematic() moves push it, the
+  /// latter all the way in this tick. No force without a tool.
   ToolSample stepTool(const Pose& device) noexcept;
   /// A tick for each position or pose, as many as both hold.
   void run(std::span<const Vector> hips_m, std::span<Sample> samples) noexcept;

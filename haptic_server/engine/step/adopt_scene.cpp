@@ -11,6 +11,9 @@ namespace {
 /// A step of the contact force that may go with an adoption: with what RateLimitedStiffness adds in the same tick of
 /// 1 ms it makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller fades out more contacts.
 constexpr double kMaxStep_N = 0.02;
+/// A larger step that goes with an adoption where the object that is felt stays the same: EditSlew then lets it in within
+/// 50 ms, and the contact is not let go. Larger leaves longer what was felt before where the hand lets go meanwhile.
+constexpr double kMaxSlewed_N = 1.5;
 /// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
 /// EditSlew.
 constexpr double kLongestFade_s = 0.25;
@@ -103,7 +106,10 @@ class StateTransfer {
     state.features.soft = anySoft_;
     state.features.varyingStiffness = anyVaryingStiffness_;
     state.now.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
+    state.features.driven =
+        std::ranges::any_of(next.objects, [](const ServoObject& object) { return object.kinematic.number != 0; });
     state.features.beingMoved =
+        state.features.driven ||
         std::ranges::any_of(state.objects.all(), [](const ObjectState& object) { return object.beingMoved; });
     if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
     state.features.hasUntouchable = state.features.tool || state.features.torqueFades ||
@@ -142,6 +148,7 @@ class StateTransfer {
     } else if (sameSurface && isCarried(object, before)) {
       objects_[i].scenePose = object.pose;
       objects_[i].beingMoved = true;
+      objects_[i].kinematic = {};
       bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else {
@@ -185,7 +192,8 @@ class StateTransfer {
   /// Was a known object's pose not set since?
   [[nodiscard]] bool isAsSet(const ServoObject& object, std::size_t before) const noexcept {
     const ObjectState& was = state_.objects[before];
-    return was.scenePose == object.pose && (object.motion == nullptr || was.poseRevision == object.poseRevision);
+    const bool stays = object.motion == nullptr && was.kinematic.number == 0;
+    return was.scenePose == object.pose && (stays || was.poseRevision == object.poseRevision);
   }
 
   /// Does a known object go to its new pose as a motion, with the contact on it?
@@ -358,6 +366,7 @@ class StateTransfer {
     objects_[i].scenePose = object.pose;
     objects_[i].poseRevision = object.poseRevision;
     objects_[i].beingMoved = false;
+    objects_[i].kinematic = {};
     bodies_[i].surface = object.surface.get();
     bodies_[i].pendingRemoval = leaves(object);
     bodies_[i].previous = bodies_[i].current = object.pose;
@@ -400,7 +409,8 @@ bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) 
   if (transfer.broken()) {
     int touched = -1;
     const Vec3 then_N = transfer.springForce_N(touched);
-    if (glm::distance(now_N, then_N) > kMaxStep_N) {
+    const bool sameObject = touched >= 0 && next.objects[static_cast<std::size_t>(touched)].id == state.report.object;
+    if (glm::distance(now_N, then_N) > (sameObject ? kMaxSlewed_N : kMaxStep_N)) {
       state.adoption.fadingOut = mayWait;
       if (mayWait) return false;
       transfer.fadeIn(touched);

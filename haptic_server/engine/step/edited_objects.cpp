@@ -3,27 +3,36 @@
 #include <algorithm>
 
 #include "haptic_server/engine/step/held_springs.h"
+#include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptic_server/engine/step/rate_limited_pose.h"
 
 namespace haptics {
 namespace {
 
-void moveEditedObjects(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
-  state.features.beingMoved = false;
+void moveEditedObject(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t i) noexcept {
+  ObjectState& object = state.objects[i];
+  const Body& body = state.bodies[i];
+  object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
+  const Stiffness k = stiffer(object.stiffness.value(), ownStiffness(scene, state, i));
+  const RateLimitedPose pose(state.contact.hip, state.contact.ihip, k);
+  const Pose previous = lastTestedPose(state, body);
+  state.place(i, previous, pose.next(body.current, object.scenePose, config.period_s));
   state.limits.slew.begin();
+}
+
+void moveObjects(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  state.features.beingMoved = false;
   for (std::size_t i = 0; i < state.objects.count; ++i) {
     ObjectState& object = state.objects[i];
-    if (!object.beingMoved) continue;
+    const bool isDriven = moveDrivenObject(scene, state, config.period_s, i);
+    const bool isEdited = object.beingMoved;
+    if (isEdited) moveEditedObject(scene, state, config, i);
+    state.features.beingMoved = state.features.beingMoved || isDriven || object.beingMoved;
+    if (!(isDriven || isEdited) || object.id != state.report.object) continue;
     const Body& body = state.bodies[i];
-    object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
-    state.features.beingMoved = state.features.beingMoved || object.beingMoved;
-    const Stiffness k = stiffer(object.stiffness.value(), ownStiffness(scene, state, i));
-    const RateLimitedPose pose(state.contact.hip, state.contact.ihip, k);
-    const Pose previous = lastTestedPose(state, body);
-    state.place(i, previous, pose.next(body.current, object.scenePose, config.period_s));
-    if (object.id != state.report.object) continue;
     const Vec3 shift = toWorld(body.current, toLocal(body.previous, state.contact.ihip)) - state.contact.ihip;
-    state.energy.attribute(object.id, EnergyFeature::kEdit, glm::dot(state.energy.written_N(), shift));
+    state.energy.attribute(object.id, isDriven ? EnergyFeature::kMotion : EnergyFeature::kEdit,
+                           glm::dot(state.energy.written_N(), shift));
   }
 }
 
@@ -69,7 +78,7 @@ void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const
 }
 
 void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
-  if (state.features.beingMoved) moveEditedObjects(scene, state, config);
+  if (state.features.beingMoved) moveObjects(scene, state, config);
   if (state.features.hasUntouchable) releaseFaded(state);
 }
 

@@ -125,6 +125,16 @@ struct Denting {
   HAPTICS_FIELDS(self.revision, self.newest, self.isHeldUp);
 };
 
+/// Of an object that is driven (kinematic_motion.h).
+struct KinematicMotion {
+  std::uint64_t number =
+      0;                    ///< KinematicPose::number of the sample to which it goes, or has gone; 0: it is not driven.
+  std::uint64_t since = 0;  ///< Ticks since that came,
+  std::uint64_t left = 0;   ///< and until it is there.
+
+  HAPTICS_FIELDS(self.number, self.since, self.left);
+};
+
 /// One object's lasting state, carried over adoptions by id.
 struct ObjectState {
   std::uint64_t id = 0;
@@ -133,10 +143,11 @@ struct ObjectState {
   Pose previous, current;             ///< Of Body.
   Word<bool> pendingRemoval = false;  ///< Of Body.
   Word<bool> beingMoved = false;      ///< Edited under the stylus: on its way to scenePose.
+  KinematicMotion kinematic;
   RateLimitedStiffness stiffness;
 
   HAPTICS_FIELDS(self.id, self.scenePose, self.poseRevision, self.previous, self.current, self.pendingRemoval,
-                 self.beingMoved, self.stiffness);
+                 self.beingMoved, self.kinematic, self.stiffness);
 };
 
 /// A body that has a motion.
@@ -202,13 +213,14 @@ struct SceneFeatures {
   Word<bool> soft = false;              ///< It is soft.
   Word<bool> bumps = false;             ///< Bumps that are felt outside of its polygons.
   Word<bool> varyingStiffness = false;  ///< A stiffness that varies over its surface.
-  Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way.
+  Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way; or it is being driven.
+  Word<bool> driven = false;            ///< It was driven since the scene last set its pose.
   Word<bool> hasUntouchable = false;    ///< It leaves the scene, or is a tool, or was one whose torque fades.
   Word<bool> tool = false;              ///< The hand holds it, and feels through it.
   Word<bool> torqueFades = false;       ///< The hand held it, and feels its torque yet.
 
-  HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.hasUntouchable,
-                 self.tool, self.torqueFades);
+  HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.driven,
+                 self.hasUntouchable, self.tool, self.torqueFades);
 };
 
 /// Everything the servo remembers from tick to tick, beside the scene that it has adopted and the configuration. A copy of it

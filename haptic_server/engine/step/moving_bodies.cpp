@@ -211,14 +211,21 @@ bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& m
     changed = changed || !(now == motion.body[motion.bodyCount]);
     motion.body[motion.bodyCount++] = now;
   };
-  bool isToolDue = state.features.tool;
+  std::size_t next = 0;  // of those that are driven or held, in order of index
+  const auto addOthersUpTo = [&](std::size_t body) {
+    for (; next < body && motion.bodyCount < motion.body.size(); ++next) {
+      const bool isHeld = state.features.tool && state.tool.body == next;
+      if (!isHeld && state.objects[next].kinematic.number == 0) continue;
+      add(next, state.bodies[next].moving || isHeld ? BodyCondition::kAwake : BodyCondition::kAsleep);
+    }
+  };
+  const bool anyOthers = state.features.driven || state.features.tool;
   for (std::size_t i = 0; i < state.moving.count; ++i) {
     const MovingBody& moving = state.moving[i];
-    if (isToolDue && state.tool.body < moving.body) add(state.tool.body, BodyCondition::kAwake);
-    isToolDue = isToolDue && state.tool.body > moving.body;
-    add(moving.body, moving.state.condition);
+    if (anyOthers) addOthersUpTo(moving.body);
+    if (motion.bodyCount < motion.body.size()) add(moving.body, moving.state.condition);
   }
-  if (isToolDue) add(state.tool.body, BodyCondition::kAwake);
+  if (anyOthers) addOthersUpTo(state.objects.count);
   changed = describeTool(state, motion.tool) || changed;
   changed = changed || before != motion.bodyCount;
   if (changed) motion.tick = tick;

@@ -26,6 +26,13 @@ struct BakedDents {
   bool operator==(const BakedDents&) const = default;
 };
 
+/// The newest sample of a client that drives an object: where it goes from where it is, as a motion and not as an edit.
+struct KinematicPose {
+  std::uint64_t number = 0;  ///< Another one of each sample; 0: none since the scene last set its pose.
+  Pose pose;
+  bool operator==(const KinematicPose&) const = default;
+};
+
 /// What the servo needs of one object. Aligned so that a tick finds one by a shift of its index.
 struct alignas(64) ServoObject {
   std::uint64_t id = 0;
@@ -48,8 +55,10 @@ struct alignas(64) ServoObject {
       0;  ///< Of the spring that turns the tool to where the device is turned; of a tool above 0.
   /// Its sharp points at the tool's spacing, where the scene has a tool; null for none. The same pointer likewise.
   std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
-  /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.
+  /// Revision that last set its pose. What moves or was driven starts anew from there also when the pose is the same.
   std::uint64_t poseRevision = 0;
+  /// Of one without a motion.
+  KinematicPose kinematic = {};
   /// What it yields like; null for a rigid one. The same pointer likewise.
   std::shared_ptr<const SoftTissue> tissue = nullptr;
   BakedDents baked = {};

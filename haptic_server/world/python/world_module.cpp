@@ -149,14 +149,15 @@ PYBIND11_MODULE(_world, module) {
 
   py::class_<World::Device>(module, "Device", "The device whose force this is, and the rate of its loop. SI units.")
       .def(py::init([](double rate_Hz, double maxForce_N, double resolution_m, double delay_s, double mass_kg,
-                       double viscousFriction_Ns_per_m, double coulombFriction_N, double maxStiffness_N_per_m) {
+                       double viscousFriction_Ns_per_m, double coulombFriction_N, double maxStiffness_N_per_m,
+                       bool predicts) {
              return World::Device{
-                 rate_Hz,           maxForce_N,          resolution_m, delay_s, mass_kg, viscousFriction_Ns_per_m,
-                 coulombFriction_N, maxStiffness_N_per_m};
+                 rate_Hz,           maxForce_N,           resolution_m, delay_s, mass_kg, viscousFriction_Ns_per_m,
+                 coulombFriction_N, maxStiffness_N_per_m, predicts};
            }),
            py::kw_only(), py::arg("rate_Hz") = 1000, py::arg("max_force_N") = 3.3, py::arg("resolution_m") = 0,
            py::arg("delay_s") = 0, py::arg("mass_kg") = 0, py::arg("viscous_friction_Ns_per_m") = 0,
-           py::arg("coulomb_friction_N") = 0, py::arg("max_stiffness_N_per_m") = 0)
+           py::arg("coulomb_friction_N") = 0, py::arg("max_stiffness_N_per_m") = 0, py::arg("predicts") = true)
       .def_static("named", &World::Device::named, py::arg("name"),
                   "omni, touch, premium-1.5, desktop, falcon or omega.3, at 1 kHz.")
       .def_readwrite("rate_Hz", &World::Device::rate_Hz)
@@ -201,6 +202,13 @@ PYBIND11_MODULE(_world, module) {
             shared.with([&](World& world) { world.setPose(body, pose); });
           },
           py::arg("body"), py::arg("pose"))
+      .def(
+          "move_kinematic",
+          [](SharedWorld& shared, std::uint64_t body, const World::Pose& pose) {
+            shared.with([&](World& world) { world.moveKinematic(body, pose); });
+          },
+          py::arg("body"), py::arg("pose"),
+          "A motion from where the body is to this pose, which pushes the hand; before every tick, or less often.")
       .def(
           "set_material",
           [](SharedWorld& shared, std::uint64_t body, const World::Material& material) {

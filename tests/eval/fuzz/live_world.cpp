@@ -176,9 +176,10 @@ void LiveWorld::edit() {
 ReplaySource::Next LiveWorld::next(Tick& tick) noexcept {
   if (tick_ >= end_) return Next::kEnd;
   if (tick_ >= editDue_) {
-    editDue_ =
-        tick_ + static_cast<std::uint64_t>(setup_.rate_Hz * std::exp(random_.between(std::log(0.01), std::log(1.0))));
     edit();
+    const double shortest_s = edits_.streams() ? 0.001 : 0.01, longest_s = edits_.streams() ? 0.03 : 1;
+    editDue_ = tick_ + static_cast<std::uint64_t>(setup_.rate_Hz *
+                                                  std::exp(random_.between(std::log(shortest_s), std::log(longest_s))));
     buildDue_ = tick_;
   }
   if (tick_ >= buildDue_) {

@@ -294,8 +294,28 @@ void RandomEdits::addOperation(v1::Operation& operation, const SceneVersion& sce
   }
 }
 
+void RandomEdits::addSample(v1::SetPose& sample) {
+  place_m_ += step_m_;
+  sample.mutable_object()->set_id(streamed_);
+  sample.set_kinematic(true);
+  if (chance(0.3)) addPose(*sample.mutable_pose());
+  set(*sample.mutable_pose()->mutable_position(), place_m_);
+}
+
 v1::Transaction RandomEdits::next(const SceneVersion& scene) {
   v1::Transaction transaction;
+  if (samplesLeft_ > 0) {
+    --samplesLeft_;
+    addSample(*transaction.add_operations()->mutable_set_pose());
+    return transaction;
+  }
+  const int count = static_cast<int>(scene.objects().size());
+  if (count > 0 && chance(0.15)) {
+    samplesLeft_ = one({2, 20, 60});
+    streamed_ = scene.objects()[static_cast<std::size_t>(random_.below(count))]->id;
+    step_m_ = random_.direction() * spread(1e-5, 0.01);
+    place_m_ = -0.5 * samplesLeft_ * step_m_;
+  }
   for (int i = one({1, 1, 1, 2, 4}); i > 0; --i) addOperation(*transaction.add_operations(), scene);
   return transaction;
 }

@@ -18,6 +18,8 @@ class RandomEdits {
 
   /// @param scene  In which it is to be carried out.
   [[nodiscard]] v1::Transaction next(const SceneVersion& scene);
+  /// The next edits are samples of a stream of poses.
+  [[nodiscard]] bool streams() const noexcept { return samplesLeft_ > 0; }
 
  private:
   [[nodiscard]] bool chance(double share) { return random_.chance(share); }
@@ -43,9 +45,14 @@ class RandomEdits {
   void addDeformation(v1::Deformation& deformation, const ObjectRecord* object);
   void addObject(v1::AddObject& add);
   void addOperation(v1::Operation& operation, const SceneVersion& scene);
+  void addSample(v1::SetPose& set);
 
   Random random_;
   std::uint64_t named_ = 0;
+  // Of the stream: samples, whose object, where it is and how it goes on.
+  int samplesLeft_ = 0;
+  ObjectId streamed_ = 0;
+  Vec3 place_m_{0}, step_m_{0};
 };
 
 }  // namespace haptics::eval

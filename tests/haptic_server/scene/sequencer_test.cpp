@@ -91,6 +91,51 @@ TEST_F(SequencerTest, GivesAndTakesMotionsAndRemembersWhenAPoseWasSet) {
   EXPECT_EQ(sequencer.posedAt(a), 0U);
 }
 
+TEST_F(SequencerTest, DrivesObjectsWithoutARevision) {
+  accept(edit(add("a"), add("b")));
+  const auto before = sequencer.history();
+  const ObjectId a = version().find("a")->id;
+  const auto drive = [](const std::string& name, Vec3 to) { return SetPose{named(name), {to, std::nullopt}, true}; };
+  const auto first = accept(edit(drive("a", {0, 0, 1})));
+  EXPECT_EQ(sequencer.history(), before);
+  EXPECT_EQ(first->commit.revision, version().revision());
+  EXPECT_EQ(first->commit.root, version().root());
+  EXPECT_EQ(sequencer.kinematicOf(a).pose.position, Vec3(0, 0, 1));
+  const std::uint64_t number = sequencer.kinematicOf(a).number;
+  accept(edit(drive("a", {0, 0, 1}), drive("b", {0, 1, 0})));
+  EXPECT_GT(sequencer.kinematicOf(a).number, number) << "each sample counts, also to the same place";
+
+  accept(edit(moveTo("b", {0, 0, 0})));
+  EXPECT_EQ(sequencer.kinematicOf(a).pose.position, Vec3(0, 0, 1));
+  EXPECT_EQ(sequencer.kinematicOf(version().find("b")->id), KinematicPose{});
+  accept(edit(remove("a")));
+  EXPECT_EQ(sequencer.kinematicOf(a), KinematicPose{});
+}
+
+TEST_F(SequencerTest, ASampleThatIsSentAgainAfterALaterEditIsAnsweredAndNotApplied) {
+  accept(edit(add("a")));
+  const Transaction sample = edit(SetPose{named("a"), {Vec3(0, 0, 1), std::nullopt}, true});
+  const std::uint64_t itsSeq = ++seq;
+  static_cast<void>(sequencer.submit(kAlice, itsSeq, sample));
+  accept(edit(moveTo("a", {0, 0, 2})));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(sequencer.submit(kAlice, itsSeq, sample)));
+  EXPECT_EQ(sequencer.kinematicOf(version().find("a")->id), KinematicPose{});
+}
+
+TEST_F(SequencerTest, RefusesToDriveWhatMovesByItselfWhatIsNotThereAndBesideOtherEdits) {
+  MotionProperties moving;
+  moving.mass_kg = 0.1;
+  accept(edit(add("a"), add("ball"), SetMotion{named("ball"), moving}));
+  const auto drive = [](const std::string& name) { return SetPose{named(name), {Vec3(0), std::nullopt}, true}; };
+  EXPECT_THAT(reject(edit(drive("ball"))).text(),
+              HasSubstr("operations[0].set_pose.kinematic: is for objects without"));
+  EXPECT_THAT(reject(edit(drive("c"))).text(), HasSubstr("there is no"));
+  EXPECT_THAT(reject(edit(drive("a"), remove("a"))).text(), HasSubstr("operations[1]"));
+  for (std::size_t i = 0; i < kMaxMovingBodies; ++i) accept(edit(add("more" + std::to_string(i))));
+  for (std::size_t i = 0; i + 1 < kMaxMovingBodies; ++i) accept(edit(drive("more" + std::to_string(i))));
+  EXPECT_THAT(reject(edit(drive("a"))).text(), HasSubstr("at most 32"));
+}
+
 TEST_F(SequencerTest, RefusesMotionsThatNoBodyHasAndMoreBodiesThanTheServoMoves) {
   accept(edit(add("a")));
   const MotionProperties impossible{.mass_kg = 1, .inertia = GivenInertia{{}, {1, 1, 3}, {}}};

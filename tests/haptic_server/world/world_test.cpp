@@ -261,6 +261,49 @@ TEST(World, RunIsAStepForEachPosition) {
   EXPECT_TRUE(touched);
 }
 
+/// A plate of 0.1 mm whose upper face is at z = 0.
+std::uint64_t addPlate(World& world) {
+  constexpr double kThick_m = 1e-4;
+  const TriMesh mesh = makeBox(Vec3(0.2, 0.2, kThick_m), 1).value();
+  std::vector<std::array<float, 3>> vertices;
+  for (const Vec3f& v : mesh.vertices) vertices.push_back({v.x, v.y, v.z - static_cast<float>(kThick_m / 2)});
+  return world.add("plate", {vertices, mesh.triangles}, {.stiffness_N_per_m = 500, .damping_Ns_per_m = 0});
+}
+
+TEST(World, ABodyThatIsMovedInEveryTickPushesTheHandAndIsWhereItWasPut) {
+  World world;
+  const auto plate = addPlate(world);
+  for (int i = 0; i < 600; ++i) static_cast<void>(world.step({0.01, 0.02, 0.05}));
+  const std::uint64_t allocations = AllocationTripwire::count();
+  {
+    const AllocationTripwire armed;
+    for (int i = 0; i <= 55; ++i) {  // 1 m/s
+      const double height_m = 1e-3 * i;
+      world.moveKinematic(plate, {.position_m = {0, 0, height_m}});
+      const World::Sample sample = world.step({0.01, 0.02, 0.05});
+      ASSERT_NEAR(sample.force_N[2], 500 * std::max(height_m - 0.05, 0.0), 1e-4);
+    }
+  }
+  EXPECT_EQ(AllocationTripwire::count(), allocations);
+  world.setPose(plate, {});
+  for (int i = 0; i < 600; ++i) static_cast<void>(world.step({0.01, 0.02, 0.05}));
+  EXPECT_EQ(world.step({0.01, 0.02, 0.05}).body, 0U) << "setPose() puts it back";
+  EXPECT_THAT(refusalOf([&] {
+                world.moveKinematic(plate, {.position_m = {0, std::nan(""), 0}});
+              }),
+              HasSubstr("pose.position_m[1]"));
+}
+
+TEST(World, WithoutAMassForceIsStiffnessTimesDepthAtAnySpeed) {
+  World world;
+  addPlate(world);
+  for (int i = 0; i < 600; ++i) static_cast<void>(world.step({0.01, 0.02, 0.02}));
+  for (int i = 0; i < 70; ++i) {
+    const double z = 0.02 - 3e-4 * i;  // 0.3 m/s
+    ASSERT_NEAR(world.step({0.01, 0.02, z}).force_N[2], 500 * std::max(-z, 0.0), 1e-6) << i;
+  }
+}
+
 TEST(World, StepsWithoutAllocating) {
   World world(World::Device::named("omni"));
   const auto body = world.add("ball", Sphere().mesh(), {.roundedBelow_rad = 1});

@@ -62,12 +62,16 @@ class EditUnderTheStylus : public ::testing::Test {
     edited.adopt(sceneOf(2, std::move(objects)));
     return watch(edited, before_);
   }
+  /// What the trajectory does by itself on one of the two scenes.
+  [[nodiscard]] double ownStep_N(std::vector<ServoObject> objects) const {
+    VirtualServo always(stroke, kConfig, sceneOf(1, std::move(objects)));
+    const TelemetrySample before = always.run(kEditTick);
+    return std::max(without_.contact_N, watch(always, before).contact_N);
+  }
   /// In the tick of the adoption nothing but what the trajectory itself does, and later no more than it does on one of
   /// the two scenes: stiffer or coarser surfaces have larger steps of their own.
   void expectNoStep(const Steps& with, std::vector<ServoObject> objects) const {
-    VirtualServo always(stroke, kConfig, sceneOf(1, std::move(objects)));
-    const TelemetrySample before = always.run(kEditTick);
-    const double own_N = std::max(without_.contact_N, watch(always, before).contact_N);
+    const double own_N = ownStep_N(std::move(objects));
     EXPECT_LE(with.adoption_N, 1.1 * without_.contact_N + 0.05);
     EXPECT_LE(with.contact_N, 1.1 * own_N + 0.05);
   }
@@ -162,19 +166,54 @@ TEST_F(EditUnderTheStylus, AnObjectMovedFarAwayIsLetGo) {
 }
 
 TEST_F(EditUnderTheStylus, WhatNeedsAnotherContactIsLetGoFirstAndThenPushesTheStylusOutGently) {
-  ServoObject farther = sphere_;
-  farther.pose.position = Vec3(0.02, 0, 0);
   ServoObject larger = sphere_;
   larger.surface = surfaceOf(makeSphere(kRadius_m + 0.004, 48).value());
   const ServoObject over = objectOf(2, surfaceOf(makeBox(Vec3(0.06), 4).value()), Vec3(0, 0, kRadius_m));
-  for (const std::vector<ServoObject>& objects :
-       {std::vector{farther}, std::vector{larger}, std::vector{sphere_, over}}) {
+  for (const std::vector<ServoObject>& objects : {std::vector{larger}, std::vector{sphere_, over}}) {
     const Steps with = withEdit(objects);
     expectNoStep(with, objects);
     EXPECT_GT(with.waited, 10U);
     EXPECT_LT(with.waited, 150U);
     EXPECT_NE(with.last.object, 0U);
     EXPECT_NEAR(glm::length(with.last.force.written), glm::length(with.last.force.contact), 0.01);
+  }
+}
+
+TEST_F(EditUnderTheStylus, ASmallStepOnTheSameObjectIsLetInWithoutLettingGo) {
+  ServoObject farther = sphere_;
+  farther.pose.position = Vec3(0.02, 0, 0);
+  ServoObject larger = sphere_;
+  larger.surface = surfaceOf(makeSphere(kRadius_m + 0.001, 48).value());
+  for (const ServoObject& edited : {farther, larger}) {
+    const Steps with = withEdit({edited});
+    EXPECT_EQ(with.waited, 0U);
+    EXPECT_EQ(with.freeTicks, 0U);
+    EXPECT_GT(with.adoption_N, 0.5) << "the edit must change the contact force at once";
+    EXPECT_LE(with.written_N, 1.1 * ownStep_N({edited}) + EditSlew::kRate_N_per_s * kConfig.period_s);
+    EXPECT_NEAR(glm::length(with.last.force.written), glm::length(with.last.force.contact), 0.01);
+  }
+}
+
+TEST_F(EditUnderTheStylus, ABallThatGrowsInManySmallEditsPushesTheRestingHand) {
+  constexpr double kSlow_m = 4e-5;  // an edit
+  const Vec3 hip(0, 0, kRadius_m - 0.002);
+  VirtualServo servo(
+      [&](std::uint64_t tick) {
+        return tick < 200 ? Vec3(0, 0, kRadius_m + 0.01) - 6e-5 * static_cast<double>(tick) * Vec3(0, 0, 1) : hip;
+      },
+      kConfig, sceneOf(1, {sphere_}));
+  servo.run(500);
+  double grown_m = 0;
+  for (std::uint64_t revision = 2; revision < 52; ++revision) {
+    grown_m += kSlow_m;
+    ServoObject ball = sphere_;
+    ball.surface = surfaceOf(makeSphere(kRadius_m + grown_m, 48).value());
+    servo.adopt(sceneOf(revision, {ball}));
+    for (int i = 0; i < 20; ++i) {
+      const TelemetrySample sample = servo.step();
+      const double depth_m = kRadius_m + grown_m - hip.z;
+      ASSERT_NEAR(sample.force.written.z, 800 * depth_m, 800 * kSlow_m + 0.02) << "edit " << revision << ", tick " << i;
+    }
   }
 }
 

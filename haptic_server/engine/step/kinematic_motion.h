@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+
+#include "haptic_server/engine/step/haptic_state.h"
+
+namespace haptics {
+
+/// A tick of an object that a client drives (KinematicPose): at an even speed to the newest sample, in as many ticks as lie
+/// between that and the one before, so that a stream of any rate moves it without a stop, and a sample in every tick puts it
+/// there. One that comes kLongestPause_s or more after the last begins a stream: the object then goes there at
+/// kFirstSpeed_m_per_s or, where that would take longer, within that time. Surfaces that move so are met on their way as any
+/// moving body is, and push the hand.
+/// @return Whether it is driven, or comes to rest after it was.
+[[nodiscard]] bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period_s,
+                                    std::size_t object) noexcept;
+
+/// Shorter makes slow streams go by fits and starts; longer makes the first sample after a pause late.
+inline constexpr double kLongestPause_s = 0.1;
+inline constexpr double kFirstSpeed_m_per_s = 1;
+
+}  // namespace haptics
