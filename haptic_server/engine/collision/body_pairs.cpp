@@ -39,7 +39,7 @@ constexpr double kSurelyBehind_m = 1e-6;
 struct Moving {
   Vec3 centre;  // of the sphere, world
   double radius_m;
-  Vec3 velocity;    // of the centre of mass
+  Vec3 velocity;    // of its pivot()
   double spin_m_s;  // of the farthest point about it
 
   explicit Moving(const Collider& body) noexcept
@@ -47,11 +47,10 @@ struct Moving {
         radius_m(body.surface->radius_m()),
         velocity(0),
         spin_m_s(0) {
-    if (!isAwake(body)) return;
-    const RigidVelocity v = velocityOf(*body.rigidBody, *body.state);
+    if (!isAwake(body) && !body.isDriven) return;
+    const RigidVelocity v = body.isDriven ? body.before : velocityOf(*body.rigidBody, *body.state);
     velocity = v.linear;
-    const Vec3 massCentre = toWorld(body.pose, body.rigidBody->mass.centre);
-    spin_m_s = glm::length(v.angular) * (radius_m + glm::distance(centre, massCentre));
+    spin_m_s = glm::length(v.angular) * (radius_m + glm::distance(centre, body.pivot()));
   }
   Moving() = default;
 };
@@ -518,8 +517,7 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
     if (bodies[a].state == nullptr) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       if (b == a || (b < a && bodies[b].state != nullptr)) continue;  // of two that move the first one comes first
-      const bool awake = isAwake(bodies[a]) || isAwake(bodies[b]);
-      if (!awake) continue;
+      if (!isActive(bodies[a], bodies[b])) continue;
       const double apart = moving[a].radius_m + moving[b].radius_m + reachOf(moving[a], moving[b], period_s);
       const bool near =
           !bodies[a].absent && !bodies[b].absent && squaredLength(moving[a].centre - moving[b].centre) < apart * apart;
@@ -562,7 +560,7 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
   for (std::size_t k = 0; k < pairs.places.count; ++k) {
     const std::size_t i = (pairs.next + k) % pairs.places.count;
     BodyPair& pair = pairs.places[i];
-    if (pair.used == 0 || (!isAwake(bodies[pair.first]) && !isAwake(bodies[pair.second]))) continue;
+    if (pair.used == 0 || !isActive(bodies[pair.first], bodies[pair.second])) continue;
     const PairNow now(bodies, moving, pair, period_s);
     if (now.isKnown(pair)) continue;
     now.begin(i, pair, pairs.search);
@@ -581,7 +579,7 @@ void searchAhead(std::span<const Collider> bodies, BodyPairs& pairs, double peri
   const std::int64_t all = allowance.left();
   const auto isLong = [&](const BodyPair& pair) {
     return pair.used != 0 && static_cast<std::int64_t>(pair.units) > all &&
-           (isAwake(bodies[pair.first]) || isAwake(bodies[pair.second]));
+           isActive(bodies[pair.first], bodies[pair.second]);
   };
   if (std::ranges::none_of(pairs.all(), isLong)) return;
   AllMoving moving;

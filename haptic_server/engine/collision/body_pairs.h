@@ -20,17 +20,21 @@ struct Collider {
   const CollisionMesh* surface = nullptr;
   const CollisionPoints* points = nullptr;
   Pose pose;
-  const RigidBody* rigidBody = nullptr;  ///< Null: it stands still.
+  const RigidBody* rigidBody = nullptr;  ///< Null: it stands still, or is driven.
   RigidState* state = nullptr;           ///< Likewise.
   Push push;
   bool absent = false;     ///< Meets nothing in this tick.
   bool isPut = false;      ///< It has not moved to where it is: it may be inside others.
-  RigidVelocity before{};  ///< What the last tick left it, before this one's forces.
+  bool isDriven = false;   ///< It has no state, and moves all the same: as `before` says, whatever it meets.
+  RigidVelocity before{};  ///< What the last tick left it, before this one's forces; of pivot().
 
+  /// The centre of mass; of one without a state its origin. World.
+  [[nodiscard]] Vec3 pivot() const noexcept {
+    return state == nullptr ? pose.position : toWorld(pose, rigidBody->mass.centre);
+  }
   /// Of a place of the world, m/s.
   [[nodiscard]] Vec3 velocityBefore(Vec3 place) const noexcept {
-    if (state == nullptr) return Vec3(0);
-    return before.linear + glm::cross(before.angular, place - toWorld(pose, rigidBody->mass.centre));
+    return before.linear + glm::cross(before.angular, place - pivot());
   }
 };
 
@@ -119,6 +123,11 @@ static_assert(std::is_trivially_copyable_v<BodyPairs>, "recorded, and copied to 
 
 [[nodiscard]] inline bool isAwake(const Collider& body) noexcept {
   return body.state != nullptr && body.state->condition == BodyCondition::kAwake;
+}
+
+/// Something may happen to the pair: one of its bodies is awake, or a driven one may wake the other.
+[[nodiscard]] inline bool isActive(const Collider& first, const Collider& second) noexcept {
+  return isAwake(first) || isAwake(second) || first.isDriven || second.isDriven;
 }
 
 struct FoundContacts {

@@ -14,6 +14,9 @@ class Mover {
   /// It stands still, whatever acts on it.
   Mover() = default;
   Mover(const RigidBody& body, RigidState& state, double period_s) noexcept;
+  /// It moves so, whatever acts on it.
+  Mover(Vec3 pivot, const RigidVelocity& velocity) noexcept
+      : centre_(pivot), linear_(velocity.linear), angular_(velocity.angular) {}
 
   [[nodiscard]] Vec3 velocityAt(Vec3 place) const noexcept;
   [[nodiscard]] Vec3 angularVelocity() const noexcept { return freedom_ == Freedom::kHinge ? rate_ * axis_ : angular_; }

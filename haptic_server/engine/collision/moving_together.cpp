@@ -54,6 +54,7 @@ class Islands {
 };
 
 [[nodiscard]] Vec3 velocityAt(const Collider& body, Vec3 place) noexcept {
+  if (body.isDriven) return body.velocityBefore(place);
   if (!isAwake(body)) return Vec3(0);
   const RigidVelocity v = velocityOf(*body.rigidBody, *body.state);
   return v.linear + glm::cross(v.angular, place - toWorld(body.pose, body.rigidBody->mass.centre));
@@ -81,7 +82,7 @@ class Islands {
   return islands;
 }
 
-/// What is pushed wakes, and so does what touches a body that is awake.
+/// What is pushed wakes, and so does what touches a body that is awake or driven.
 void wake(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
   const auto rouse = [](RigidState& state) {
     state.condition = BodyCondition::kAwake;
@@ -91,8 +92,15 @@ void wake(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) n
   for (Collider& body : bodies) {
     if (body.state == nullptr) continue;
     if (body.state->condition == BodyCondition::kAsleep && body.push.any()) rouse(*body.state);
+  }
+  for (const BodyPair& pair : pairs.all()) {
+    if (pair.used == 0 || !bodies[pair.second].isDriven) continue;
+    RigidState& state = *bodies[pair.first].state;
+    if (state.condition == BodyCondition::kAsleep && isTouching(pair, bodies, period_s)) rouse(state);
+  }
+  for (const Collider& body : bodies) {
     any = any || isAwake(body);
-    all = all && body.state->condition != BodyCondition::kAsleep;
+    all = all && (body.state == nullptr || body.state->condition != BodyCondition::kAsleep);
   }
   if (!any || all) return;
   Islands islands = islandsOf(bodies, pairs, period_s);
@@ -135,9 +143,11 @@ class Contacts {
   Contacts(std::span<Collider> bodies, BodyPairs& pairs, double period_s) noexcept
       : bodies_(bodies), pairs_(pairs), solver_(movers_, period_s), period_s_(period_s) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      if (!isAwake(bodies[i])) continue;
+      const bool isDriven = bodies[i].isDriven && moverCount_ < movers_.size();
+      if (!isDriven && !isAwake(bodies[i])) continue;
       mover_[i] = moverCount_++;
-      movers_[mover_[i]] = Mover(*bodies[i].rigidBody, *bodies[i].state, period_s);
+      movers_[mover_[i]] = isDriven ? Mover(bodies[i].pivot(), bodies[i].before)
+                                    : Mover(*bodies[i].rigidBody, *bodies[i].state, period_s);
     }
   }
 
@@ -209,7 +219,7 @@ class Contacts {
 
   [[nodiscard]] bool isSolved(std::size_t p) const noexcept {
     const BodyPair& pair = pairs_.places[p];
-    return pair.used != 0 && (mover_[pair.first] != kGround || mover_[pair.second] != kGround);
+    return pair.used != 0 && (isAwake(bodies_[pair.first]) || isAwake(bodies_[pair.second]));
   }
 
   void addPair(std::size_t p) noexcept {
@@ -276,7 +286,7 @@ std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
 bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
                   CollisionAllowance& allowance) noexcept {
   wake(bodies, pairs, period_s);
-  if (std::ranges::none_of(bodies, isAwake)) return true;
+  if (std::ranges::none_of(bodies, [](const Collider& body) { return isAwake(body) || body.isDriven; })) return true;
   std::array<Before, kMaxColliders> before;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const RigidState* state = bodies[i].state;

@@ -5,6 +5,7 @@
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/step/edited_objects.h"
 #include "haptic_server/engine/step/held_springs.h"
+#include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptic_server/engine/step/moving_bodies.h"
 #include "haptic_server/engine/step/separation_speed.h"
 #include "haptic_server/engine/step/soft_bodies.h"
@@ -314,6 +315,8 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
     result.followed = true;
     estimateHip(state, input.device.position);
     computeContactForce(scene, state, config, input, result, cache);
+  } else if (state.features.driven) {
+    moveDrivenObjects(scene, state, config.period_s);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
   limit(state, config, input, result);

@@ -46,4 +46,8 @@ bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period
   return goesOn || motion.left > 0 || body.moving;
 }
 
+void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept {
+  for (std::size_t i = 0; i < state.objects.count; ++i) static_cast<void>(moveDrivenObject(scene, state, period_s, i));
+}
+
 }  // namespace haptics

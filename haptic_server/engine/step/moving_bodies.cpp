@@ -77,6 +77,13 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
   state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
 }
 
+/// Of the origin; both poses are near each other.
+[[nodiscard]] RigidVelocity velocityBetween(const Pose& before, const Pose& after, double period_s) noexcept {
+  const Quat turn = after.rotation * glm::conjugate(before.rotation);
+  const double sense = turn.w < 0 ? -2 : 2;
+  return {(after.position - before.position) / period_s, sense / period_s * Vec3(turn.x, turn.y, turn.z)};
+}
+
 /// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.
 bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
                          const MotionAllowance& motion) noexcept {
@@ -88,6 +95,10 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
     colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
     is.isPut = false;
+    if (body.moving && state.objects[is.body].kinematic.number != 0) {
+      colliders[i].isDriven = true;
+      colliders[i].before = velocityBetween(body.previous, body.current, config.period_s);
+    }
     if (moving == nullptr || standsStill(state, static_cast<std::size_t>(is.moving))) continue;
     colliders[i].rigidBody = &state.rigidBody(*moving);
     colliders[i].state = &moving->state;

@@ -72,6 +72,47 @@ TEST(CollidingBodies, FallAsleepTogetherAndAreWokenByEditsOfWhatTheyLieOn) {
   EXPECT_LT(placeOf(servo, 0).z, -0.1);
 }
 
+/// Drives the table to where it is after so many ticks, in every tick.
+void driveTable(
+    VirtualServo& servo, std::vector<ServoObject>& objects, Vec3 velocity, int ticks,
+    const std::function<void()>& eachTick = [] {}) {
+  static std::uint64_t revision = 100;
+  const Vec3 from = placeOf(servo, 0);
+  for (int i = 1; i <= ticks; ++i) {
+    ++revision;
+    objects[0].kinematic = {revision, Pose{Quat(1, 0, 0, 0), from + 1e-3 * i * velocity}};
+    servo.adopt(sceneOf(revision, objects));
+    servo.step();
+    eachTick();
+  }
+}
+
+TEST(CollidingBodies, RideOnWhatIsDrivenAndAreWokenByIt) {
+  std::vector<ServoObject> objects{table(), brick(2, {0, 0, 0.015})};
+  VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
+  servo.run(2000);
+  ASSERT_TRUE(isAsleep(servo, 0));
+  driveTable(servo, objects, {0, 0, 0.2}, 500, [&] {
+    ASSERT_NEAR(placeOf(servo, 1).z - placeOf(servo, 0).z, 0.025, 5e-4) << "it is lifted, and does not fly";
+  });
+  servo.run(300);  // it comes down from the stop
+  EXPECT_NEAR(placeOf(servo, 1).z, 0.115, 5e-5);
+  driveTable(servo, objects, {0.1, 0, 0}, 1000);
+  EXPECT_NEAR(placeOf(servo, 1).x, placeOf(servo, 0).x, 3e-3) << "friction takes it along";
+}
+
+TEST(CollidingBodies, ArePushedByAWallThatIsDriven) {
+  std::vector<ServoObject> objects{colliding(1, makeBox({0.02, 0.1, 0.05}, 1).value(), {-0.1, 0, 0.026}, 0),
+                                   colliding(2, makeBox({0.5, 0.5, 0.02}, 1).value(), {0, 0, -0.01}, 0),
+                                   brick(3, {0, 0, 0.015})};
+  VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
+  servo.run(2000);
+  ASSERT_TRUE(isAsleep(servo, 0));
+  driveTable(servo, objects, {0.5, 0, 0}, 300,
+             [&] { ASSERT_GT(placeOf(servo, 2).x - placeOf(servo, 0).x, 0.04 - 1e-4) << "nothing is passed through"; });
+  EXPECT_GT(placeOf(servo, 2).x, 0.089);
+}
+
 TEST(CollidingBodies, PassThroughWhatDoesNotCollide) {
   ServoObject ground = table();
   ground.collision = nullptr;
