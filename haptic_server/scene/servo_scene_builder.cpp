@@ -103,10 +103,13 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
                               .tool = tool,
                               .torsion_Nm_per_rad = tool ? stableTorsion_Nm_per_rad(*record.motion->tool) : 0,
                               .poseRevision = source.poseRevision,
-                              .kinematic = source.kinematic,
                               .tissue = parts.tissue,
                               .baked = source.baked,
                               .highestFactor = highestFactor});
+  }
+  const auto isDriven = [](const ServoObjectSource& source) { return source.kinematic.number != 0; };
+  if (std::ranges::any_of(objects, isDriven)) {
+    for (const ServoObjectSource& source : objects) scene->kinematic.push_back(source.kinematic);
   }
   const auto tool = std::ranges::find_if(
       scene->objects, [](const ServoObject& object) { return object.tool != nullptr && !object.pendingRemoval; });

@@ -25,7 +25,7 @@ struct ServoObjectSource {
   std::uint64_t poseRevision = 0;  ///< ServoObject::poseRevision.
   bool pendingRemoval = false;
   BakedDents baked = {};         ///< ServoObject::baked.
-  KinematicPose kinematic = {};  ///< ServoObject::kinematic.
+  KinematicPose kinematic = {};  ///< As in ServoScene::kinematic.
 
   [[nodiscard]] ObjectId id() const noexcept { return record->id; }
 };

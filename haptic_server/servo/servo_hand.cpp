@@ -50,7 +50,7 @@ RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& 
 void ServoHand::publish(const TelemetrySample& sample) noexcept {
   account(sample);
   if (!samples_.push(sample)) increment(statistics_.droppedSamples, 1);
-  if (state_.features.tool + state_.features.driven + state_.moving.count + motion_.bodyCount + state_.dents.count +
+  if (state_.features.tool + state_.driven.count + state_.moving.count + motion_.bodyCount + state_.dents.count +
           motion_.dentCount >
       0) [[unlikely]]
     publishMotion(sample.tick);

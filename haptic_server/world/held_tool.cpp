@@ -54,7 +54,8 @@ void HeldTool::adopt(const ServoScene& scene) {
   std::vector<ToolContact::Obstacle> obstacles;
   std::vector<Known> known;
   bodies_.clear();
-  for (const ServoObject& object : scene.objects) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const ServoObject& object = scene.objects[i];
     if (object.pendingRemoval) continue;
     const auto before = std::ranges::find(known_, object.id, &Known::number);
     const bool isKnown = before != known_.end();
@@ -64,7 +65,7 @@ void HeldTool::adopt(const ServoScene& scene) {
                                    sharpPoints(*object.surface, spacing_m_, kMaxToolPoints))});
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
-    body.previous = body.current = object.kinematic.number != 0 ? object.kinematic.pose : object.pose;
+    body.previous = body.current = scene.kinematic[i].number != 0 ? scene.kinematic[i].pose : object.pose;
     body.update();
     obstacles.push_back({body.current, *known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
   }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "haptic_server/engine/step/haptic_step.h"
+#include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptic_server/servo/server_step_config.h"
 #include "haptic_server/world/input_checks.h"
 
@@ -64,9 +65,10 @@ void SteppedScene::drive(std::uint64_t body, const KinematicPose& sample) noexce
   for (ServoScene* scene : {scene_.get(), next_.get()}) {
     if (scene == nullptr) continue;
     const auto object = std::ranges::lower_bound(scene->objects, body, {}, &ServoObject::id);
-    if (object != scene->objects.end() && object->id == body) object->kinematic = sample;
+    if (object != scene->objects.end() && object->id == body)
+      scene->kinematic[static_cast<std::size_t>(object - scene->objects.begin())] = sample;
   }
-  state_->features.driven = state_->features.beingMoved = true;
+  beginDriving(*state_);
 }
 
 World::Sample SteppedScene::step(const World::Vector& hip_m) noexcept {

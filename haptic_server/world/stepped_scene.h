@@ -31,7 +31,7 @@ class SteppedScene {
 
   /// Felt from the next step on.
   void publish(std::unique_ptr<ServoScene> scene);
-  /// The same of a body of the scene, without allocating.
+  /// The same of a body, without allocating. Scenes that were published have a kinematic pose of each object.
   void drive(std::uint64_t body, const KinematicPose& sample) noexcept;
   void miss(std::uint64_t ticks) noexcept { tick_ += ticks; }
   [[nodiscard]] World::Sample step(const World::Vector& hip_m) noexcept;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -96,6 +97,7 @@ struct World::Impl {
 
   std::vector<std::pair<std::uint64_t, std::string>> names;  // of the bodies that were not removed
   std::vector<ServoObject> bodies;                           // as edited last, in order of id
+  std::map<std::uint64_t, KinematicPose> driven;             // of each of them: moveKinematic() adds none
   std::vector<Removal> removals;
   std::uint64_t lastBody = 0, revision = 0, lastSample = 0;
   SteppedScene scene;
@@ -124,6 +126,10 @@ struct World::Impl {
     auto made = std::make_unique<ServoScene>();
     made->number = made->revision = ++revision;
     made->objects = bodies;
+    std::erase_if(driven, [this](const auto& entry) {
+      return std::ranges::find(bodies, entry.first, &ServoObject::id) == bodies.end();
+    });
+    for (const ServoObject& object : bodies) made->kinematic.push_back(driven[object.id]);
     if (tool) tool->adopt(*made);
     scene.publish(std::move(made));
   }
@@ -160,16 +166,18 @@ std::uint64_t World::add(std::string_view name, const Mesh& mesh, const Material
 void World::setPose(std::uint64_t body, const Pose& pose) {
   ServoObject& object = impl_->find(body);
   object.pose = poseOf(pose);
-  object.kinematic = {};
+  impl_->driven[body] = {};
   object.poseRevision = impl_->revision + 1;
   impl_->publish();
 }
 
 void World::moveKinematic(std::uint64_t body, const Pose& pose) {
-  ServoObject& object = impl_->find(body);
-  object.kinematic = {++impl_->lastSample, poseOf(pose)};
-  impl_->scene.drive(body, object.kinematic);
-  if (impl_->tool) impl_->tool->drive(body, object.kinematic.pose);
+  static_cast<void>(impl_->find(body));
+  KinematicPose& sample = impl_->driven[body];
+  sample = {impl_->lastSample + 1, poseOf(pose)};
+  ++impl_->lastSample;
+  impl_->scene.drive(body, sample);
+  if (impl_->tool) impl_->tool->drive(body, sample.pose);
 }
 
 void World::setMaterial(std::uint64_t body, const Material& material) {

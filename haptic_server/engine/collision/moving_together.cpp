@@ -95,8 +95,9 @@ void wake(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) n
   }
   for (const BodyPair& pair : pairs.all()) {
     if (pair.used == 0 || !bodies[pair.second].isDriven) continue;
-    RigidState& state = *bodies[pair.first].state;
-    if (state.condition == BodyCondition::kAsleep && isTouching(pair, bodies, period_s)) rouse(state);
+    RigidState* const state = bodies[pair.first].state;
+    if (state != nullptr && state->condition == BodyCondition::kAsleep && isTouching(pair, bodies, period_s))
+      rouse(*state);
   }
   for (const Collider& body : bodies) {
     any = any || isAwake(body);

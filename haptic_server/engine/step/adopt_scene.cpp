@@ -106,11 +106,12 @@ class StateTransfer {
     state.features.soft = anySoft_;
     state.features.varyingStiffness = anyVaryingStiffness_;
     state.now.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
-    state.features.driven =
-        std::ranges::any_of(next.objects, [](const ServoObject& object) { return object.kinematic.number != 0; });
-    state.features.beingMoved =
-        state.features.driven ||
-        std::ranges::any_of(state.objects.all(), [](const ObjectState& object) { return object.beingMoved; });
+    const bool anyDriven = next.anyDriven();
+    state.driven.count = anyDriven ? count_ : 0;
+    std::copy_n(driven_.begin(), state.driven.count, state.driven.items.begin());
+    state.features.beingMoved = anyDriven || std::ranges::any_of(state.objects.all(), [](const ObjectState& object) {
+                                  return object.beingMoved;
+                                });
     if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
     state.features.hasUntouchable = state.features.tool || state.features.torqueFades ||
                                     std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
@@ -137,6 +138,7 @@ class StateTransfer {
     const bool stopped = letGo || (object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr);
     const bool samePose = isAsSet(object, before) && !stopped;
     bodies_[i] = state_.bodies[before];
+    driven_[i] = state_.isDriven(before) ? state_.driven[before] : KinematicMotion{};
     objects_[i] = state_.objects[before];
     objects_[i].poseRevision = object.poseRevision;
     bodies_[i].pendingRemoval = leaves(object);
@@ -148,7 +150,7 @@ class StateTransfer {
     } else if (sameSurface && isCarried(object, before)) {
       objects_[i].scenePose = object.pose;
       objects_[i].beingMoved = true;
-      objects_[i].kinematic = {};
+      driven_[i] = {};
       bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else {
@@ -192,7 +194,7 @@ class StateTransfer {
   /// Was a known object's pose not set since?
   [[nodiscard]] bool isAsSet(const ServoObject& object, std::size_t before) const noexcept {
     const ObjectState& was = state_.objects[before];
-    const bool stays = object.motion == nullptr && was.kinematic.number == 0;
+    const bool stays = object.motion == nullptr && !state_.isDriven(before);
     return was.scenePose == object.pose && (stays || was.poseRevision == object.poseRevision);
   }
 
@@ -366,7 +368,7 @@ class StateTransfer {
     objects_[i].scenePose = object.pose;
     objects_[i].poseRevision = object.poseRevision;
     objects_[i].beingMoved = false;
-    objects_[i].kinematic = {};
+    driven_[i] = {};
     bodies_[i].surface = object.surface.get();
     bodies_[i].pendingRemoval = leaves(object);
     bodies_[i].previous = bodies_[i].current = object.pose;
@@ -379,6 +381,7 @@ class StateTransfer {
   std::array<ObjectState, kMaxServoObjects> objects_;
   std::array<BodyOrigin, kMaxServoObjects> origins_;
   std::array<BumpState, kMaxServoObjects> bumps_;
+  std::array<KinematicMotion, kMaxServoObjects> driven_;
   std::array<MovingBody, kMaxMovingBodies> moving_;
   std::array<bool, kMaxMovingBodies> collides_{};
   std::size_t movingCount_ = 0;

@@ -24,7 +24,7 @@ void moveObjects(const ServoScene& scene, HapticState& state, const StepConfig& 
   state.features.beingMoved = false;
   for (std::size_t i = 0; i < state.objects.count; ++i) {
     ObjectState& object = state.objects[i];
-    const bool isDriven = moveDrivenObject(scene, state, config.period_s, i);
+    const bool isDriven = state.driven.count > 0 && moveDrivenObject(scene, state, config.period_s, i);
     const bool isEdited = object.beingMoved;
     if (isEdited) moveEditedObject(scene, state, config, i);
     state.features.beingMoved = state.features.beingMoved || isDriven || object.beingMoved;

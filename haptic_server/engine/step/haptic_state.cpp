@@ -10,6 +10,7 @@ template <class T>
 inline constexpr bool kIsLeftOut = std::is_same_v<T, Sequence<ObjectState, kMaxServoObjects>> ||
                                    std::is_same_v<T, Sequence<BumpState, kMaxServoObjects>> ||
                                    std::is_same_v<T, Sequence<MovingBody, kMaxMovingBodies>> ||
+                                   std::is_same_v<T, Sequence<KinematicMotion, kMaxServoObjects>> ||
                                    std::is_same_v<T, BodyPairs> || std::is_same_v<T, ToolInHand>;
 
 }  // namespace
@@ -17,6 +18,7 @@ inline constexpr bool kIsLeftOut = std::is_same_v<T, Sequence<ObjectState, kMaxS
 bool HapticState::connect(const ServoScene& adopted) noexcept {
   const std::vector<ServoObject>& all = adopted.objects;
   if (objects.count != all.size() || (bumps.count != 0 && bumps.count != objects.count)) return false;
+  if (driven.count != 0 && driven.count != objects.count) return false;
   scene = &adopted;
   contactCache = {};
   now = {};

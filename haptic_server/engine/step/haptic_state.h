@@ -143,11 +143,10 @@ struct ObjectState {
   Pose previous, current;             ///< Of Body.
   Word<bool> pendingRemoval = false;  ///< Of Body.
   Word<bool> beingMoved = false;      ///< Edited under the stylus: on its way to scenePose.
-  KinematicMotion kinematic;
   RateLimitedStiffness stiffness;
 
   HAPTICS_FIELDS(self.id, self.scenePose, self.poseRevision, self.previous, self.current, self.pendingRemoval,
-                 self.beingMoved, self.kinematic, self.stiffness);
+                 self.beingMoved, self.stiffness);
 };
 
 /// A body that has a motion.
@@ -214,13 +213,12 @@ struct SceneFeatures {
   Word<bool> bumps = false;             ///< Bumps that are felt outside of its polygons.
   Word<bool> varyingStiffness = false;  ///< A stiffness that varies over its surface.
   Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way; or it is being driven.
-  Word<bool> driven = false;            ///< It was driven since the scene last set its pose.
   Word<bool> hasUntouchable = false;    ///< It leaves the scene, or is a tool, or was one whose torque fades.
   Word<bool> tool = false;              ///< The hand holds it, and feels through it.
   Word<bool> torqueFades = false;       ///< The hand held it, and feels its torque yet.
 
-  HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.driven,
-                 self.hasUntouchable, self.tool, self.torqueFades);
+  HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.hasUntouchable,
+                 self.tool, self.torqueFades);
 };
 
 /// Everything the servo remembers from tick to tick, beside the scene that it has adopted and the configuration. A copy of it
@@ -245,10 +243,12 @@ struct StateFields {
   Sequence<BumpState, kMaxServoObjects> bumps;      ///< Of all objects, where one has some.
   BodyPairs pairs;
   ToolInHand tool;
+  /// Of all objects, where one was driven since the scene set its pose.
+  Sequence<KinematicMotion, kMaxServoObjects> driven;
 
   HAPTICS_FIELDS(self.adoption, self.features, self.motion, self.denting, self.estimate, self.contact, self.groove,
                  self.report, self.limits, self.supervision, self.observer, self.energy, self.dents, self.surface,
-                 self.moving, self.objects, self.bumps, self.pairs, self.tool);
+                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.driven);
 };
 static_assert(fields::isListed<StateFields>(), "no pointer, no padding, every member in the list");
 static_assert(std::is_trivially_copyable_v<StateFields>);
@@ -325,6 +325,7 @@ struct HapticState : StateFields {
     objects[i].current = bodies[i].current = current;
     bodies[i].update();
   }
+  [[nodiscard]] bool isDriven(std::size_t i) const noexcept { return driven.count > 0 && driven[i].number != 0; }
   void makeUntouchable(std::size_t i) noexcept { objects[i].pendingRemoval = bodies[i].pendingRemoval = true; }
 
   const ServoScene* scene = nullptr;  ///< That was adopted; null: none yet.

@@ -315,8 +315,6 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
     result.followed = true;
     estimateHip(state, input.device.position);
     computeContactForce(scene, state, config, input, result, cache);
-  } else if (state.features.driven) {
-    moveDrivenObjects(scene, state, config.period_s);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
   limit(state, config, input, result);
@@ -329,6 +327,8 @@ TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const St
     state.estimate.measured = input.device.position;
     if (!state.features.detail && (!contact.touching || state.objects.count > 1)) [[unlikely]]
       updateUntouchedStiffness(scene, state, config, contact);
+  } else if (state.driven.count > 0) {
+    moveDrivenObjects(scene, state, config.period_s);
   }
   if (state.moving.count > 0) [[unlikely]]
     moveBodies(state, config, result);  // 5 (c)

@@ -16,8 +16,8 @@ namespace {
 }  // namespace
 
 bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period_s, std::size_t object) noexcept {
-  const KinematicPose& sample = scene.objects[object].kinematic;
-  KinematicMotion& motion = state.objects[object].kinematic;
+  const KinematicPose& sample = scene.kinematic[object];
+  KinematicMotion& motion = state.driven[object];
   if (sample.number == 0) {
     motion = {};
     return false;
@@ -46,8 +46,14 @@ bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period
   return goesOn || motion.left > 0 || body.moving;
 }
 
+void beginDriving(HapticState& state) noexcept {
+  if (state.driven.count == 0) std::fill_n(state.driven.items.begin(), state.objects.count, KinematicMotion{});
+  state.driven.count = state.objects.count;
+  state.features.beingMoved = true;
+}
+
 void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept {
-  for (std::size_t i = 0; i < state.objects.count; ++i) static_cast<void>(moveDrivenObject(scene, state, period_s, i));
+  for (std::size_t i = 0; i < state.driven.count; ++i) static_cast<void>(moveDrivenObject(scene, state, period_s, i));
 }
 
 }  // namespace haptics

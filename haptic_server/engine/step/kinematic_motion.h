@@ -15,7 +15,9 @@ namespace haptics {
 [[nodiscard]] bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period_s,
                                     std::size_t object) noexcept;
 
-/// The same of all, in a tick in which no contact is followed: what is driven does not wait for the device.
+/// Some object of the scene has a sample, or comes to have one between two ticks.
+void beginDriving(HapticState& state) noexcept;
+/// moveDrivenObject() of all, in a tick in which no contact is followed: what is driven does not wait for the device.
 void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept;
 
 /// Shorter makes slow streams go by fits and starts; longer makes the first sample after a pause late.

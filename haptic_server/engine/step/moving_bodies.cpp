@@ -95,7 +95,7 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
     colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
     is.isPut = false;
-    if (body.moving && state.objects[is.body].kinematic.number != 0) {
+    if (body.moving && state.isDriven(is.body)) {
       colliders[i].isDriven = true;
       colliders[i].before = velocityBetween(body.previous, body.current, config.period_s);
     }
@@ -226,11 +226,11 @@ bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& m
   const auto addOthersUpTo = [&](std::size_t body) {
     for (; next < body && motion.bodyCount < motion.body.size(); ++next) {
       const bool isHeld = state.features.tool && state.tool.body == next;
-      if (!isHeld && state.objects[next].kinematic.number == 0) continue;
+      if (!isHeld && !state.isDriven(next)) continue;
       add(next, state.bodies[next].moving || isHeld ? BodyCondition::kAwake : BodyCondition::kAsleep);
     }
   };
-  const bool anyOthers = state.features.driven || state.features.tool;
+  const bool anyOthers = state.driven.count > 0 || state.features.tool;
   for (std::size_t i = 0; i < state.moving.count; ++i) {
     const MovingBody& moving = state.moving[i];
     if (anyOthers) addOthersUpTo(moving.body);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -57,8 +58,6 @@ struct alignas(64) ServoObject {
   std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
   /// Revision that last set its pose. What moves or was driven starts anew from there also when the pose is the same.
   std::uint64_t poseRevision = 0;
-  /// Of one without a motion.
-  KinematicPose kinematic = {};
   /// What it yields like; null for a rigid one. The same pointer likewise.
   std::shared_ptr<const SoftTissue> tissue = nullptr;
   BakedDents baked = {};
@@ -71,8 +70,13 @@ struct ServoScene {
   /// Counts the scenes that are made for one servo, from 1: a recording names them so. 0: the empty one at the start.
   std::uint64_t number = 0;
   std::uint64_t revision = 0;
-  std::vector<ServoObject> objects;             ///< At most kMaxServoObjects, in order of id.
+  std::vector<ServoObject> objects;      ///< At most kMaxServoObjects, in order of id.
+  std::vector<KinematicPose> kinematic;  ///< Of each object, which has no motion where it is driven; empty: of none.
   std::shared_ptr<const ExplorationPlan> plan;  ///< The device's; null unless a simulated hand explores.
+
+  [[nodiscard]] bool anyDriven() const noexcept {
+    return std::ranges::any_of(kinematic, [](const KinematicPose& sample) { return sample.number != 0; });
+  }
 };
 
 /// Capacity of the per-object state in the servo; a transaction that would pass it is rejected.

@@ -74,21 +74,23 @@ TEST(CollidingBodies, FallAsleepTogetherAndAreWokenByEditsOfWhatTheyLieOn) {
 
 /// Drives the table to where it is after so many ticks, in every tick.
 void driveTable(
-    VirtualServo& servo, std::vector<ServoObject>& objects, Vec3 velocity, int ticks,
+    VirtualServo& servo, const std::vector<ServoObject>& objects, Vec3 velocity, int ticks,
     const std::function<void()>& eachTick = [] {}) {
   static std::uint64_t revision = 100;
   const Vec3 from = placeOf(servo, 0);
   for (int i = 1; i <= ticks; ++i) {
     ++revision;
-    objects[0].kinematic = {revision, Pose{Quat(1, 0, 0, 0), from + 1e-3 * i * velocity}};
-    servo.adopt(sceneOf(revision, objects));
+    auto scene = sceneOf(revision, objects);
+    scene->kinematic.resize(objects.size());
+    scene->kinematic[0] = {revision, Pose{Quat(1, 0, 0, 0), from + 1e-3 * i * velocity}};
+    servo.adopt(std::move(scene));
     servo.step();
     eachTick();
   }
 }
 
 TEST(CollidingBodies, RideOnWhatIsDrivenAndAreWokenByIt) {
-  std::vector<ServoObject> objects{table(), brick(2, {0, 0, 0.015})};
+  const std::vector<ServoObject> objects{table(), brick(2, {0, 0, 0.015})};
   VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
   servo.run(2000);
   ASSERT_TRUE(isAsleep(servo, 0));
@@ -102,9 +104,9 @@ TEST(CollidingBodies, RideOnWhatIsDrivenAndAreWokenByIt) {
 }
 
 TEST(CollidingBodies, ArePushedByAWallThatIsDriven) {
-  std::vector<ServoObject> objects{colliding(1, makeBox({0.02, 0.1, 0.05}, 1).value(), {-0.1, 0, 0.026}, 0),
-                                   colliding(2, makeBox({0.5, 0.5, 0.02}, 1).value(), {0, 0, -0.01}, 0),
-                                   brick(3, {0, 0, 0.015})};
+  const std::vector<ServoObject> objects{colliding(1, makeBox({0.02, 0.1, 0.05}, 1).value(), {-0.1, 0, 0.026}, 0),
+                                         colliding(2, makeBox({0.5, 0.5, 0.02}, 1).value(), {0, 0, -0.01}, 0),
+                                         brick(3, {0, 0, 0.015})};
   VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
   servo.run(2000);
   ASSERT_TRUE(isAsleep(servo, 0));

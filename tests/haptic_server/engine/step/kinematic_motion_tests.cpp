@@ -35,17 +35,21 @@ class DrivenPlate : public ::testing::TestWithParam<double> {
   }
   /// Its upper face is to go to this height.
   void drive(double height_m) {
-    ServoObject object = object_;
-    object.kinematic = {++samples_, Pose{Quat(1, 0, 0, 0), Vec3(0, 0, height_m - half_m_)}};
-    object_ = object;
-    servo_.adopt(sceneOf(++revision_, {object}));
+    sample_ = {sample_.number + 1, Pose{Quat(1, 0, 0, 0), Vec3(0, 0, height_m - half_m_)}};
+    adopt();
+  }
+  void adopt() {
+    auto scene = sceneOf(++revision_, {object_});
+    scene->kinematic = {sample_};
+    servo_.adopt(std::move(scene));
   }
   [[nodiscard]] double height_m() const { return servo_.state().bodies[0].current.position.z + half_m_; }
 
   double hip_m_;
   double half_m_ = 0;
   ServoObject object_;
-  std::uint64_t samples_ = 0, revision_ = 0;
+  KinematicPose sample_;
+  std::uint64_t revision_ = 0;
   VirtualServo servo_{[this](std::uint64_t) { return Vec3(0.013, 0.007, hip_m_); }, kConfig};
 };
 
@@ -113,12 +117,12 @@ TEST_F(DrivenPlate, StaysWhereItIsOverOtherEditsAndGoesBackByAPose) {
   drive(from_m - 0.02);
   servo_.run(200);
   object_.stiffness_N_per_m = 500;
-  servo_.adopt(sceneOf(++revision_, {object_}));
+  adopt();
   servo_.run(5);
   EXPECT_DOUBLE_EQ(height_m(), from_m - 0.02);
-  object_.kinematic = {};
+  sample_ = {};
   object_.poseRevision = revision_ + 1;
-  servo_.adopt(sceneOf(++revision_, {object_}));
+  adopt();
   servo_.run(5);
   EXPECT_DOUBLE_EQ(height_m(), from_m);
   MotionState motion;
