@@ -112,6 +112,7 @@ namespace {
     const std::uint32_t triangle = state.bumps[i].triangle;
     if (triangle != kNoTriangle && triangle >= scene.objects[i].surface->triangleCount()) return false;
   }
+  if ((state.driven.count > 0) != (scene.anyDriven() && state.objects.count > 0)) return false;
   return areFeaturesOf(state) && std::ranges::all_of(state.objects.all(), isObject) &&
          std::ranges::all_of(state.moving.all(),
                              [&](const MovingBody& body) { return isMotionOf(body.state, state.rigidBody(body)); }) &&

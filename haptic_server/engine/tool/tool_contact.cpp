@@ -101,6 +101,7 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
   const auto before = memory_.bodies;
   bool isSame = obstacles.size() == before.count;
   memory_.isOnWay = false;
+  memory_.wayTested = 0;
   memory_.bodies.count = obstacles.size();
   for (std::size_t b = 0; b < obstacles.size(); ++b) {
     const auto& [pose, sharp, origin] = obstacles[b];
