@@ -92,6 +92,8 @@ World::Sample SteppedScene::step(const World::Vector& hip_m) noexcept {
   sample.sliding = felt.frictionState == FrictionState::kSliding;
   sample.allowanceSpent = felt.allowanceSpent != allowanceSpent_;
   allowanceSpent_ = felt.allowanceSpent;
+  sample.depenetrated = felt.depenetrated != depenetrated_;
+  depenetrated_ = felt.depenetrated;
   return sample;
 }
 

@@ -40,7 +40,7 @@ class SteppedScene {
  private:
   StepConfig config_;
   SurfaceLimits limits_;
-  std::uint64_t tick_ = 0, allowanceSpent_ = 0;
+  std::uint64_t tick_ = 0, allowanceSpent_ = 0, depenetrated_ = 0;
   std::unique_ptr<HapticState> state_;
   std::unique_ptr<ServoScene> scene_;  // that the state has adopted
   std::unique_ptr<ServoScene> next_;   // that it is to adopt

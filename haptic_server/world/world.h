@@ -85,6 +85,7 @@ class World {
     Fault fault = Fault::kNone;
     bool sliding = false;         ///< Friction slides; else it sticks, or there is none.
     bool allowanceSpent = false;  ///< The tick's allowance ended on the way: the next one goes on from there.
+    bool depenetrated = false;    ///< Bodies left the IHIP no place between them, and it was put outside of all.
   };
 
   /// A tool with a shape, in place of a point. Its proxy is the pose nearest to the device's in which it has passed nothing;

@@ -393,6 +393,21 @@ void addFuzzReplayLive(Command& fuzz, Arguments& arguments) {
   setRun(verb, [&arguments] { arguments.good = runFuzzReplayLive(arguments.fuzz, arguments.out); });
 }
 
+void addFuzzStream(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(
+      fuzz,
+      {"stream", "Bodies that are driven under a hand: does any pass it, and is the force what it should be?",
+       "--scenes 500 --out results",
+       "A world has 4,000 ticks. Poses come in every tick, or every 8, 16 or 33 ticks, a little early or late.\n"
+       "Ctrl-C ends it early: what was found is written."},
+      arguments.out, "fuzz stream");
+  addFuzzScenes(verb, arguments);
+  verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 when left out")
+      .typeName("V")
+      .check(moreThanZero());
+  setRun(verb, [&arguments] { arguments.good = runFuzzStream(arguments.fuzz, arguments.out); });
+}
+
 void addFuzz(Command& app, Arguments& arguments) {
   Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
   verb.needVerb();
@@ -400,9 +415,11 @@ void addFuzz(Command& app, Arguments& arguments) {
       "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
       "  haptic_eval fuzz edits --scenes 5000 --out results\n"
       "  haptic_eval fuzz replay-live --scenes 2000 --out results\n"
+      "  haptic_eval fuzz stream --scenes 500 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzReplay}) add(verb, arguments);
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzReplay})
+    add(verb, arguments);
 }
 
 void addWorst(Command& app, Arguments& arguments) {

@@ -132,7 +132,7 @@ PYBIND11_MODULE(_world, module) {
   constexpr const char* kRunIs =
       "A tick for each of positions (n, 3), float64 in rows, read in place: samples (n,) of SAMPLE.";
   PYBIND11_NUMPY_DTYPE(World::Sample, force_N, ihip_m, normal, penetration_m, body, triangle, fault, sliding,
-                       allowanceSpent);
+                       allowanceSpent, depenetrated);
   PYBIND11_NUMPY_DTYPE(World::Pose, position_m, rotation);
   PYBIND11_NUMPY_DTYPE(World::ToolSample, force_N, torque_Nm, proxy, touching, fault, waits);
   module.doc() = "Bodies, and the force on a hand that touches them: the haptic server's step in this process.";

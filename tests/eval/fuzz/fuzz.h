@@ -29,6 +29,11 @@ struct FuzzOptions {
 /// @return Whether all do.
 [[nodiscard]] bool runFuzzReplayLive(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// A World whose bodies are driven by moveKinematic(), in every tick or by samples that come less often, judged in every tick
+/// by winding numbers where the bodies are by then, and by stiffness times the IHIP's distance. Writes DIR/fuzz.json.
+/// @return Whether nothing was found.
+[[nodiscard]] bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
 /// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
 [[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);

@@ -1,0 +1,208 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "haptic_server/world/world.h"
+#include "tests/eval/fuzz/contact_judge.h"
+#include "tests/eval/fuzz/contact_scene.h"
+#include "tests/eval/fuzz/fuzz.h"
+#include "tests/eval/report.h"
+#include "tests/eval/table1/interruption.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr int kDrivenTicks = 4000;  // of a world
+constexpr int kRise = 600;          // ticks in which the World's force comes, before anything moves
+constexpr double kStiffness_N_per_m = 800;
+constexpr int kLetIn = 1000;                              // ticks in which a jump of the IHIP is let in at 30 N/s
+constexpr double kPart = 0.05, kBeside_N = 0.05;          // by which a force may differ
+constexpr std::array kSamplePeriods{1, 1, 1, 8, 16, 33};  // ticks between samples
+constexpr std::uint64_t kWorldsToALine = 100;
+
+struct Counted {
+  std::uint64_t ticks = 0, touching = 0, inside = 0, crossed = 0, notFinite = 0, otherForce = 0;
+  std::uint64_t insideWaiting = 0;  ///< In ticks that say that their allowance was spent; no failure.
+  double deepest_m = 0;
+
+  [[nodiscard]] std::uint64_t wrong() const noexcept { return inside + crossed + notFinite + otherForce; }
+  Counted& operator+=(const Counted& o) noexcept {
+    ticks += o.ticks, touching += o.touching, inside += o.inside, crossed += o.crossed;
+    notFinite += o.notFinite, otherForce += o.otherForce, insideWaiting += o.insideWaiting;
+    deepest_m = std::max(deepest_m, o.deepest_m);
+    return *this;
+  }
+};
+
+/// Where a body that is driven is in each tick: as far along its way as world.h says. Within a sample of some degrees there is
+/// no one way to turn; it is the step's, a micrometre beside others.
+class Path {
+ public:
+  explicit Path(const Pose& at) : to_(at), at_(at) {}
+
+  void sample(const Pose& to, int ticks) {
+    to_ = to;
+    left_ = ticks;
+  }
+  void tick() {
+    if (left_ == 0) return;
+    at_ = left_ == 1 ? to_ : interpolate(at_, to_, 1.0 / left_);
+    --left_;
+  }
+  [[nodiscard]] const Pose& at() const noexcept { return at_; }
+
+ private:
+  Pose to_, at_;
+  int left_ = 0;
+};
+
+[[nodiscard]] World::Vector vectorOf(Vec3 v) { return {v.x, v.y, v.z}; }
+[[nodiscard]] Vec3 vec(const World::Vector& v) { return {v[0], v[1], v[2]}; }
+[[nodiscard]] World::Pose poseOf(const Pose& pose) {
+  return {vectorOf(pose.position), {pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z}};
+}
+
+class StreamedWorld {
+ public:
+  StreamedWorld(std::uint64_t seed, double speed_m_per_s)
+      : random_(seed),
+        period_(kSamplePeriods[static_cast<std::size_t>(random_.below(static_cast<int>(kSamplePeriods.size())))]),
+        scene_(seed, {true, speed_m_per_s}),
+        world_(device()),
+        frame_(scene_.frame()),
+        judge_(scene_.meshes(), frame_) {
+    for (std::size_t i = 0; i < scene_.meshes().size(); ++i) {
+      const FuzzMesh& mesh = scene_.meshes()[i];
+      std::vector<std::array<float, 3>> vertices;
+      for (const Vec3f& v : mesh.vertices) vertices.push_back({v.x, v.y, v.z});
+      bodies_.push_back(world_.add("body" + std::to_string(i), {vertices, mesh.triangles},
+                                   {.stiffness_N_per_m = kStiffness_N_per_m, .damping_Ns_per_m = 0},
+                                   poseOf(frame_.poses[i])));
+      paths_.emplace_back(frame_.poses[i]);
+    }
+    for (int i = 0; i < kRise; ++i) {
+      stream(i, frame_.poses);
+      static_cast<void>(world_.step(vectorOf(frame_.hip)));
+    }
+  }
+
+  [[nodiscard]] Counted run() {
+    Counted counted;
+    Vec3 ihip = frame_.hip;
+    for (int tick = kRise; tick < kRise + kDrivenTicks; ++tick) {
+      const ContactFrame& now = scene_.next(ihip);
+      stream(tick, now.poses);
+      frame_.hip = now.hip;
+      const World::Sample sample = world_.step(vectorOf(now.hip));
+      ihip = vec(sample.ihip_m);
+      count(sample, ihip, counted);
+      if (counted.notFinite > 0) break;
+    }
+    return counted;
+  }
+  [[nodiscard]] int period() const noexcept { return period_; }
+
+ private:
+  [[nodiscard]] static World::Device device() {
+    World::Device device;
+    device.maxForce_N = 1000;
+    return device;
+  }
+
+  /// Samples come a little early or late, of all bodies at once.
+  void stream(int tick, const std::vector<Pose>& poses) {
+    if (tick >= due_) {
+      for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        world_.moveKinematic(bodies_[i], poseOf(poses[i]));
+        paths_[i].sample(poses[i], last_ < 0 ? 1 : tick - last_);
+      }
+      last_ = tick;
+      due_ = tick + (period_ == 1 ? 1 : period_ + random_.below(period_ / 2) - period_ / 4);
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      paths_[i].tick();
+      frame_.poses[i] = paths_[i].at();
+    }
+  }
+
+  void count(const World::Sample& sample, Vec3 ihip, Counted& counted) {
+    const ContactVerdict verdict = judge_.judge(frame_, ihip, sample.depenetrated);
+    ++counted.ticks;
+    counted.touching += sample.body != 0 ? 1 : 0;
+    (sample.allowanceSpent ? counted.insideWaiting : counted.inside) += verdict.inside_m > 0 ? 1 : 0;
+    counted.crossed += verdict.crossed ? 1 : 0;
+    counted.notFinite += verdict.finite ? 0 : 1;
+    counted.deepest_m = std::max(counted.deepest_m, verdict.inside_m);
+    sinceJump_ = sample.allowanceSpent || sample.depenetrated ? 0 : sinceJump_ + 1;
+    if (sinceJump_ < kLetIn) return;
+    const Vec3 expected_N = kStiffness_N_per_m * (ihip - frame_.hip);
+    const double off_N = glm::distance(vec(sample.force_N), expected_N);
+    counted.otherForce += off_N > kPart * glm::length(expected_N) + kBeside_N ? 1 : 0;
+  }
+
+  Random random_;
+  int period_;
+  ContactScene scene_;
+  World world_;
+  ContactFrame frame_;  // as the bodies are
+  ContactJudge judge_;
+  std::vector<std::uint64_t> bodies_;
+  std::vector<Path> paths_;
+  int due_ = 0, last_ = -1;
+  int sinceJump_ = kLetIn;  // of the IHIP: ticks
+};
+
+}  // namespace
+
+bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out) {
+  Interruption interruption;
+  Counted all;
+  std::vector<Record> findings;
+  std::uint64_t done = 0;
+  for (; done < options.scenes && !interruption.came(); ++done) {
+    const std::uint64_t seed = options.seed + done;
+    StreamedWorld world(seed, options.speed_m_per_s.value_or(1));
+    const Counted counted = world.run();
+    all += counted;
+    if (counted.wrong() > 0) {
+      findings.push_back({{"fuzz", "stream"},
+                          {"seed", seed},
+                          {"ticks_a_sample", world.period()},
+                          {"inside", counted.inside},
+                          {"deepest_mm", counted.deepest_m * 1e3},
+                          {"crossed", counted.crossed},
+                          {"not_finite", counted.notFinite},
+                          {"other_force", counted.otherForce},
+                          {"pass", false}});
+      std::printf("  %s\n", measuresText(findings.back()).c_str());
+      std::fflush(stdout);
+    }
+    if ((done + 1) % kWorldsToALine == 0)
+      std::fprintf(stderr, "%llu of %llu worlds, %zu failed\n", static_cast<unsigned long long>(done + 1),
+                   static_cast<unsigned long long>(options.scenes), findings.size());
+  }
+  std::vector<Record> records{{{"fuzz", "stream"},
+                               {"seed", options.seed},
+                               {"worlds", done},
+                               {"ticks", all.ticks},
+                               {"contact_ticks", all.touching},
+                               {"inside", all.inside},
+                               {"inside_while_waiting", all.insideWaiting},
+                               {"crossed", all.crossed},
+                               {"other_force", all.otherForce},
+                               {"pass", findings.empty()}}};
+  records.insert(records.end(), findings.begin(), findings.end());
+  writeRecords(out, "fuzz", records);
+  if (interruption.came()) std::printf("interrupted: this is what was found by then\n");
+  const auto number = [](std::uint64_t n) { return std::to_string(n); };
+  std::printf(
+      "%s worlds, %s ticks, %s of them in contact; ticks inside: %s (%s more that say their allowance was spent), on a "
+      "sheet's other side: %s, with another force: %s; %zu worlds failed\n",
+      number(done).c_str(), number(all.ticks).c_str(), number(all.touching).c_str(), number(all.inside).c_str(),
+      number(all.insideWaiting).c_str(), number(all.crossed).c_str(), number(all.otherForce).c_str(), findings.size());
+  return findings.empty();
+}
+
+}  // namespace haptics::eval
