@@ -17,7 +17,6 @@ namespace {
 constexpr int kDrivenTicks = 4000;  // of a world
 constexpr int kRise = 600;          // ticks in which the World's force comes, before anything moves
 constexpr double kStiffness_N_per_m = 800;
-constexpr int kLetIn = 1000;                              // ticks in which a jump of the IHIP is let in at 30 N/s
 constexpr double kPart = 0.05, kBeside_N = 0.05;          // by which a force may differ
 constexpr std::array kSamplePeriods{1, 1, 1, 8, 16, 33};  // ticks between samples
 constexpr std::uint64_t kWorldsToALine = 100;
@@ -128,15 +127,19 @@ class StreamedWorld {
   }
 
   void count(const World::Sample& sample, Vec3 ihip, Counted& counted) {
-    const ContactVerdict verdict = judge_.judge(frame_, ihip, sample.depenetrated);
+    const bool waits = sample.allowanceSpent || waited_;  // the contact is not yet where the bodies are, or was not
+    waited_ = sample.allowanceSpent;
+    const ContactVerdict verdict = judge_.judge(frame_, ihip, sample.depenetrated || waits);
     ++counted.ticks;
     counted.touching += sample.body != 0 ? 1 : 0;
-    (sample.allowanceSpent ? counted.insideWaiting : counted.inside) += verdict.inside_m > 0 ? 1 : 0;
-    counted.crossed += verdict.crossed ? 1 : 0;
+    const bool isInside = verdict.inside_m > 0 && !(sample.depenetrated && !wasInside_);
+    wasInside_ = verdict.inside_m > 0;
+    (waits ? counted.insideWaiting : counted.inside) += isInside ? 1 : 0;
+    counted.crossed += verdict.crossed && !sample.depenetrated && !waits ? 1 : 0;
     counted.notFinite += verdict.finite ? 0 : 1;
     counted.deepest_m = std::max(counted.deepest_m, verdict.inside_m);
-    sinceJump_ = sample.allowanceSpent || sample.depenetrated ? 0 : sinceJump_ + 1;
-    if (sinceJump_ < kLetIn) return;
+    hasJumped_ = hasJumped_ || sample.allowanceSpent || sample.depenetrated;
+    if (hasJumped_) return;  // that is let in at 30 N/s, and with it what moves meanwhile
     const Vec3 expected_N = kStiffness_N_per_m * (ihip - frame_.hip);
     const double off_N = glm::distance(vec(sample.force_N), expected_N);
     counted.otherForce += off_N > kPart * glm::length(expected_N) + kBeside_N ? 1 : 0;
@@ -151,7 +154,7 @@ class StreamedWorld {
   std::vector<std::uint64_t> bodies_;
   std::vector<Path> paths_;
   int due_ = 0, last_ = -1;
-  int sinceJump_ = kLetIn;  // of the IHIP: ticks
+  bool wasInside_ = false, waited_ = false, hasJumped_ = false;  // the IHIP
 };
 
 }  // namespace
