@@ -252,7 +252,7 @@ EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
   for (std::size_t i = 0; i < operations.size(); ++i) {
     const std::string field = "operations[" + std::to_string(i) + "].";
     if (!isKinematic(operations[i]))
-      return Error{field, "stands beside a set_pose with kinematic: true; an edit has only such operations, or none"};
+      return Error{"operations[" + std::to_string(i) + "]", "stands beside a set_pose with kinematic: true; an edit has only such operations, or none"};
     const auto& set = std::get<SetPose>(operations[i]);
     SceneDraft draft(base, batch.assets, batch.nextId, limits_);
     if (auto known = draft.apply(operations[i], field); !known) return std::move(known).error();

@@ -1,4 +1,4 @@
-"""Moves an object on a circle, a new pose 60 times a second, and puts it back where it was.
+"""Moves an object on a circle, a new pose 60 times a second, which pushes the hand, and puts it back where it was.
 
     animate_object.py --radius 0.02 --period 4 --seconds 10 torus
 
@@ -18,10 +18,11 @@ from haptics.v1 import scene_pb2
 MAX_UNANSWERED = 8
 
 
-def pose_edit(number, x, y, z):
+def pose_edit(number, x, y, z, kinematic=True):
     transaction = scene_pb2.Transaction()
     set_pose = transaction.operations.add().set_pose
     set_pose.object.id = number
+    set_pose.kinematic = kinematic  # a motion, not an edit of the scene
     set_pose.pose.position.x, set_pose.pose.position.y, set_pose.pose.position.z = x, y, z
     return transaction
 
@@ -69,7 +70,7 @@ def main():
                 print(f"{accepted} poses in {arguments.seconds:g} s, {left_out} left out")
             finally:
                 position = state.pose.position
-                client.apply(pose_edit(state.id, position.x, position.y, position.z))
+                client.apply(pose_edit(state.id, position.x, position.y, position.z, kinematic=False))
     except (Refused, Rejected) as error:
         sys.exit(f"animate_object: {error}")
     except KeyboardInterrupt:
