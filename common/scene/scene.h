@@ -45,6 +45,8 @@ struct ObjectRecord {
   DeformationProperties deformation = {};
 
   bool operator==(const ObjectRecord&) const = default;
+  /// Else it stays, unless it is driven (SetPose::kinematic).
+  [[nodiscard]] bool movesByItself() const noexcept { return motion && !motion->fixed; }
   /// SHA-256 over all fields in declaration order, canonical form (Hasher).
   [[nodiscard]] ContentHash hash() const;
   /// What it names by content, the mesh first.

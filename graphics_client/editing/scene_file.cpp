@@ -91,7 +91,7 @@ Result<std::vector<AssetContent>> readAssets(const fs::path& file, const v1::Tra
 
 Result<void> saveScene(const MirrorView& view, const fs::path& file) {
   const SceneVersion& scene = *view.scene;
-  const std::string text = sceneText(scene, "");
+  const std::string text = sceneText(view, "");
   if (text.size() > kMaxSceneTextBytes) {
     return refused(file.string(), "would have " + std::to_string(text.size()) + " bytes; a scene file has at most " +
                                       std::to_string(kMaxSceneTextBytes) + ": give lattices and creases less detail");

@@ -25,6 +25,20 @@ void copyMaterial(const v1::ObjectState& state, v1::Material& material) {
   }
 }
 
+template <class PoseOf>
+[[nodiscard]] std::string textOf(const SceneVersion& scene, const std::string& name, PoseOf poseOf) {
+  v1::Transaction transaction;
+  for (const auto& object : scene.objects()) {
+    if (!name.empty() && object->name != name) continue;
+    v1::AddObject& add = *transaction.add_operations()->mutable_add();
+    add = additionOf(*object);
+    toWire(poseOf(*object), *add.mutable_pose());
+  }
+  std::string text;
+  pb::TextFormat::PrintToString(transaction, &text);
+  return text;
+}
+
 }  // namespace
 
 v1::AddObject additionOf(const ObjectRecord& record) {
@@ -41,14 +55,12 @@ v1::AddObject additionOf(const ObjectRecord& record) {
 }
 
 std::string sceneText(const SceneVersion& scene, const std::string& name) {
-  v1::Transaction transaction;
-  for (const auto& object : scene.objects()) {
-    if (!name.empty() && object->name != name) continue;
-    *transaction.add_operations()->mutable_add() = additionOf(*object);
-  }
-  std::string text;
-  pb::TextFormat::PrintToString(transaction, &text);
-  return text;
+  return textOf(scene, name, [](const ObjectRecord& object) { return object.pose; });
+}
+
+std::string sceneText(const MirrorView& view, const std::string& name) {
+  return textOf(*view.scene, name,
+                [&](const ObjectRecord& object) { return object.movesByItself() ? object.pose : view.poseOf(object); });
 }
 
 }  // namespace haptics

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "common/scene/scene.h"
+#include "graphics_client/mirror/mirror_view.h"
 #include "haptics/v1/scene.pb.h"
 
 namespace haptics {
@@ -13,5 +14,7 @@ namespace haptics {
 /// A scene as a file that `hapticctl apply` and `haptic_server --scene` take: one `add` for each object (only the named
 /// one when `name` is not empty). Meshes are named by their hash, so a server takes it that holds them.
 [[nodiscard]] std::string sceneText(const SceneVersion& scene, const std::string& name);
+/// The same with objects that are driven where they are.
+[[nodiscard]] std::string sceneText(const MirrorView& view, const std::string& name);
 
 }  // namespace haptics

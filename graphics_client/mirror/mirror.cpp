@@ -148,7 +148,10 @@ bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodi
   view_.sample = sample;
   view_.secondHand = secondHand;
   for (const BodyState& body : bodies) {
-    if (const auto object = scene().find(body.object); object && object->motion) view_.bodies[body.object] = body;
+    const auto object = scene().find(body.object);
+    // What is driven was so in the scene that the sample is of: an edit since may have put it back.
+    if (object && (object->movesByItself() || sample.sceneRevision >= object->revision))
+      view_.bodies[body.object] = body;
   }
   view_.dents = std::move(dents);
   view_.tool = tool;
@@ -175,7 +178,9 @@ void Mirror::setScene(SceneVersion scene) {
   });
   std::erase_if(view_.bodies, [&](const auto& entry) {
     const auto object = scene.find(entry.first);
-    return !object || !object->motion;
+    if (!object || object->movesByItself()) return !object;
+    const auto before = view_.scene->find(entry.first);
+    return !before || before->revision != object->revision;  // heard of again where it still is driven
   });
   view_.scene = std::make_shared<const SceneVersion>(std::move(scene));
   countAssets();

@@ -1,4 +1,7 @@
+#include <chrono>
 #include <iostream>
+#include <memory>
+#include <thread>
 
 #include "common/json/message_json.h"
 #include "common/wire/convert.h"
@@ -25,12 +28,25 @@ std::string namesIn(const SceneVersion& scene) {
   return names.empty() ? "none" : names;
 }
 
+/// The view once a sample has told where driven objects are; as it is where none comes.
+std::shared_ptr<const MirrorView> withSample(Connection& connection, std::shared_ptr<const MirrorView> view) {
+  constexpr int kLooks = 30;
+  constexpr std::chrono::milliseconds kLook{10};
+  for (int i = 0; i < kLooks && !view->sample; ++i) {
+    std::this_thread::sleep_for(kLook);
+    view = connection.link().latest();
+  }
+  return view;
+}
+
 }  // namespace
 
 int get(const CommonOptions& common, const std::string& name) {
-  Connection connection(common, {});
-  const auto view = connection.open();
+  constexpr double kSamples_Hz = 100;
+  Connection connection(common, {.telemetryRate_Hz = kSamples_Hz});
+  auto view = connection.open();
   if (!view) return fail(kNoConnection, view.error());
+  if (!common.json) *view = withSample(connection, *view);
   const SceneVersion& scene = *(*view)->scene;
   if (!name.empty() && !scene.find(name)) {
     return fail(kRefused, {name, "no such object; the scene has: " + namesIn(scene)});
@@ -38,7 +54,8 @@ int get(const CommonOptions& common, const std::string& name) {
   if (common.json) {
     std::cout << jsonOf(scene, name).line() << '\n';
   } else {
-    std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n' << sceneText(scene, name);
+    std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n'
+              << sceneText(**view, name);
   }
   return kDone;
 }

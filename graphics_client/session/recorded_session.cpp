@@ -185,7 +185,7 @@ std::shared_ptr<const MirrorView> RecordedSession::view(std::size_t moment, std:
   view->samplesReceived = moment + 1;
   if (!shown.motion) return view;
   for (const BodyState& body : shown.motion->bodies) {
-    if (const auto object = view->scene->find(body.object); object && object->motion) view->bodies[body.object] = body;
+    if (view->scene->find(body.object)) view->bodies[body.object] = body;
   }
   view->dents = shown.motion->dents;
   if (shown.motion->tool.object != 0) view->tool = shown.motion->tool;

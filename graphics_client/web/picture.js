@@ -255,7 +255,12 @@ export class Picture {
 
   showSample(sample) {
     [sample, sample.second_hand].forEach((felt, i) => this.showHand(this.hands[i], felt));
-    for (const body of sample.body) this.objects.get(String(body.object))?.place(body.pose);
+    for (const body of sample.body) {
+      const object = this.objects.get(String(body.object));
+      // What is driven was so in the sample's scene: an edit since may have put it back.
+      if (object && (object.state.motion || Number(sample.scene_revision) >= Number(object.state.revision)))
+        object.place(body.pose);
+    }
     for (const [id, object] of this.objects) object.setDents(sample.dent.filter((d) => String(d.object) === id));
     this.isChanged = true;
   }

@@ -45,6 +45,7 @@ Result<ServoObjectSource> RecordedScenes::objectOf(const v1::RecordedObject& mes
   if (message.has_drive()) {
     const auto pose = poseFromWire(message.drive().pose(), "drive.pose");
     if (!pose) return tl::unexpected(pose.error());
+    if (record->movesByItself()) return refused("drive", "is of an object that moves by itself");
     kinematic = {message.drive().number(), *pose};
   }
   return ServoObjectSource{.record = std::make_shared<const ObjectRecord>(*std::move(record)),

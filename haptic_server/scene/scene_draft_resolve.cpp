@@ -253,13 +253,12 @@ Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const FieldPath
 }
 
 Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
-  const auto moves = [](const ObjectRecord& record) { return record.motion && !record.motion->fixed; };
   std::size_t count = 0;
   for (const auto& object : base_.objects()) {
     const bool stays = !removed_.contains(object->id) && !std::ranges::count(changed_, object->id, &ObjectRecord::id);
-    if (stays && moves(*object)) ++count;
+    if (stays && object->movesByItself()) ++count;
   }
-  for (const ObjectRecord& record : changed_) count += moves(record) ? 1 : 0;
+  for (const ObjectRecord& record : changed_) count += record.movesByItself() ? 1 : 0;
   if (count <= kMaxMovingBodies) return {};
   return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
                                                         std::to_string(kMaxMovingBodies) + " of a scene may");

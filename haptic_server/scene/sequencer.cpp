@@ -63,8 +63,6 @@ Commit difference(const SceneVersion& before, const SceneVersion& after) {
   return set != nullptr && set->kinematic;
 }
 
-[[nodiscard]] bool movesByItself(const ObjectRecord& object) { return object.motion && !object.motion->fixed; }
-
 /// What an edit is answered that changes nothing of the scene.
 [[nodiscard]] std::shared_ptr<const AcceptedEdit> withoutRevision(const Submission& submission,
                                                                   const SceneVersion& version) {
@@ -252,12 +250,13 @@ EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
   for (std::size_t i = 0; i < operations.size(); ++i) {
     const std::string field = "operations[" + std::to_string(i) + "].";
     if (!isKinematic(operations[i]))
-      return Error{"operations[" + std::to_string(i) + "]", "stands beside a set_pose with kinematic: true; an edit has only such operations, or none"};
+      return Error{"operations[" + std::to_string(i) + "]",
+                   "stands beside a set_pose with kinematic: true; an edit has only such operations, or none"};
     const auto& set = std::get<SetPose>(operations[i]);
     SceneDraft draft(base, batch.assets, batch.nextId, limits_);
     if (auto known = draft.apply(operations[i], field); !known) return std::move(known).error();
     const ObjectRecord& object = *base.find(draft.objects().front().id);
-    if (movesByItself(object)) {
+    if (object.movesByItself()) {
       return Error{field + "set_pose.kinematic", "is for objects without a motion, or a fixed one; \"" + object.name +
                                                      "\" moves by itself: an empty set_motion ends that"};
     }
@@ -266,7 +265,7 @@ EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
     driven.newest[object.id] = {++driven.samples, edited(from, set.pose)};
   }
   const auto moving = static_cast<std::size_t>(
-      std::ranges::count_if(base.objects(), [](const auto& object) { return movesByItself(*object); }));
+      std::ranges::count_if(base.objects(), [](const auto& object) { return object->movesByItself(); }));
   if (driven.newest.size() + moving > kMaxMovingBodies) {
     return Error{"operations", "drive " + std::to_string(driven.newest.size()) + " objects beside " +
                                    std::to_string(moving) + " that move; at most " + std::to_string(kMaxMovingBodies) +
@@ -299,7 +298,7 @@ void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, Sce
   for (const ObjectId id : posed) posedAt.emplace_back(id, edit->commit.revision);
   std::erase_if(driven.newest, [&](const auto& entry) {
     const auto object = made.find(entry.first);
-    return !object || movesByItself(*object) || posed.contains(entry.first);
+    return !object || object->movesByItself() || posed.contains(entry.first);
   });
   for (const auto& [id, held] : newOnes) {
     assets[id] = held;

@@ -65,6 +65,7 @@ class Client:
         self.gaps = []  # of every tick: Gap(after, missed, lost), as samples() came upon them
         self._last = None  # (tick, missed_ticks) of the sample before, of every tick
         self._bodies = {}  # by object id
+        self._changed_at = {}  # likewise: revision of the object when a sample told of it
         self._welcome = None
         self._hands = [HandLead(self._changed, self._wake, lambda: (self._live, self._end, self._trouble), hand,
                                 lambda: bool(self._welcome and self._welcome.second_device))
@@ -125,10 +126,9 @@ class Client:
             return self._scene.unknown()
 
     def bodies(self):
-        """{name: BodyPose} of the objects that move, as far as samples have told of them: each tells of some."""
+        """{name: BodyPose} of the objects that move or are driven, as far as samples have told of them: each tells of some."""
         with self._changed:
-            return {state.name: self._bodies[state.id] for state in self._scene.states()
-                    if state.HasField("motion") and state.id in self._bodies}
+            return {state.name: self._bodies[state.id] for state in self._scene.states() if state.id in self._bodies}
 
     def gave_most(self, sample):
         """Of the objects that the hand touched, (name, feature, joules) of what gave it most energy; None where nothing
@@ -319,6 +319,7 @@ class Client:
         self.connections += 1
         if welcome.epoch != self._scene.epoch:
             self._bodies.clear()
+            self._changed_at.clear()
             self._edits.state_lost()
         self._scene_changed()
 
@@ -353,7 +354,9 @@ class Client:
 
     def _scene_changed(self):
         """Live once the scene stands at the welcome's revision or beyond."""
-        self._bodies = {number: body for number, body in self._bodies.items() if self._scene.moves(number)}
+        # What is driven and was edited since is heard of again where it still is.
+        self._bodies = {number: body for number, body in self._bodies.items()
+                        if self._scene.moves(number) or self._scene.changed_at(number) == self._changed_at.get(number)}
         if self._live or not self._whole or self._scene.revision < self._welcome.revision:
             return
         if self._scene.revision == self._welcome.revision and self._scene.root != self._welcome.root:
@@ -373,7 +376,9 @@ class Client:
                 self._hands[1].position = xyz(sample.second_hand.hip)
             self._keep(sample.SerializeToString())
             for body in sample.body:
-                if self._scene.moves(body.object):
+                changed_at = self._scene.changed_at(body.object)
+                if self._scene.moves(body.object) or (changed_at is not None and sample.scene_revision >= changed_at):
+                    self._changed_at[body.object] = changed_at
                     self._bodies[body.object] = own = telemetry_pb2.BodyPose()
                     own.CopyFrom(body)  # without the sample around it
 

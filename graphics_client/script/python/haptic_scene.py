@@ -55,6 +55,10 @@ class Scene:
         """Whether there is such an object, with a motion."""
         return number in self._records and self._records[number].state.HasField("motion")
 
+    def changed_at(self, number):
+        """The revision that last changed the object; None where there is none."""
+        return self._records[number].state.revision if number in self._records else None
+
     def after(self, commit):
         """The scene that the commit leads to."""
         check_hash(commit.root)

@@ -12,8 +12,8 @@ namespace {
 /// 1 ms it makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller fades out more contacts.
 constexpr double kMaxStep_N = 0.02;
 /// A larger step that goes with an adoption where the object that is felt stays the same: EditSlew then lets it in within
-/// 50 ms, and the contact is not let go. Larger leaves longer what was felt before where the hand lets go meanwhile.
-constexpr double kMaxSlewed_N = 1.5;
+/// 17 ms, and the contact is not let go. Larger leaves longer what was felt before where the hand lets go meanwhile.
+constexpr double kMaxSlewed_N = 0.5;
 /// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
 /// EditSlew.
 constexpr double kLongestFade_s = 0.25;

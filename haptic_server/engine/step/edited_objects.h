@@ -28,7 +28,8 @@ void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const
                               const ContactResult& contact) noexcept;
 
 /// Where some are being moved or leave: objects that were edited under the stylus go on to where the scene has them, those
-/// that are driven to where they are to be (kinematic_motion.h), and the contact with one that leaves ends once that is not felt any more: what is behind it is felt then.
+/// that are driven to where they are to be (kinematic_motion.h), and the contact with one that leaves ends once that is not
+/// felt any more: what is behind it is felt then.
 void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept;
 
 }  // namespace haptics

@@ -7,6 +7,7 @@
 #include "common/surface/field_asset.h"
 #include "common/surface/point_field_asset.h"
 #include "common/wire/convert.h"
+#include "graphics_client/editing/scene_text.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
 namespace haptics::mirror_test {
@@ -262,6 +263,27 @@ TEST_F(MirrorOfTwo, KnowsWhereBodiesAreAndLetsThemGoWithTheirMotion) {
   record.motion.reset();
   ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
   EXPECT_EQ(mirror_.contents().poseOf(record), record.pose);
+}
+
+TEST_F(MirrorOfTwo, KnowsWhereAnObjectIsDrivenUntilAnEditHasSetItsPose) {
+  const std::vector<BodyState> driven{{1, Pose{Quat(1, 0, 0, 0), Vec3(1, 2, 3)}, BodyCondition::kAwake}};
+  ObjectRecord record = *server_.scene.find(1);
+  TelemetrySample sample = sampleAt(5);
+  sample.sceneRevision = server_.scene.revision();
+  ASSERT_TRUE(mirror_.take(sample, driven));
+  EXPECT_EQ(mirror_.contents().poseOf(record).position, Vec3(1, 2, 3));
+  EXPECT_NE(sceneText(mirror_.contents(), "").find("z: 3"), std::string::npos) << "so it is saved";
+
+  record.pose.position.x += 0.5;
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  EXPECT_EQ(mirror_.contents().poseOf(record), record.pose);
+  sample.tick = 6;
+  ASSERT_TRUE(mirror_.take(sample, driven));
+  EXPECT_EQ(mirror_.contents().poseOf(record), record.pose) << "the servo had not adopted the edit yet";
+  sample.tick = 7;
+  sample.sceneRevision = server_.scene.revision();
+  ASSERT_TRUE(mirror_.take(sample, driven));
+  EXPECT_EQ(mirror_.contents().poseOf(record).position, Vec3(1, 2, 3)) << "it is driven again, or still";
 }
 
 TEST_F(MirrorOfTwo, KnowsWhereASoftObjectsTrianglesAre) {

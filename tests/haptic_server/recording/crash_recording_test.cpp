@@ -119,7 +119,9 @@ TEST(LastSeconds, LeaveNoFileWithoutMemoryForThem) {
   RecordedServo servo;
   servo.run(100);
   auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
-  const auto none = recordLastSeconds({servo.folder() / "none"}, "none", {.rate_Hz = RecordedServo::kRate_Hz}, ring,
+  RecordingFacts facts;
+  facts.rate_Hz = RecordedServo::kRate_Hz;
+  const auto none = recordLastSeconds({servo.folder() / "none"}, "none", facts, ring,
                                       [](RecordingWriter&, std::uint64_t) { throw std::bad_alloc(); });
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().reason, "std::bad_alloc");
