@@ -52,6 +52,16 @@ class PythonWorld(unittest.TestCase):
         self.world.remove(self.body)
         self.assertEqual(self.world.run(at_rest)[-1]["body"], 0)
 
+    def test_a_body_that_is_moved_pushes_the_hand(self):
+        hand = numpy.array([[0.0, 0.0, 0.06]])
+        self.world.run(numpy.repeat(hand, 600, axis=0))
+        for tick in range(13):  # 1 m/s, up to 2 mm above the hand
+            self.world.move_kinematic(self.body, haptics.Pose(position_m=(0, 0, 1e-3 * tick)))
+            sample = self.world.run(hand)[0]
+        self.assertAlmostEqual(sample["ihip_m"][2], 0.062, places=6)
+        self.assertGreater(sample["force_N"][2], 1)
+        self.assertFalse(sample["depenetrated"])
+
     def test_a_tool_is_turned_by_what_it_touches(self):
         points = self.world.hold(*box(0.01), haptics.Tool(spacing_m=0.004, torsion_Nm_per_rad=2))
         self.assertGreater(points, 20)
