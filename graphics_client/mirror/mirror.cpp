@@ -180,7 +180,7 @@ void Mirror::setScene(SceneVersion scene) {
     const auto object = scene.find(entry.first);
     if (!object || object->movesByItself()) return !object;
     const auto before = view_.scene->find(entry.first);
-    return !before || before->revision != object->revision;  // heard of again where it still is driven
+    return !before || before->revision != object->revision;  // its pose comes again where it still is driven
   });
   view_.scene = std::make_shared<const SceneVersion>(std::move(scene));
   countAssets();

@@ -28,7 +28,7 @@ std::string namesIn(const SceneVersion& scene) {
   return names.empty() ? "none" : names;
 }
 
-/// The view once a sample has told where driven objects are; as it is where none comes.
+/// The view with the first sample, which has the poses of driven objects; as it is where none comes.
 std::shared_ptr<const MirrorView> withSample(Connection& connection, std::shared_ptr<const MirrorView> view) {
   constexpr int kLooks = 30;
   constexpr std::chrono::milliseconds kLook{10};

@@ -65,7 +65,7 @@ class Client:
         self.gaps = []  # of every tick: Gap(after, missed, lost), as samples() came upon them
         self._last = None  # (tick, missed_ticks) of the sample before, of every tick
         self._bodies = {}  # by object id
-        self._changed_at = {}  # likewise: revision of the object when a sample told of it
+        self._changed_at = {}  # likewise: revision of the object when its pose came
         self._welcome = None
         self._hands = [HandLead(self._changed, self._wake, lambda: (self._live, self._end, self._trouble), hand,
                                 lambda: bool(self._welcome and self._welcome.second_device))
@@ -126,7 +126,7 @@ class Client:
             return self._scene.unknown()
 
     def bodies(self):
-        """{name: BodyPose} of the objects that move or are driven, as far as samples have told of them: each tells of some."""
+        """{name: BodyPose} of the objects that move or are driven, as far as their poses have come: a sample has some."""
         with self._changed:
             return {state.name: self._bodies[state.id] for state in self._scene.states() if state.id in self._bodies}
 
@@ -354,7 +354,7 @@ class Client:
 
     def _scene_changed(self):
         """Live once the scene stands at the welcome's revision or beyond."""
-        # What is driven and was edited since is heard of again where it still is.
+        # The pose of a driven object that was edited comes again where it still is driven.
         self._bodies = {number: body for number, body in self._bodies.items()
                         if self._scene.moves(number) or self._scene.changed_at(number) == self._changed_at.get(number)}
         if self._live or not self._whole or self._scene.revision < self._welcome.revision:

@@ -127,10 +127,9 @@ struct Denting {
 
 /// Of an object that is driven (kinematic_motion.h).
 struct KinematicMotion {
-  std::uint64_t number =
-      0;                    ///< KinematicPose::number of the sample to which it goes, or has gone; 0: it is not driven.
-  std::uint64_t since = 0;  ///< Ticks since that came,
-  std::uint64_t left = 0;   ///< and until it is there.
+  std::uint64_t number = 0;  ///< KinematicPose::number of the newest sample; 0: it is not driven.
+  std::uint64_t since = 0;   ///< Ticks since that came,
+  std::uint64_t left = 0;    ///< and until the object is there.
 
   HAPTICS_FIELDS(self.number, self.since, self.left);
 };

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/maths/elementary.h"
+#include "common/maths/rotation.h"
 
 namespace haptics {
 namespace {
 
 /// No point of the surface goes farther.
 [[nodiscard]] double longestWay_m(const CollisionMesh& surface, const Pose& from, const Pose& to) noexcept {
-  const double aligned = std::abs(glm::dot(from.rotation, to.rotation));
-  const double angle_rad = 2 * elementary::acos(std::min(aligned, 1.0));
+  const double angle_rad = glm::length(rotationVector(to.rotation * glm::conjugate(from.rotation)));
   return glm::distance(toWorld(from, surface.centre()), toWorld(to, surface.centre())) + angle_rad * surface.radius_m();
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/engine/collision/moving_together.h"
 #include "haptic_server/engine/motion/rigid_motion.h"
 #include "haptic_server/engine/step/held_springs.h"
@@ -77,11 +78,10 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
   state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
 }
 
-/// Of the origin; both poses are near each other.
+/// Of the origin, from one pose to the next.
 [[nodiscard]] RigidVelocity velocityBetween(const Pose& before, const Pose& after, double period_s) noexcept {
-  const Quat turn = after.rotation * glm::conjugate(before.rotation);
-  const double sense = turn.w < 0 ? -2 : 2;
-  return {(after.position - before.position) / period_s, sense / period_s * Vec3(turn.x, turn.y, turn.z)};
+  const Vec3 turn = rotationVector(after.rotation * glm::conjugate(before.rotation));
+  return {(after.position - before.position) / period_s, turn / period_s};
 }
 
 /// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.

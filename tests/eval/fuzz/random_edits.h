@@ -45,7 +45,7 @@ class RandomEdits {
   void addDeformation(v1::Deformation& deformation, const ObjectRecord* object);
   void addObject(v1::AddObject& add);
   void addOperation(v1::Operation& operation, const SceneVersion& scene);
-  void addSample(v1::SetPose& set);
+  void addSample(v1::SetPose& sample);
 
   Random random_;
   std::uint64_t named_ = 0;

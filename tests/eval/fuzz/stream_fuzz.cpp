@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/world/world.h"
+#include "haptic_server/world/stepped_scene.h"
 #include "tests/eval/fuzz/contact_judge.h"
 #include "tests/eval/fuzz/contact_scene.h"
 #include "tests/eval/fuzz/fuzz.h"
@@ -35,8 +35,8 @@ struct Counted {
   }
 };
 
-/// Where a body that is driven is in each tick: as far along its way as world.h says. Within a sample of some degrees there is
-/// no one way to turn; it is the step's, a micrometre beside others.
+/// Where a body that is driven is in each tick, by what world.h says of moveKinematic(). It turns as the step turns it; turned
+/// evenly it would be up to 0.3 um beside that.
 class Path {
  public:
   explicit Path(const Pose& at) : to_(at), at_(at) {}
@@ -57,8 +57,6 @@ class Path {
   int left_ = 0;
 };
 
-[[nodiscard]] World::Vector vectorOf(Vec3 v) { return {v.x, v.y, v.z}; }
-[[nodiscard]] Vec3 vec(const World::Vector& v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] World::Pose poseOf(const Pose& pose) {
   return {vectorOf(pose.position), {pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z}};
 }

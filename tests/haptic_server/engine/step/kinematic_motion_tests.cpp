@@ -130,7 +130,7 @@ TEST_F(DrivenPlate, StaysWhereItIsOverOtherEditsAndGoesBackByAPose) {
   EXPECT_EQ(motion.bodyCount, 0U);
 }
 
-TEST_F(DrivenPlate, IsToldOfAsABodyThatMoves) {
+TEST_F(DrivenPlate, IsReportedAsABodyThatMoves) {
   use(0.01);
   drive(height_m() - 0.02);
   servo_.step();
