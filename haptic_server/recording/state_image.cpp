@@ -32,8 +32,11 @@ namespace {
 
 [[nodiscard]] bool isContactOf(const BodyContact& contact, const BodyPair& pair, const HapticState& state) {
   if (contact.second > 1) return false;
-  const CollidingBody& on = state.colliding[contact.second == 0 ? pair.first : pair.second];
-  return contact.point < on.points->points.size() && isWithinWorld(contact.place) && isWithinWorld(contact.foot) &&
+  const CollisionPoints &first = *state.colliding[pair.first].points, &second = *state.colliding[pair.second].points;
+  const std::size_t points = first.polytope && second.polytope ? PolytopeContact::kIds
+                             : contact.second == 0             ? first.points.size()
+                                                               : second.points.size();
+  return contact.point < points && isWithinWorld(contact.place) && isWithinWorld(contact.foot) &&
          isWithinWorld(contact.normal) && isFinite(contact.impulse_Ns);
 }
 

@@ -408,6 +408,17 @@ void addFuzzStream(Command& fuzz, Arguments& arguments) {
   setRun(verb, [&arguments] { arguments.good = runFuzzStream(arguments.fuzz, arguments.out); });
 }
 
+void addFuzzBodies(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(
+      fuzz,
+      {"bodies", "Bodies that meet: does what stands stand, and is any deep in another?", "--scenes 2000 --out results",
+       "A world has 3 s: a stack that stands by statics, one put into or above itself, a heap, or bodies "
+       "that float.\nCtrl-C ends it early: what was found is written."},
+      arguments.out, "fuzz bodies");
+  addFuzzScenes(verb, arguments);
+  setRun(verb, [&arguments] { arguments.good = runFuzzBodies(arguments.fuzz, arguments.out); });
+}
+
 void addFuzz(Command& app, Arguments& arguments) {
   Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
   verb.needVerb();
@@ -416,9 +427,10 @@ void addFuzz(Command& app, Arguments& arguments) {
       "  haptic_eval fuzz edits --scenes 5000 --out results\n"
       "  haptic_eval fuzz replay-live --scenes 2000 --out results\n"
       "  haptic_eval fuzz stream --scenes 500 --out results\n"
+      "  haptic_eval fuzz bodies --scenes 2000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzReplay})
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies, addFuzzReplay})
     add(verb, arguments);
 }
 

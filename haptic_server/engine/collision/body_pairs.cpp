@@ -14,12 +14,16 @@ namespace {
 /// Points are looked for anew once a body has moved so far against the other, of the smaller one's radius. Smaller looks
 /// more often; larger lets round bodies roll on points that are no longer the lowest.
 constexpr double kStaleAfter = 0.01;
+/// Likewise of two polytopes, which costs less.
+constexpr double kPolytopesStaleAfter = 0.001;
 /// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
 constexpr double kTicksOfRange = 4;
 /// A search that takes more than a tick begins so many ticks before the range ends.
 constexpr double kTicksAhead = 3;
 /// Units (Allowance) of beginning a search that ranks nothing.
 constexpr std::int64_t kQuery = 64;
+/// Units of where two polytopes meet.
+constexpr std::int64_t kPolytopes = 1500;
 /// Units of the distance from a triangle's plane.
 constexpr std::int64_t kPlane = 24;
 /// What the four points of a leaf may take in the worst case.
@@ -175,6 +179,31 @@ class NearPoints {
     }
   }
 
+  /// Of all points at once, where they are on one side. `near` is not empty.
+  static void chooseOf(std::span<const NearPoint> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
+    Vec3 mean(0);
+    for (const NearPoint& n : near) mean += n.at / static_cast<double>(near.size());
+    const auto farthestFrom = [&](Vec3 place) {
+      return std::ranges::max_element(near, {}, [&](const NearPoint& n) { return squaredLength(n.at - place); });
+    };
+    const auto a = farthestFrom(mean), b = farthestFrom(a->at);
+    const Vec3 across = glm::cross(normal, b->at - a->at);
+    const auto aside = [&](const NearPoint& n) { return glm::dot(across, n.at - a->at); };
+    const auto [right, left] = std::ranges::minmax_element(near, {}, aside);
+    const auto deepest = std::ranges::min_element(near, {}, &NearPoint::gap_m);
+    const double least = 1e-6 * squaredLength(across);  // beside the line by more than rounding
+    double gap = a->gap_m;
+    const auto add = [&](auto which) {
+      gap = std::min(gap, which->gap_m);
+      take(which->contact, before, pair);
+    };
+    add(a);
+    if (b != a) add(b);
+    if (aside(*left) > least) add(left);
+    if (aside(*right) < -least) add(right);
+    if (deepest->gap_m < gap - kDeeper_m) add(deepest);
+  }
+
   /// Has bodies go over what is no step: a contact with the side of something whose top the point is level with, and that it
   /// comes to by the side, is left out, or is one with the top where the point has got there.
   static void passSteps(const Collider& first, const Collider& second, const Pose& relative, double step_m,
@@ -217,30 +246,6 @@ class NearPoints {
   /// How far from a face a point may meet it, unless it is deep inside.
   [[nodiscard]] double farthest() const noexcept {
     return isDeep() ? search_.range_m : std::max(search_.range_m, search_.depth_m);
-  }
-
-  static void chooseOf(std::span<const NearPoint> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
-    Vec3 mean(0);
-    for (const NearPoint& n : near) mean += n.at / static_cast<double>(near.size());
-    const auto farthestFrom = [&](Vec3 place) {
-      return std::ranges::max_element(near, {}, [&](const NearPoint& n) { return squaredLength(n.at - place); });
-    };
-    const auto a = farthestFrom(mean), b = farthestFrom(a->at);
-    const Vec3 across = glm::cross(normal, b->at - a->at);
-    const auto aside = [&](const NearPoint& n) { return glm::dot(across, n.at - a->at); };
-    const auto [right, left] = std::ranges::minmax_element(near, {}, aside);
-    const auto deepest = std::ranges::min_element(near, {}, &NearPoint::gap_m);
-    const double least = 1e-6 * squaredLength(across);  // beside the line by more than rounding
-    double gap = a->gap_m;
-    const auto add = [&](auto which) {
-      gap = std::min(gap, which->gap_m);
-      take(which->contact, before, pair);
-    };
-    add(a);
-    if (b != a) add(b);
-    if (aside(*left) > least) add(left);
-    if (aside(*right) < -least) add(right);
-    if (deepest->gap_m < gap - kDeeper_m) add(deepest);
   }
 
   void add(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface, const Frame& frame,
@@ -479,7 +484,52 @@ struct PairNow {
     return movedBy(was, relative, first.surface->extent_m()) + reach_m;
   }
   [[nodiscard]] bool isKnown(const BodyPair& pair) const noexcept {
-    return pair.range_m >= 0 && movedSince(pair.relative) <= pair.range_m;
+    if (pair.range_m < 0) return false;
+    const double moved_m = movedSince(pair.relative);
+    const bool isFresh = !arePolytopes() || pair.contacts.count == 0 || moved_m - reach_m <= stale_m();
+    return isFresh && moved_m <= pair.range_m;
+  }
+  /// Of two polytopes.
+  [[nodiscard]] double stale_m() const noexcept { return kPolytopesStaleAfter * smaller_m; }
+  [[nodiscard]] bool arePolytopes() const noexcept { return first.points->polytope && second.points->polytope; }
+  /// Finds the contacts of two polytopes.
+  void meet(BodyPair& pair, Allowance& allowance) const noexcept {
+    allowance.spend(kPolytopes);
+    const Quat back = glm::conjugate(second.pose.rotation);
+    const auto velocityAt = [&](Vec3 place) {
+      return back * (first.velocityBefore(place) - second.velocityBefore(place));
+    };
+    const PolytopeWay way{reach_m + stale_m(), step_m, velocityAt(second.pose.position),
+                          back * (first.before.angular - second.before.angular), pressedAlong(pair)};
+    const PolytopeContact found = contactOf(*first.points->polytope, *second.points->polytope, relative, way);
+    const BodyPair before = pair;
+    pair.contacts.count = 0;
+    std::array<NearPoint, std::tuple_size_v<decltype(found.points)>> near;
+    const Pose toFirst = inverse(relative);
+    for (std::size_t i = 0; i < found.count; ++i) {
+      const PolytopeContact::Point& point = found.points[i];
+      BodyContact& contact = near[i].contact;
+      contact = {point.id, 0, toWorld(toFirst, point.on), point.foot, found.normal, Vec3(0)};
+      if (found.ofSecond)
+        contact = {point.id, 1, point.on, toWorld(toFirst, point.foot), toFirst.rotation * -found.normal, Vec3(0)};
+      near[i].gap_m = point.gap_m;
+      near[i].at = point.on;
+      near[i].normal = found.normal;
+    }
+    if (found.count > 0) NearPoints::chooseOf(std::span(near).first(found.count), found.normal, before, pair);
+    pair.range_m = found.count > 0 ? way.range_m : std::max(way.range_m, found.gap_m);
+    pair.depth_m = std::max(0.0, -found.gap_m);
+    pair.relative = relative;
+    pair.units = 0;
+  }
+  /// The normal of the contacts that the last tick pressed, out of the second body in its frame; 0: none.
+  [[nodiscard]] Vec3 pressedAlong(const BodyPair& pair) const noexcept {
+    if (first.isPut || second.isPut) return Vec3(0);
+    for (const BodyContact& contact : pair.contacts.all()) {
+      if (contact.impulse_Ns == Vec3(0)) continue;
+      return contact.second == 0 ? contact.normal : relative.rotation * -contact.normal;
+    }
+    return Vec3(0);
   }
   /// Begins a search unless there is one of the pair that will be of use.
   void begin(std::size_t place, const BodyPair& pair, PairSearch& search) const noexcept {
@@ -563,6 +613,10 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
     if (pair.used == 0 || !isActive(bodies[pair.first], bodies[pair.second])) continue;
     const PairNow now(bodies, moving, pair, period_s);
     if (now.isKnown(pair)) continue;
+    if (now.arePolytopes() && !allowance.isSpent()) {
+      now.meet(pair, allowance);
+      continue;
+    }
     now.begin(i, pair, pairs.search);
     const bool isDone = look(now.first, now.second, now.step_m, pairs.search, isFirst, pair, allowance);
     isFirst = false;

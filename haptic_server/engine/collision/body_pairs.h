@@ -46,7 +46,7 @@ inline constexpr std::size_t kPointsOfPair = 8;
 
 /// A point of one body at the surface of another.
 struct BodyContact {
-  std::uint32_t point;   ///< Of the body's CollisionPoints.
+  std::uint32_t point;   ///< Of the body's CollisionPoints; of two polytopes PolytopeContact::Point::id.
   std::uint32_t second;  ///< 1: of the pair's second body, at the first one's surface; 0: the other way round.
   Vec3 place;            ///< The point; its body's frame.
   Vec3 foot;             ///< On the surface; the other's frame, as the next.

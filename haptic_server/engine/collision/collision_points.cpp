@@ -115,6 +115,7 @@ CollisionPoints makeCollisionPoints(const CollisionMesh& mesh) {
   CollisionPoints made;
   made.points = withNormals(mesh, placesOf(mesh));
   TreeBuilder(made).add(0, static_cast<std::uint32_t>(made.points.size()));
+  made.polytope = polytopeOf(mesh);
   return made;
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/maths/vec.h"
+#include "haptic_server/engine/collision/polytope.h"
 #include "haptic_server/engine/geometry/collision_mesh.h"
 
 namespace haptics {
@@ -23,10 +25,11 @@ struct CollisionPoints {
     Vec3 normal{0};  ///< Of the body there, unit: of the faces that meet.
   };
 
-  std::vector<Point> points;  ///< At most kMaxCollisionPoints.
-  std::vector<Node> nodes;    ///< In the order in which they are visited; [0] holds all points.
-  double friction = 0.5;      ///< Coulomb's coefficient; of two bodies the geometric mean counts.
-  double rolling_m = 2e-4;    ///< As a Plane's; of two bodies the mean counts.
+  std::vector<Point> points;         ///< At most kMaxCollisionPoints.
+  std::vector<Node> nodes;           ///< In the order in which they are visited; [0] holds all points.
+  std::optional<Polytope> polytope;  ///< Where the mesh is one: two such bodies meet by their faces and edges instead.
+  double friction = 0.5;             ///< Coulomb's coefficient; of two bodies the geometric mean counts.
+  double rolling_m = 2e-4;           ///< As a Plane's; of two bodies the mean counts.
 };
 
 inline constexpr std::size_t kMaxCollisionPoints = 1024;

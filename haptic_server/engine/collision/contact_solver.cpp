@@ -6,21 +6,22 @@
 
 #include "haptic_server/engine/collision/moving_together.h"
 #include "haptic_server/engine/motion/joint_motion.h"
+#include "haptic_server/engine/motion/rigid_motion.h"
 
 namespace haptics {
 namespace {
 
 // The spring that pushes overlapping bodies apart (Catto 2024): stiffer ones overshoot, softer ones let bodies at rest sink
 // in by more. At 1 kHz a body lies 4 um deep.
-constexpr double kPeriodsOfSpring = 2;  ///< Ticks of its period; fewer cannot be followed.
+constexpr double kStepsOfSpring = 2;  ///< Of its period; fewer cannot be followed.
 constexpr double kDampingRatio = 10;
 /// Overlap that is left alone, m: 0 would let points at rest come and go.
 constexpr double kSlop_m = 1e-6;
 
-[[nodiscard]] constexpr ContactSpring springOf(double period_s) noexcept {
-  const double omega = 2 * std::numbers::pi / (kPeriodsOfSpring * period_s);
-  const double a = 2 * kDampingRatio + period_s * omega;
-  const double b = period_s * omega * a;
+[[nodiscard]] constexpr ContactSpring springOf(double step_s) noexcept {
+  const double omega = 2 * std::numbers::pi / (kStepsOfSpring * step_s);
+  const double a = 2 * kDampingRatio + step_s * omega;
+  const double b = step_s * omega * a;
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
@@ -34,25 +35,50 @@ void shorten(double (&v)[2], double most) noexcept {
 
 }  // namespace
 
-Mover::Mover(const RigidBody& body, RigidState& state, double period_s) noexcept
-    : state_(&state), freedom_(body.freedom) {
+Mover::Mover(const RigidBody& body, RigidState& state, const Momenta& before, const TickSteps& steps) noexcept
+    : body_(&body), state_(&state), freedom_(body.freedom), steps_(steps) {
+  const double part = 1.0 / steps.count;
   if (freedom_ == Freedom::kFree) {
     centre_ = state.centre_m;
     perMass_ = 1 / body.mass.mass_kg;
     const glm::dmat3 turn = glm::mat3_cast(state.axes);
     const Vec3 m = body.mass.moments;
     perInertia_ = glm::dmat3(turn[0] / m.x, turn[1] / m.y, turn[2] / m.z) * glm::transpose(turn);
-    linear_ = perMass_ * state.momentum_Ns;
-    angular_ = perInertia_ * state.angularMomentum_Nms;
+    linear_ = perMass_ * before.momentum_Ns;
+    angular_ = perInertia_ * before.angularMomentum_Nms;
+    linearOfStep_ = part * perMass_ * (state.momentum_Ns - before.momentum_Ns);
+    angularOfStep_ = part * (perInertia_ * (state.angularMomentum_Nms - before.angularMomentum_Nms));
     return;
   }
   axis_ = state.rest.rotation * body.joint.axis;
   anchor_ = toWorld(state.rest, body.joint.anchor_m);
   perAlong_ = 1 / inertiaOnJoint(body, state);
-  lowest_ = (body.joint.lowest - state.coordinate) / period_s;
-  highest_ = (body.joint.highest - state.coordinate) / period_s;
-  rate_ = state.rate_per_s = std::clamp(state.rate_per_s, lowest_, highest_);
+  coordinate_ = state.coordinate;
+  rateOfStep_ = part * (state.rate_per_s - before.rate_per_s);
+  setRate(before.rate_per_s);
   if (freedom_ == Freedom::kHinge) perInertia_ = perAlong_ * glm::outerProduct(axis_, axis_);
+}
+
+void Mover::setRate(double rate_per_s) noexcept {
+  rate_ = std::clamp(rate_per_s, (body_->joint.lowest - coordinate_) / steps_.step_s,
+                     (body_->joint.highest - coordinate_) / steps_.step_s);
+}
+
+void Mover::drive() noexcept {
+  if (state_ == nullptr) return;
+  if (freedom_ != Freedom::kFree) return setRate(rate_ + rateOfStep_);
+  linear_ += linearOfStep_;
+  angular_ += angularOfStep_;
+}
+
+void Mover::move() noexcept {
+  if (state_ == nullptr) return;
+  if (freedom_ != Freedom::kFree) {
+    coordinate_ += steps_.step_s * rate_;
+    return setRate(rate_);
+  }
+  moved_m_ += steps_.step_s * linear_;
+  turned_rad_ += steps_.step_s * angular_;
 }
 
 Vec3 Mover::velocityAt(Vec3 place) const noexcept {
@@ -70,8 +96,7 @@ glm::dmat3 Mover::mobility(Vec3 place) const noexcept {
 void Mover::push(Vec3 place, Vec3 impulse_Ns) noexcept {
   if (state_ == nullptr) return;
   if (freedom_ != Freedom::kFree) {
-    rate_ = std::clamp(rate_ + perAlong_ * glm::dot(direction(place), impulse_Ns), lowest_, highest_);
-    return;
+    return setRate(rate_ + perAlong_ * glm::dot(direction(place), impulse_Ns));
   }
   const Vec3 turning = glm::cross(place - centre_, impulse_Ns);
   impulse_Ns_ += impulse_Ns;
@@ -82,27 +107,33 @@ void Mover::push(Vec3 place, Vec3 impulse_Ns) noexcept {
 
 void Mover::turn(Vec3 impulse_Nms) noexcept {
   if (state_ == nullptr || freedom_ == Freedom::kSlider) return;
-  if (freedom_ == Freedom::kHinge) {
-    rate_ = std::clamp(rate_ + perAlong_ * glm::dot(axis_, impulse_Nms), lowest_, highest_);
-    return;
-  }
+  if (freedom_ == Freedom::kHinge) return setRate(rate_ + perAlong_ * glm::dot(axis_, impulse_Nms));
   impulse_Nms_ += impulse_Nms;
   angular_ += perInertia_ * impulse_Nms;
 }
 
 void Mover::give() noexcept {
   if (state_ == nullptr) return;
+  const double period_s = steps_.period_s();
   if (freedom_ != Freedom::kFree) {
+    state_->rate_per_s = (coordinate_ - state_->coordinate) / period_s;
+    advanceRigidBody(*body_, *state_, period_s);
     state_->rate_per_s = rate_;
     return;
   }
-  state_->momentum_Ns += impulse_Ns_;
-  state_->angularMomentum_Nms += impulse_Nms_;
-  impulse_Ns_ = impulse_Nms_ = Vec3(0);
+  const Vec3 momentum_Ns = state_->momentum_Ns + impulse_Ns_;
+  const Vec3 angularMomentum_Nms = state_->angularMomentum_Nms + impulse_Nms_;
+  const MassProperties& mass = body_->mass;
+  state_->momentum_Ns = mass.mass_kg / period_s * moved_m_;
+  state_->angularMomentum_Nms =
+      state_->axes * (mass.moments * (glm::conjugate(state_->axes) * (turned_rad_ / period_s)));
+  advanceRigidBody(*body_, *state_, period_s);
+  state_->momentum_Ns = momentum_Ns;
+  state_->angularMomentum_Nms = angularMomentum_Nms;
 }
 
-ContactSolver::ContactSolver(std::span<Mover> movers, double period_s) noexcept
-    : movers_(movers), period_s_(period_s), spring_(springOf(period_s)) {}
+ContactSolver::ContactSolver(std::span<Mover> movers, const TickSteps& steps) noexcept
+    : movers_(movers), step_s_(steps.step_s), spring_(springOf(steps.step_s)) {}
 
 bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 normal, double gap_m, double friction,
                         double rolling_m, Vec3 lastImpulse_Ns) noexcept {
@@ -161,10 +192,35 @@ double ContactSolver::solve(bool soft) noexcept {
   return pressing > 0 ? change / pressing : 0;
 }
 
+void ContactSolver::accelerate() noexcept {
+  double squared_J = 0;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    const ContactConstraint& c = contacts_[i];
+    for (int k = 0; k < 3; ++k)
+      if (c.mass_kg[k] > 0) squared_J += c.change_Ns[k] * c.change_Ns[k] / c.mass_kg[k];
+  }
+  const double part = squared_J_ > 0 ? squared_J / squared_J_ : 2;
+  const bool begins = part > 1;
+  squared_J_ = squared_J;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    ContactConstraint& c = contacts_[i];
+    double more[3];
+    for (int k = 0; k < 3; ++k) {
+      more[k] = begins ? 0 : part * c.conjugate_Ns[k];
+      c.conjugate_Ns[k] = more[k] + c.change_Ns[k];
+    }
+    if (begins || (more[0] == 0 && more[1] == 0 && more[2] == 0)) continue;
+    c.pressing_Ns += more[0];
+    c.rubbing_Ns[0] += more[1];
+    c.rubbing_Ns[1] += more[2];
+    push(c, more[0] * c.normal + more[1] * c.along[0] + more[2] * c.along[1]);
+  }
+}
+
 double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
   double closing_m_per_s = 0, massScale = 1, impulseScale = 0;
   if (c.gap_m > 0) {
-    closing_m_per_s = c.gap_m / period_s_;
+    closing_m_per_s = c.gap_m / step_s_;
   } else if (soft) {
     closing_m_per_s = std::max(spring_.rate_per_s * std::min(c.gap_m + kSlop_m, 0.0), -kPushApart_m_per_s);
     massScale = spring_.massScale;
@@ -177,6 +233,8 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
   const double more = pressing - c.pressing_Ns;
   double change = std::abs(more);
   c.pressing_Ns = pressing;
+  c.change_Ns[0] = more;
+  c.change_Ns[1] = c.change_Ns[2] = 0;
   const bool isOff = pressing == 0 && c.rubbing_Ns[0] == 0 && c.rubbing_Ns[1] == 0;
   if (isOff) {
     if (more != 0) push(c, more * c.normal);
@@ -192,7 +250,8 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
   Vec3 impulse = more * c.normal;
   for (int k = 0; k < 2; ++k) {
     impulse += (rubbing[k] - c.rubbing_Ns[k]) * c.along[k];
-    change += std::abs(rubbing[k] - c.rubbing_Ns[k]);
+    c.change_Ns[k + 1] = rubbing[k] - c.rubbing_Ns[k];
+    change += std::abs(c.change_Ns[k + 1]);
     c.rubbing_Ns[k] = rubbing[k];
   }
   push(c, impulse);
@@ -214,7 +273,7 @@ void ContactSolver::solve(RollingConstraint& r) noexcept {
 void ContactSolver::moved() noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
     ContactConstraint& c = contacts_[i];
-    c.gap_m += period_s_ * glm::dot(velocity(c), c.normal);
+    c.gap_m += step_s_ * glm::dot(velocity(c), c.normal);
   }
 }
 

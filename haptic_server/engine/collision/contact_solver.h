@@ -8,12 +8,27 @@
 
 namespace haptics {
 
-/// A body while impulses act on it: where it is does not change meanwhile. World frame.
+/// A tick is divided into steps: a body sinks into what it lies on by the square of a step, times the load upon it.
+struct TickSteps {
+  int count = 2;
+  double step_s = 0;
+
+  [[nodiscard]] double period_s() const noexcept { return count * step_s; }
+};
+
+struct Momenta {
+  Vec3 momentum_Ns{0}, angularMomentum_Nms{0};
+  double rate_per_s = 0;  ///< On a joint.
+};
+
+/// A body while impulses act on it, in steps of a tick. Where it is counts as at the tick's start: what it turns by within a tick
+/// is of second order. World frame.
 class Mover {
  public:
   /// It stands still, whatever acts on it.
   Mover() = default;
-  Mover(const RigidBody& body, RigidState& state, double period_s) noexcept;
+  /// @param before  At the tick's start. What forces have made of it since comes in equal parts with each step.
+  Mover(const RigidBody& body, RigidState& state, const Momenta& before, const TickSteps& steps) noexcept;
   /// It moves so, whatever acts on it.
   Mover(Vec3 pivot, const RigidVelocity& velocity) noexcept
       : centre_(pivot), linear_(velocity.linear), angular_(velocity.angular) {}
@@ -23,28 +38,38 @@ class Mover {
   /// Times an impulse at the place: what it adds to the velocity there, limits of a joint apart; 1 / kg.
   [[nodiscard]] glm::dmat3 mobility(Vec3 place) const noexcept;
   [[nodiscard]] glm::dmat3 perInertia() const noexcept { return perInertia_; }
+  /// A step's part of the forces.
+  void drive() noexcept;
   void push(Vec3 place, Vec3 impulse_Ns) noexcept;
   void turn(Vec3 impulse_Nms) noexcept;
-  /// Gives the body all impulses since the last call.
+  /// By a step.
+  void move() noexcept;
+  /// The state after the tick's steps.
   void give() noexcept;
 
  private:
+  const RigidBody* body_ = nullptr;
   RigidState* state_ = nullptr;
   Freedom freedom_ = Freedom::kFree;
+  TickSteps steps_;
   Vec3 centre_{0}, linear_{0}, angular_{0};
+  Vec3 linearOfStep_{0}, angularOfStep_{0};  // what forces add
+  Vec3 moved_m_{0}, turned_rad_{0};
   double perMass_ = 0;
   glm::dmat3 perInertia_{0};
-  Vec3 impulse_Ns_{0}, impulse_Nms_{0};  // not given yet
+  Vec3 impulse_Ns_{0}, impulse_Nms_{0};
   // On a joint.
   Vec3 axis_{0}, anchor_{0};
-  double perAlong_ = 0, rate_ = 0, lowest_ = 0, highest_ = 0;
+  double perAlong_ = 0, rate_ = 0, rateOfStep_ = 0, coordinate_ = 0;
 
   [[nodiscard]] Vec3 direction(Vec3 place) const noexcept {
     return freedom_ == Freedom::kSlider ? axis_ : glm::cross(axis_, place - anchor_);
   }
+  /// Of a joint: no farther than its limits in a step.
+  void setRate(double rate_per_s) noexcept;
 };
 
-/// One point at which a body is pushed away from another. Arrays of them are filled as far as they are used.
+/// One point at which a body is pushed away from another; impulses are those of a step. Arrays of them are filled as far as they are used.
 struct ContactConstraint {
   std::uint16_t a, b;  ///< Movers: pushed along the normal, and against it.
   Vec3 place;          ///< World, m.
@@ -57,6 +82,8 @@ struct ContactConstraint {
   double across_1_kg[2];  ///< What a pressing impulse of 1 Ns adds to the velocities across.
   double pressing_Ns;
   double rubbing_Ns[2];
+  double change_Ns[3];     ///< Of the last round, along the three.
+  double conjugate_Ns[3];  ///< The direction of search.
 
   [[nodiscard]] Vec3 impulse() const noexcept {
     return pressing_Ns * normal + rubbing_Ns[0] * along[0] + rubbing_Ns[1] * along[1];
@@ -76,25 +103,31 @@ struct ContactSpring {
   double rate_per_s, massScale, impulseScale;
 };
 
-/// Constraints of a tick, solved in turn.
+/// Constraints of a tick, solved in turn, in each of its steps.
 class ContactSolver {
  public:
   static constexpr std::size_t kMaxContacts = 768;
   static constexpr std::size_t kMaxRolling = kMaxPairs + kMaxMovingBodies;
 
-  ContactSolver(std::span<Mover> movers, double period_s) noexcept;
+  ContactSolver(std::span<Mover> movers, const TickSteps& steps) noexcept;
 
   /// A contact with the impulse that it had in the last tick. False: there is no room.
   [[nodiscard]] bool add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 normal, double gap_m, double friction,
                          double rolling_m, Vec3 lastImpulse_Ns) noexcept;
   /// Of the contacts from `begin` on.
   void addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexcept;
-  /// The movers get the impulses of the last tick.
+  /// The movers get the impulses of the last step.
   void warmStart() noexcept;
+  /// Rounds of another kind follow.
+  void beginRounds() noexcept { squared_J_ = 0; }
   /// @param soft  Overlap is pushed apart.
   /// @return How much the impulses changed, of what presses.
   double solve(bool soft) noexcept;
-  /// The bodies have moved by a tick at the speeds that they have.
+  /// Goes on between two rounds as they went before: the nonsmooth nonlinear conjugate gradient method (Silcowitz-Hansen,
+  /// Niebe and Erleben 2010), in the norm of energy. A body on which one of
+  /// R times its mass lies takes some sqrt(R) rounds in place of R.
+  void accelerate() noexcept;
+  /// The bodies have moved by a step at the speeds that they have.
   void moved() noexcept;
 
   [[nodiscard]] std::uint32_t size() const noexcept { return count_; }
@@ -104,11 +137,12 @@ class ContactSolver {
 
  private:
   std::span<Mover> movers_;
-  double period_s_;
+  double step_s_;
   ContactSpring spring_;
   std::array<ContactConstraint, kMaxContacts> contacts_;
   std::array<RollingConstraint, kMaxRolling> rolling_;
   std::uint32_t count_ = 0, rollingCount_ = 0;
+  double squared_J_ = 0;  ///< Of the last round's change; 0: it was the first.
 
   [[nodiscard]] Vec3 velocity(const ContactConstraint& c) const noexcept {
     return movers_[c.a].velocityAt(c.place) - movers_[c.b].velocityAt(c.place);

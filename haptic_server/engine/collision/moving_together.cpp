@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 
 #include "haptic_server/engine/collision/contact_solver.h"
 #include "haptic_server/engine/contact/frame.h"
@@ -10,14 +11,21 @@
 namespace haptics {
 namespace {
 
-/// Rounds with the spring, at most and at least, and without it. More lets stacks stand stiffer, and takes longer.
-constexpr int kRounds = 12, kMinRounds = 2, kRelaxRounds = 4;
+/// Rounds of a step with the spring, at most. More lets stacks stand stiffer, and takes longer.
+constexpr int kRounds = 8;
+/// Likewise without it. Where contacts are few, more rounds take what little speed is left of what was pushed apart.
+constexpr int kRelaxRounds = 4, kMaxRelaxRounds = 60, kRelaxedContacts = 400;
 /// Rounds end when they change the impulses by less than this part.
 constexpr double kSettled = 1e-5;
+/// Steps of a tick, at least and at most; a body bears so many times its own weight at one place before there are twice as
+/// many. Twice as many let it sink a quarter as deep.
+constexpr int kSteps = 2, kMaxSteps = 16;
+constexpr double kWeights = 50, kGravity_m_per_s2 = 9.81;
 // Units (Allowance).
 constexpr std::int64_t kContactRound = 60;  ///< A round, of a contact;
 constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
-constexpr std::int64_t kMinOfContact = kContact + (kMinRounds + kRelaxRounds) * kContactRound;
+/// A round with the spring and one without it in each step.
+[[nodiscard]] constexpr std::int64_t leastOfContact(int steps) noexcept { return kContact + 2 * steps * kContactRound; }
 /// Nearer than that bodies touch, m: they sleep and wake together.
 constexpr double kTouching_m = 2e-5;
 
@@ -135,20 +143,51 @@ void sleep(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) 
   }
 }
 
+/// Of a body that is awake, at the tick's start.
+struct Before {
+  RigidPlace place;
+  Momenta momenta;
+
+  void restoreMomentum(RigidState& state) const noexcept {
+    state.momentum_Ns = momenta.momentum_Ns;
+    state.angularMomentum_Nms = momenta.angularMomentum_Nms;
+    state.rate_per_s = momenta.rate_per_s;
+  }
+};
+
 /// The mover of what stands still.
 constexpr std::uint16_t kGround = 0;
+
+/// By what the last tick's contacts bore.
+[[nodiscard]] TickSteps stepsOf(std::span<const Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+  double weights = 0;
+  for (const BodyPair& pair : pairs.all()) {
+    if (pair.used == 0) continue;
+    double heaviest_Ns = 0, lightest_kg = std::numeric_limits<double>::infinity();
+    for (const BodyContact& contact : pair.contacts.all())
+      heaviest_Ns = std::max(heaviest_Ns, glm::length(contact.impulse_Ns));
+    for (const std::uint16_t body : {pair.first, pair.second}) {
+      if (isAwake(bodies[body])) lightest_kg = std::min(lightest_kg, bodies[body].rigidBody->mass.mass_kg);
+    }
+    weights = std::max(weights, heaviest_Ns / (lightest_kg * kGravity_m_per_s2 * period_s));
+  }
+  int count = kSteps;
+  for (double borne = kWeights; borne < weights && count < kMaxSteps; borne *= 4) count *= 2;
+  return {count, period_s / count};
+}
 
 /// One tick's constraints, and where their impulses are kept.
 class Contacts {
  public:
-  Contacts(std::span<Collider> bodies, BodyPairs& pairs, double period_s) noexcept
-      : bodies_(bodies), pairs_(pairs), solver_(movers_, period_s), period_s_(period_s) {
+  Contacts(std::span<Collider> bodies, std::span<const Before> before, BodyPairs& pairs,
+           const TickSteps& steps) noexcept
+      : bodies_(bodies), pairs_(pairs), steps_(steps), solver_(movers_, steps) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const bool isDriven = bodies[i].isDriven && moverCount_ < movers_.size();
       if (!isDriven && !isAwake(bodies[i])) continue;
       mover_[i] = moverCount_++;
       movers_[mover_[i]] = isDriven ? Mover(bodies[i].pivot(), bodies[i].before)
-                                    : Mover(*bodies[i].rigidBody, *bodies[i].state, period_s);
+                                    : Mover(*bodies[i].rigidBody, *bodies[i].state, before[i].momenta, steps);
     }
   }
 
@@ -157,40 +196,44 @@ class Contacts {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (isAwake(bodies_[i]) && bodies_[i].rigidBody->freedom == Freedom::kFree) addPlanes(i, allowance);
     }
-    allowance.spend(kMinOfContact * static_cast<std::int64_t>(solver_.size()));
+    allowance.spend(leastOfContact(steps_.count) * static_cast<std::int64_t>(solver_.size()));
   }
 
-  void solve(Allowance& rounds) noexcept {
-    solver_.warmStart();
-    for (int round = 0; round < kRounds && solver_.size() > 0; ++round) {
-      if (round >= kMinRounds) {
-        if (rounds.isSpent()) break;
-        rounds.spend(kContactRound * static_cast<std::int64_t>(solver_.size()));
+  /// Bodies without contacts move by a whole tick.
+  void move(Allowance& rounds) noexcept {
+    const auto contacts = static_cast<int>(solver_.size());
+    const int relaxRounds = std::clamp(kRelaxedContacts / std::max(contacts, 1), kRelaxRounds, kMaxRelaxRounds);
+    for (int step = 0; step < steps_.count && contacts > 0; ++step) {
+      for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].drive();
+      solver_.warmStart();
+      solve(true, kRounds, rounds);
+      for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].move();
+      solver_.moved();
+      solve(false, relaxRounds, rounds);
+    }
+    std::array<bool, kMaxMovingBodies + 1> met{};
+    for (std::uint32_t i = 0; i < solver_.size(); ++i) met[solver_.contact(i).a] = met[solver_.contact(i).b] = true;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (!isAwake(bodies_[i])) continue;
+      if (met[mover_[i]]) {
+        movers_[mover_[i]].give();
+      } else {
+        advanceRigidBody(*bodies_[i].rigidBody, *bodies_[i].state, steps_.period_s());
       }
-      if (solver_.solve(true) <= kSettled) break;
     }
-    give();
-  }
-
-  void relax() noexcept {
-    solver_.moved();
-    for (int round = 0; round < kRelaxRounds && solver_.size() > 0; ++round) {
-      if (solver_.solve(false) <= kSettled) break;
-    }
-    give();
   }
 
   void keep() noexcept {
     std::uint32_t next = 0;  // rolling constraints are in the order of what they belong to
     const auto turningOf = [&](std::uint32_t begin, std::uint32_t end) {
       const bool has = next < solver_.rollingSize() && end > begin && solver_.rolling(next).begin == begin;
-      return has ? solver_.rolling(next++).turning_Nms : Vec3(0);
+      return has ? stepCount() * solver_.rolling(next++).turning_Nms : Vec3(0);
     };
     for (std::size_t p = 0; p < pairs_.places.count; ++p) {
       if (!isSolved(p)) continue;
       BodyPair& pair = pairs_.places[p];
       for (std::uint32_t k = 0; k < pair.contacts.count; ++k)
-        pair.contacts[k].impulse_Ns = begin_[p] + k < end_[p] ? solver_.contact(begin_[p] + k).impulse() : Vec3(0);
+        pair.contacts[k].impulse_Ns = begin_[p] + k < end_[p] ? impulseOf(begin_[p] + k) : Vec3(0);
       pair.rolling_Nms = turningOf(begin_[p], end_[p]);
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -198,7 +241,7 @@ class Contacts {
       RigidState& state = *bodies_[i].state;
       state.touching.count = planesEnd_[i] - planesBegin_[i];
       for (std::size_t k = 0; k < state.touching.count; ++k)
-        state.touching[k].impulse_Ns = solver_.contact(planesBegin_[i] + static_cast<std::uint32_t>(k)).impulse();
+        state.touching[k].impulse_Ns = impulseOf(planesBegin_[i] + static_cast<std::uint32_t>(k));
       state.rolling_Nms = turningOf(planesBegin_[i], planesEnd_[i]);
     }
   }
@@ -211,11 +254,25 @@ class Contacts {
   std::array<std::uint16_t, kMaxColliders> mover_{};
   std::array<std::uint32_t, kMaxPairs> begin_, end_;
   std::array<std::uint32_t, kMaxColliders> planesBegin_{}, planesEnd_{};
+  TickSteps steps_;
   ContactSolver solver_;
-  double period_s_;
 
-  void give() noexcept {
-    for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].give();
+  void solve(bool soft, int most, Allowance& allowance) noexcept {
+    solver_.beginRounds();
+    for (int round = 0; round < most; ++round) {
+      if (round > 0) {
+        if (allowance.isSpent()) return;
+        allowance.spend(kContactRound * static_cast<std::int64_t>(solver_.size()));
+        solver_.accelerate();
+      }
+      if (solver_.solve(soft) <= kSettled) return;
+    }
+  }
+
+  [[nodiscard]] double stepCount() const noexcept { return steps_.count; }
+  /// Of the tick, as the last step had it.
+  [[nodiscard]] Vec3 impulseOf(std::uint32_t contact) const noexcept {
+    return stepCount() * solver_.contact(contact).impulse();
   }
 
   [[nodiscard]] bool isSolved(std::size_t p) const noexcept {
@@ -236,10 +293,10 @@ class Contacts {
         const Place at = nowAt(contact, on.pose, under.pose);
         const double sign = swapped ? -1 : 1;  // a is the pair's first body
         if (!solver_.add(mover_[pair.first], mover_[pair.second], at.place, sign * at.normal, at.gap_m, friction,
-                         rolling, contact.impulse_Ns))
+                         rolling, contact.impulse_Ns / stepCount()))
           break;
       }
-      if (solver_.size() > begin_[p]) solver_.addRolling(begin_[p], pair.rolling_Nms);
+      if (solver_.size() > begin_[p]) solver_.addRolling(begin_[p], pair.rolling_Nms / stepCount());
     }
     end_[p] = solver_.size();
   }
@@ -248,31 +305,18 @@ class Contacts {
     const RigidBody& body = *bodies_[i].rigidBody;
     RigidState& state = *bodies_[i].state;
     NearPlanes near;
-    const std::size_t count = findNearPlanes(body, state, period_s_, near, allowance);
+    const std::size_t count = findNearPlanes(body, state, steps_.period_s(), near, allowance);
     planesBegin_[i] = solver_.size();
     for (std::size_t k = 0; k < count; ++k) {
       const Plane& plane = body.planes[near[k].plane];
       if (!solver_.add(mover_[i], kGround, state.centre_m + near[k].arm_m, plane.normal, near[k].gap_m, plane.friction,
-                       plane.rolling_m, near[k].last_Ns))
+                       plane.rolling_m, near[k].last_Ns / stepCount()))
         break;
       state.touching[k].plane = near[k].plane;
       state.touching[k].point = near[k].point;
     }
-    if (solver_.size() > planesBegin_[i]) solver_.addRolling(planesBegin_[i], state.rolling_Nms);
+    if (solver_.size() > planesBegin_[i]) solver_.addRolling(planesBegin_[i], state.rolling_Nms / stepCount());
     planesEnd_[i] = solver_.size();
-  }
-};
-
-/// Of a body that is awake.
-struct Before {
-  RigidPlace place;
-  Vec3 momentum_Ns, angularMomentum_Nms;
-  double rate_per_s;
-
-  void restoreMomentum(RigidState& state) const noexcept {
-    state.momentum_Ns = momentum_Ns;
-    state.angularMomentum_Nms = angularMomentum_Nms;
-    state.rate_per_s = rate_per_s;
   }
 };
 
@@ -281,7 +325,7 @@ struct Before {
 std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
   std::int64_t contacts = 0;
   for (const BodyPair& pair : pairs.all()) contacts += static_cast<std::int64_t>(pair.used * pair.contacts.count);
-  return kMinOfContact * contacts;
+  return leastOfContact(kSteps) * contacts;
 }
 
 bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
@@ -292,7 +336,7 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const RigidState* state = bodies[i].state;
     if (state == nullptr) continue;
-    before[i] = {placeOf(*state), state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s};
+    before[i] = {placeOf(*state), {state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s}};
     if (!isAwake(bodies[i])) continue;
     bodies[i].before = velocityOf(*bodies[i].rigidBody, *state);
     driveRigidBody(*bodies[i].rigidBody, *bodies[i].state, bodies[i].push, period_s);
@@ -311,13 +355,10 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   Allowance ahead(std::max<std::int64_t>(allowance.search.left() - forContacts, 0));
   searchAhead(bodies, pairs, period_s, ahead);
   wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
-  Contacts contacts(bodies, pairs, period_s);
+  Contacts contacts(bodies, before, pairs, stepsOf(bodies, pairs, period_s));
   contacts.add(allowance.motion.least);
-  contacts.solve(allowance.motion.rounds);
-  for (Collider& body : bodies) {
-    if (isAwake(body)) advanceRigidBody(*body.rigidBody, *body.state, period_s);
-  }
-  contacts.relax();
+  Allowance rounds(std::max(allowance.motion.rounds.left(), ahead.left() / 2));
+  contacts.move(rounds);
   contacts.keep();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].rigidBody, *bodies[i].state, before[i].place));

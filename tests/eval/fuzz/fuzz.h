@@ -34,6 +34,11 @@ struct FuzzOptions {
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// Boxes that the step moves, stacked, let fall, put into or beside each other, judged by separating axes, statics and energy:
+/// is one deep in another for long, does what stands fall, is what floats pulled? Writes DIR/fuzz.json.
+/// @return Whether nothing was found.
+[[nodiscard]] bool runFuzzBodies(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
 /// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
 [[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);

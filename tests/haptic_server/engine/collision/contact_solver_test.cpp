@@ -15,9 +15,12 @@ class FallingBox : public testing::Test {
  protected:
   FallingBox() : body_(boxOf({0.04, 0.02, 0.01}, 0.1)), state_(restingAt(body_, Pose{})) {
     state_.momentum_Ns = body_.mass.mass_kg * falling_m_per_s_;
-    movers_[1] = Mover(body_, state_, 1e-3);
+    movers_[1] = mover();
   }
+  /// No forces act on it.
+  Mover mover() { return {body_, state_, {state_.momentum_Ns, state_.angularMomentum_Nms, 0}, kOne}; }
 
+  static constexpr TickSteps kOne{1, 1e-3};
   const Vec3 falling_m_per_s_{0, 0, -0.1};
   const Vec3 edge_m_{0.02, 0, -0.005};
   RigidBody body_;
@@ -26,28 +29,62 @@ class FallingBox : public testing::Test {
 };
 
 TEST_F(FallingBox, SticksAtItsEdgeAfterOneRoundThoughPressingThereTurnsIt) {
-  ContactSolver solver(movers_, 1e-3);
+  ContactSolver solver(movers_, kOne);
   ASSERT_TRUE(solver.add(1, 0, edge_m_, {0, 0, 1}, 0, 100, 0, Vec3(0)));
   static_cast<void>(solver.solve(false));
   EXPECT_THAT(movers_[1].velocityAt(edge_m_).z, Gt(falling_m_per_s_.z));
   EXPECT_THAT(std::abs(movers_[1].velocityAt(edge_m_).x), Lt(1e-15));
 }
 
-TEST_F(FallingBox, GetsTheImpulsesOnceTheyAreGivenAndOnlyOnce) {
-  ContactSolver solver(movers_, 1e-3);
+TEST_F(FallingBox, HasTheImpulsesAndTheWayOnceItIsGiven) {
+  ContactSolver solver(movers_, kOne);
   ASSERT_TRUE(solver.add(1, 0, edge_m_, {0, 0, 1}, 0, 100, 0, Vec3(0)));
   static_cast<void>(solver.solve(false));
   const Vec3 before = state_.momentum_Ns;
-  for (int i = 0; i < 2; ++i) movers_[1].give();
+  movers_[1].move();
+  const Vec3 velocity = movers_[1].velocityAt(Vec3(0));
+  movers_[1].give();
   const Vec3 impulse = solver.contact(0).impulse();
   EXPECT_THAT(glm::distance(state_.momentum_Ns, before + impulse), Lt(1e-15));
   EXPECT_THAT(glm::distance(state_.angularMomentum_Nms, glm::cross(edge_m_, impulse)), Lt(1e-15));
+  EXPECT_THAT(glm::distance(state_.centre_m, 1e-3 * velocity), Lt(1e-15));
+}
+
+TEST_F(FallingBox, IsPulledByItsForcesInEqualParts) {
+  const TickSteps two{2, 5e-4};
+  const Momenta before{state_.momentum_Ns, state_.angularMomentum_Nms, 0};
+  state_.momentum_Ns *= 2;
+  Mover mover(body_, state_, before, two);
+  mover.drive();
+  EXPECT_THAT(glm::distance(mover.velocityAt(Vec3(0)), 1.5 * falling_m_per_s_), Lt(1e-15));
+}
+
+TEST_F(FallingBox, IsHeldSoonerUnderALoadOfManyTimesItsMassByAcceleratedRounds) {
+  constexpr double kRatio = 300;
+  RigidBody load = boxOf({0.04, 0.02, 0.01}, kRatio * body_.mass.mass_kg);
+  RigidState onTop = restingAt(load, Pose{{1, 0, 0, 0}, {0, 0, 0.01}});
+  onTop.momentum_Ns = load.mass.mass_kg * falling_m_per_s_;
+  std::array<Mover, 3> movers{Mover(), mover(), Mover(load, onTop, {onTop.momentum_Ns, Vec3(0), 0}, kOne)};
+  const auto leftAfter = [&](int rounds, bool accelerated) {
+    std::array<Mover, 3> tried = movers;
+    ContactSolver solver(tried, kOne);
+    EXPECT_TRUE(solver.add(1, 0, {0, 0, -0.005}, {0, 0, 1}, 0, 0, 0, Vec3(0)));
+    EXPECT_TRUE(solver.add(2, 1, {0, 0, 0.005}, {0, 0, 1}, 0, 0, 0, Vec3(0)));
+    solver.beginRounds();
+    for (int round = 0; round < rounds; ++round) {
+      if (round > 0 && accelerated) solver.accelerate();
+      static_cast<void>(solver.solve(false));
+    }
+    return std::abs(tried[2].velocityAt(Vec3(0)).z / falling_m_per_s_.z);
+  };
+  EXPECT_GT(leftAfter(60, false), 0.8);
+  EXPECT_LT(leftAfter(60, true), 0.1);
 }
 
 TEST_F(FallingBox, IsSlowedByFrictionNoMoreThanThePressingAllows) {
   state_.momentum_Ns += Vec3(0.01, 0, 0);
-  movers_[1] = Mover(body_, state_, 1e-3);
-  ContactSolver solver(movers_, 1e-3);
+  movers_[1] = mover();
+  ContactSolver solver(movers_, kOne);
   ASSERT_TRUE(solver.add(1, 0, {0, 0, -0.005}, {0, 0, 1}, 0, 0.3, 0, Vec3(0)));
   static_cast<void>(solver.solve(false));
   const Vec3 impulse = solver.contact(0).impulse();

@@ -1,0 +1,430 @@
+#include "haptic_server/engine/collision/polytope.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "haptic_server/engine/contact/frame.h"
+
+namespace haptics {
+namespace {
+
+/// Of the mesh's extent: as far as float32 corners of one flat face are off its plane.
+constexpr double kFlat = 1e-6;
+/// Cosine of two normals of one flat face; the planes' distance decides.
+constexpr double kSameFace = 0.999;
+/// Sine below which two directions are parallel.
+constexpr double kParallel = 1e-4;
+/// An axis of two edges, and one of the first's faces, has to be better by so much, m: faces that lie on each other do not
+/// take turns.
+constexpr double kBetter_m = 2e-6;
+/// Axes are of one side where their cosine is larger, and of opposite sides where it is less than minus this.
+constexpr double kAlike = 0.9, kOpposite = 0.5;
+/// Where the axis of two edges is so near to a face's (15 degrees), the edges meet at the border of what the faces share.
+constexpr double kAlong = 0.966;
+constexpr double kLessFast_m_per_s = 1e-5;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// The flat parts of a mesh. Object frame.
+class FlatFaces {
+ public:
+  struct Plane {
+    Vec3 normal;
+    double offset_m;
+  };
+
+  explicit FlatFaces(const CollisionMesh& mesh)
+      : mesh_(mesh), rounding_m_(kFlat * mesh.extent_m()), faceOf_(mesh.triangleCount(), kNone) {}
+
+  /// False: there are too many, or some part is behind another.
+  [[nodiscard]] bool find() {
+    for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
+      if (faceOf_[t] != kNone) continue;
+      if (planes_.size() == Polytope::kMaxFaces) return false;
+      planes_.push_back({mesh_.faceNormal(t), glm::dot(mesh_.faceNormal(t), mesh_.triangle(t).corner(0))});
+      spread(t);
+    }
+    for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 corner = mesh_.triangle(t).corner(k);
+        const auto isAbove = [&](const Plane& p) { return glm::dot(p.normal, corner) > p.offset_m + rounding_m_; };
+        if (std::ranges::any_of(planes_, isAbove)) return false;
+      }
+    }
+    return true;
+  }
+
+  [[nodiscard]] std::span<const Plane> planes() const { return planes_; }
+  /// Where three faces or more meet, and which do.
+  [[nodiscard]] std::map<std::array<double, 3>, std::set<std::uint8_t>> corners() const {
+    std::map<std::array<double, 3>, std::set<std::uint8_t>> all;
+    for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 corner = mesh_.triangle(t).corner(k);
+        all[{corner.x, corner.y, corner.z}].insert(faceOf_[t]);
+      }
+    }
+    std::erase_if(all, [](const auto& corner) { return corner.second.size() < 3; });
+    return all;
+  }
+
+ private:
+  static constexpr std::uint8_t kNone = 255;
+  const CollisionMesh& mesh_;
+  double rounding_m_;
+  std::vector<std::uint8_t> faceOf_;
+  std::vector<Plane> planes_;
+
+  void spread(std::uint32_t from) {
+    const auto face = static_cast<std::uint8_t>(planes_.size() - 1);
+    std::vector<std::uint32_t> open{from};
+    faceOf_[from] = face;
+    while (!open.empty()) {
+      const TriangleRecord& triangle = mesh_.triangle(open.back());
+      open.pop_back();
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t next = triangle.neighbour(k);
+        if (next == kNoTriangle || faceOf_[next] != kNone || !isIn(next, planes_[face])) continue;
+        faceOf_[next] = face;
+        open.push_back(next);
+      }
+    }
+  }
+  [[nodiscard]] bool isIn(std::uint32_t t, const Plane& plane) const {
+    if (glm::dot(mesh_.faceNormal(t), plane.normal) < kSameFace) return false;
+    return std::ranges::all_of(std::array{0, 1, 2}, [&](int k) {
+      return std::abs(glm::dot(plane.normal, mesh_.triangle(t).corner(k)) - plane.offset_m) <= rounding_m_;
+    });
+  }
+};
+
+/// Counterclockwise about the normal.
+void sortAround(std::span<Polytope::Corner> loop, const std::vector<Vec3>& corners, Vec3 normal) {
+  Vec3 middle(0);
+  for (const Polytope::Corner c : loop) middle += corners[c] / static_cast<double>(loop.size());
+  const Vec3 x = corners[loop[0]] - middle, y = glm::cross(normal, x);
+  std::ranges::sort(loop, {}, [&](Polytope::Corner c) {
+    const Vec3 arm = corners[c] - middle;
+    const double across = glm::dot(arm, y), along = glm::dot(arm, x);  // order of the angle, without its value
+    const double part = along / (std::abs(along) + std::abs(across));
+    return across < 0 ? 3 + part : 1 - part;
+  });
+}
+
+void addEdges(Polytope& made) {
+  std::set<std::array<Polytope::Corner, 2>> seen;
+  for (const Polytope::Face& face : made.faces) {
+    const auto loop = made.loopOf(face);
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Polytope::Corner a = loop[i], b = loop[(i + 1) % loop.size()];
+      if (!seen.insert({std::min(a, b), std::max(a, b)}).second) continue;
+      const Vec3 along = glm::normalize(made.corners[b] - made.corners[a]);
+      const auto same =
+          std::ranges::find_if(made.directions, [&](Vec3 d) { return glm::length(glm::cross(d, along)) < kParallel; });
+      const auto direction = static_cast<std::uint8_t>(same - made.directions.begin());
+      if (same == made.directions.end()) made.directions.push_back(along);
+      made.edges.push_back({a, b, direction});
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<Polytope> polytopeOf(const CollisionMesh& mesh) {
+  FlatFaces flat(mesh);
+  if (!mesh.closed() || !flat.find()) return std::nullopt;
+  const auto corners = flat.corners();
+  if (corners.size() > Polytope::kMaxCorners) return std::nullopt;
+  Polytope made;
+  for (const auto& [place, faces] : corners) made.corners.emplace_back(place[0], place[1], place[2]);
+  for (std::uint8_t f = 0; f < flat.planes().size(); ++f) {
+    Polytope::Face face{flat.planes()[f].normal, -kInfinite, static_cast<std::uint8_t>(made.loops.size()), 0};
+    Polytope::Corner c = 0;
+    for (const auto& [place, faces] : corners) {
+      if (faces.contains(f)) made.loops.push_back(c);
+      ++c;
+    }
+    const std::size_t size = made.loops.size() - face.begin;
+    if (size < 3 || size > Polytope::kMaxOfFace || made.loops.size() > 255) return std::nullopt;
+    face.end = static_cast<std::uint8_t>(made.loops.size());
+    sortAround(std::span(made.loops).subspan(face.begin), made.corners, face.normal);
+    for (const Polytope::Corner k : made.loopOf(face))
+      face.offset_m = std::max(face.offset_m, glm::dot(face.normal, made.corners[k]));
+    made.faces.push_back(face);
+  }
+  addEdges(made);
+  const bool isOne = made.corners.size() + made.faces.size() == made.edges.size() + 2;  // Euler's characteristic
+  if (!isOne || made.directions.size() > Polytope::kMaxOfFace) return std::nullopt;
+  return made;
+}
+
+namespace {
+
+enum class AxisKind { kFaceOfSecond, kFaceOfFirst, kEdges };
+
+struct Axis {
+  AxisKind kind = AxisKind::kEdges;
+  std::uint8_t a = 0, b = 0;  ///< Faces, or directions of edges.
+  Vec3 normal{0};             ///< Out of the second.
+  double gap_m = -kInfinite;
+  Vec3 nearest{0};  ///< Of a face's axis: the corner that is nearest to it.
+
+  /// Speed at which the two come nearer there.
+  [[nodiscard]] double closing_m_per_s(const PolytopeWay& way) const noexcept {
+    return -glm::dot(normal, way.linear + glm::cross(way.angular, nearest));
+  }
+};
+
+/// Two polytopes in the second's frame.
+class Meeting {
+ public:
+  Meeting(const Polytope& first, const Polytope& second, const Pose& relative, const PolytopeWay& way) noexcept
+      : first_(first), second_(second), frame_(relative), way_(way) {
+    for (std::size_t i = 0; i < first.corners.size(); ++i) corners_[i] = frame_.toWorld(first.corners[i]);
+  }
+
+  [[nodiscard]] PolytopeContact find() noexcept {
+    findAxis();
+    PolytopeContact made;
+    made.normal = best_.normal;
+    made.gap_m = best_.gap_m;
+    if (best_.gap_m > way_.range_m) return made;
+    if (best_.kind == AxisKind::kEdges && glm::dot(best_.normal, face_.normal) > kAlong) {
+      addFace(face_, made);
+      if (made.count > 0) {
+        made.normal = face_.normal;
+        return made;
+      }
+    }
+    const Axis level = levelAxis();
+    const bool isLevel = level.gap_m > -kInfinite;
+    if (isLevel) made.normal = level.normal;
+    const Axis& axis = isLevel ? level : best_;
+    if (axis.kind == AxisKind::kEdges) {
+      addEdges(axis, made);
+    } else {
+      addFace(axis, made);
+    }
+    if (made.count == 0 && !isLevel && best_.gap_m > 0) addClosest(made);
+    return made;
+  }
+
+ private:
+  const Polytope &first_, &second_;
+  Frame frame_;
+  const PolytopeWay& way_;
+  std::array<Vec3, Polytope::kMaxCorners> corners_;  // of the first
+  std::array<Axis, 2 * Polytope::kMaxFaces> faces_;
+  std::size_t faceCount_ = 0;
+  Axis best_, face_;  // of all axes, and of the faces'
+
+  [[nodiscard]] std::span<const Vec3> firstCorners() const noexcept {
+    return std::span(corners_).first(first_.corners.size());
+  }
+
+  /// The corner that lies least far along a direction.
+  [[nodiscard]] static Vec3 leastOf(std::span<const Vec3> corners, Vec3 along) noexcept {
+    Vec3 least = corners[0];
+    double at = glm::dot(along, least);
+    for (const Vec3 corner : corners.subspan(1)) {
+      if (const double here = glm::dot(along, corner); here < at) {
+        at = here;
+        least = corner;
+      }
+    }
+    return least;
+  }
+
+  [[nodiscard]] bool isTurnedOver(Vec3 normal) const noexcept { return glm::dot(normal, way_.normal) < -kOpposite; }
+
+  void take(const Axis& axis, double better_m) noexcept {
+    if (axis.gap_m > best_.gap_m + better_m && !isTurnedOver(axis.normal)) best_ = axis;
+  }
+
+  void findAxis() noexcept {
+    for (std::uint8_t f = 0; f < second_.faces.size(); ++f) {
+      const Polytope::Face& face = second_.faces[f];
+      const Vec3 corner = leastOf(firstCorners(), face.normal);
+      faces_[faceCount_++] = {
+          AxisKind::kFaceOfSecond, 0, f, face.normal, glm::dot(face.normal, corner) - face.offset_m, corner};
+      take(faces_[faceCount_ - 1], 0);
+      if (best_.gap_m > way_.range_m) return;
+    }
+    double better_m = kBetter_m;
+    for (std::uint8_t f = 0; f < first_.faces.size(); ++f) {
+      const Polytope::Face& face = first_.faces[f];
+      const Vec3 out = frame_.rotate(face.normal);
+      const double offset_m = face.offset_m + glm::dot(out, frame_.origin);
+      const Vec3 corner = leastOf(second_.corners, out);
+      faces_[faceCount_++] = {AxisKind::kFaceOfFirst, f, 0, -out, glm::dot(out, corner) - offset_m, corner};
+      take(faces_[faceCount_ - 1], better_m);
+      if (best_.kind == AxisKind::kFaceOfFirst) better_m = 0;
+      if (best_.gap_m > way_.range_m) return;
+    }
+    better_m = kBetter_m;
+    face_ = best_;
+    for (std::uint8_t a = 0; a < first_.directions.size(); ++a) {
+      const Vec3 along = frame_.rotate(first_.directions[a]);
+      for (std::uint8_t b = 0; b < second_.directions.size(); ++b) {
+        const Vec3 across = glm::cross(along, second_.directions[b]);
+        const double sine = glm::length(across);
+        if (sine < kParallel) continue;
+        const Vec3 normal = across / sine;
+        const auto gapAlong = [&](Vec3 n) {
+          return glm::dot(n, leastOf(firstCorners(), n)) - glm::dot(n, leastOf(second_.corners, -n));
+        };
+        for (const Vec3 n : {normal, -normal}) {
+          take({AxisKind::kEdges, a, b, n, gapAlong(n), {}}, better_m);
+          if (best_.kind == AxisKind::kEdges) better_m = 0;
+        }
+        if (best_.gap_m > way_.range_m) return;
+      }
+    }
+  }
+
+  /// Of the face axes along which the bodies are level, if they are by two: the one to which they come less fast, unless that
+  /// is the best one. Without a gap: there is none.
+  [[nodiscard]] Axis levelAxis() const noexcept {
+    if (best_.kind == AxisKind::kEdges) return {};
+    double slowest = best_.closing_m_per_s(way_) - kLessFast_m_per_s;
+    Axis level;
+    for (const Axis& axis : std::span(faces_).first(faceCount_)) {
+      if (axis.gap_m < -way_.step_m || glm::dot(axis.normal, best_.normal) > kAlike) continue;
+      if (isTurnedOver(axis.normal) || axis.closing_m_per_s(way_) >= slowest) continue;
+      slowest = axis.closing_m_per_s(way_);
+      level = axis;
+    }
+    return level;
+  }
+
+  struct Polygon {
+    std::size_t count = 0;
+    std::array<PolytopeContact::Point, 2 * Polytope::kMaxOfFace> points;
+  };
+
+  /// The part of the polygon behind a plane (Sutherland and Hodgman 1974).
+  /// @param side  Which one it is, for the ids.
+  static void clip(Polygon& polygon, Vec3 normal, double offset_m, std::uint32_t side) noexcept {
+    Polygon kept;
+    for (std::size_t i = 0; i < polygon.count; ++i) {
+      const PolytopeContact::Point &from = polygon.points[i], &to = polygon.points[(i + 1) % polygon.count];
+      const double beyondFrom = glm::dot(normal, from.on) - offset_m, beyondTo = glm::dot(normal, to.on) - offset_m;
+      if (beyondFrom <= 0 && kept.count < kept.points.size()) kept.points[kept.count++] = from;
+      if ((beyondFrom <= 0) == (beyondTo <= 0) || kept.count == kept.points.size()) continue;
+      PolytopeContact::Point& at = kept.points[kept.count++];
+      at.id =
+          (1 + side) << 10U | (beyondFrom <= 0 ? from.id : to.id) % 32 << 5U | (beyondFrom <= 0 ? to.id : from.id) % 32;
+      at.on = from.on + beyondFrom / (beyondFrom - beyondTo) * (to.on - from.on);
+    }
+    polygon = kept;
+  }
+
+  void addFace(const Axis& axis, PolytopeContact& made) noexcept {
+    made.ofSecond = axis.kind == AxisKind::kFaceOfFirst;
+    const Polytope &ground = made.ofSecond ? first_ : second_, &other = made.ofSecond ? second_ : first_;
+    const auto placeOf = [&](Polytope::Corner c, bool ofFirst) { return ofFirst ? corners_[c] : second_.corners[c]; };
+    const auto normalOf = [&](const Polytope::Face& f, bool ofFirst) {
+      return ofFirst ? frame_.rotate(f.normal) : f.normal;
+    };
+    const Polytope::Face& face = ground.faces[made.ofSecond ? axis.a : axis.b];
+    const Vec3 normal = normalOf(face, made.ofSecond);
+    const Polytope::Face& facing = *std::ranges::min_element(
+        other.faces, {}, [&](const Polytope::Face& f) { return glm::dot(normalOf(f, !made.ofSecond), normal); });
+    Polygon polygon;
+    for (const Polytope::Corner c : other.loopOf(facing))
+      polygon.points[polygon.count++] = {c, placeOf(c, !made.ofSecond), {}, 0};
+    const auto loop = ground.loopOf(face);
+    for (std::size_t i = 0; i < loop.size() && polygon.count > 0; ++i) {
+      const Vec3 from = placeOf(loop[i], made.ofSecond), to = placeOf(loop[(i + 1) % loop.size()], made.ofSecond);
+      const Vec3 outward = glm::cross(to - from, normal);
+      clip(polygon, outward, glm::dot(outward, from), static_cast<std::uint32_t>(i));
+    }
+    const double offset_m = glm::dot(normal, placeOf(loop[0], made.ofSecond));
+    for (std::size_t i = 0; i < polygon.count; ++i) {
+      PolytopeContact::Point point = polygon.points[i];
+      point.gap_m = glm::dot(normal, point.on) - offset_m;
+      point.foot = point.on - point.gap_m * normal;
+      if (point.gap_m <= way_.range_m) made.points[made.count++] = point;
+    }
+  }
+
+  struct Segment {
+    Vec3 from, to;
+  };
+  [[nodiscard]] Segment edgeOf(const Polytope::Edge& edge, bool ofFirst) const noexcept {
+    return ofFirst ? Segment{corners_[edge.from], corners_[edge.to]}
+                   : Segment{second_.corners[edge.from], second_.corners[edge.to]};
+  }
+
+  struct Nearest {
+    Vec3 a, b;
+  };
+  /// Of two segments that are not parallel (Ericson, Real-Time Collision Detection, 2005, 5.1.9).
+  [[nodiscard]] static Nearest nearestOf(const Segment& p, const Segment& q) noexcept {
+    const Vec3 u = p.to - p.from, v = q.to - q.from, w = p.from - q.from;
+    const double uu = squaredLength(u), vv = squaredLength(v), uv = glm::dot(u, v), uw = glm::dot(u, w),
+                 vw = glm::dot(v, w), across = uu * vv - uv * uv;
+    double s = across > 0 ? std::clamp((uv * vw - uw * vv) / across, 0.0, 1.0) : 0;
+    const double t = std::clamp((uv * s + vw) / vv, 0.0, 1.0);
+    s = std::clamp((uv * t - uw) / uu, 0.0, 1.0);
+    return {p.from + s * u, q.from + t * v};
+  }
+
+  void addEdges(const Axis& axis, PolytopeContact& made) noexcept {
+    const auto lowest = [&](const Polytope& of, std::uint8_t direction, bool ofFirst) {
+      const Polytope::Edge* least = nullptr;
+      double at = kInfinite;
+      for (const Polytope::Edge& edge : of.edges) {
+        if (edge.direction != direction) continue;
+        const Segment segment = edgeOf(edge, ofFirst);
+        const double here = glm::dot(segment.from + segment.to, ofFirst ? axis.normal : -axis.normal);
+        if (here >= at) continue;
+        at = here;
+        least = &edge;
+      }
+      return least;
+    };
+    const Polytope::Edge &a = *lowest(first_, axis.a, true), &b = *lowest(second_, axis.b, false);
+    const Nearest nearest = nearestOf(edgeOf(a, true), edgeOf(b, false));
+    const double gap_m = glm::dot(axis.normal, nearest.a - nearest.b);
+    if (gap_m <= way_.range_m) add(idOf(a, b), nearest.a, nearest.b, gap_m, made);
+  }
+  [[nodiscard]] std::uint32_t idOf(const Polytope::Edge& a, const Polytope::Edge& b) const noexcept {
+    const auto numberOf = [](const Polytope& of, const Polytope::Edge& edge) {
+      return static_cast<std::uint32_t>(&edge - of.edges.data());
+    };
+    return 1U << 19U | numberOf(first_, a) << 7U | numberOf(second_, b);
+  }
+  static void add(std::uint32_t id, Vec3 on, Vec3 foot, double gap_m, PolytopeContact& made) noexcept {
+    made.points[made.count++] = {id, on, foot, gap_m};
+  }
+
+  /// Of two that are apart, and have no face above another: the closest of their edges, corners included.
+  void addClosest(PolytopeContact& made) noexcept {
+    double least = way_.range_m * way_.range_m;
+    for (const Polytope::Edge& a : first_.edges) {
+      for (const Polytope::Edge& b : second_.edges) {
+        const Nearest nearest = nearestOf(edgeOf(a, true), edgeOf(b, false));
+        const Vec3 apart = nearest.a - nearest.b;
+        const double squared = squaredLength(apart);
+        if (squared >= least || !(squared > 0)) continue;
+        least = squared;
+        made.count = 0;
+        made.normal = apart / std::sqrt(squared);
+        add(idOf(a, b), nearest.a, nearest.b, std::sqrt(squared), made);
+      }
+    }
+  }
+};
+
+}  // namespace
+
+PolytopeContact contactOf(const Polytope& first, const Polytope& second, const Pose& relative,
+                          const PolytopeWay& way) noexcept {
+  return Meeting(first, second, relative, way).find();
+}
+
+}  // namespace haptics

@@ -1,0 +1,319 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/engine/collision/collision_points.h"
+#include "tests/eval/fuzz/block_judge.h"
+#include "tests/eval/fuzz/fuzz.h"
+#include "tests/eval/moving_world.h"
+#include "tests/eval/random.h"
+#include "tests/eval/report.h"
+#include "tests/eval/table1/interruption.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr int kWorldTicks = 3000;  // of a world
+constexpr int kJudgeEach = 10;     // ticks
+constexpr double kGravity_m_per_s2 = 9.81;
+constexpr Vec3 kFarAway{0, 0, 5};
+constexpr double kApart_m_per_s = 0.1;  // at which bodies that overlap are pushed apart
+constexpr double kMaxDepth_m = 1e-4, kMaxDeepFor_s = 0.2;
+constexpr double kMaxDrift_m = 1e-3, kMaxTilt_rad = 0.02;  // of what stands
+constexpr double kMaxFloating_m = 1e-9;                    // of what floats apart
+constexpr double kMaxGain_J = 1e-6;
+constexpr double kRounding_m = 1e-9;
+constexpr std::uint64_t kWorldsToALine = 100;
+
+enum class WorldKind {
+  kStanding,  ///< Stacks that stand by exact statics, on one table or on flush tiles.
+  kPut,       ///< Likewise, put into one another.
+  kHeap,      ///< Let fall on each other.
+  kFloating,  ///< Near one another without gravity, apart or in each other.
+};
+constexpr std::array kKinds{WorldKind::kStanding, WorldKind::kPut, WorldKind::kHeap, WorldKind::kFloating};
+constexpr std::array<std::string_view, kKinds.size()> kKindNames{"standing", "put", "heap", "floating"};
+
+double logBetween(Random& random, double low, double high) {
+  return std::exp(random.between(std::log(low), std::log(high)));
+}
+
+/// Sizes and places to a tenth of a millimetre, as people write them.
+double decimal(double length_m) { return std::round(length_m * 1e4) / 1e4; }
+
+/// Blocks, plates, boards and columns.
+Vec3 randomHalf(Random& random) {
+  const double base = logBetween(random, 0.01, 0.06);
+  Vec3 size(base);
+  switch (random.below(4)) {
+    case 0:
+      size = {base, base * random.between(0.5, 1), base * random.between(0.5, 1)};
+      break;
+    case 1:
+      size = {base * random.between(1, 2), base * random.between(1, 2), logBetween(random, 0.001, 0.006)};
+      break;
+    case 2:
+      size = {base * random.between(1, 4), base * random.between(0.3, 1), base * random.between(0.1, 0.4)};
+      break;
+    default:
+      size = {base * 0.5, base * 0.5, base * random.between(1, 2)};
+      break;
+  }
+  return 0.5 * Vec3(decimal(size.x), decimal(size.y), decimal(size.z));
+}
+
+class BlockWorld {
+ public:
+  explicit BlockWorld(std::uint64_t seed)
+      : random_(seed), kind_(kKinds[static_cast<std::size_t>(random_.below(static_cast<int>(kKinds.size())))]) {
+    switch (kind_) {
+      case WorldKind::kStanding:
+      case WorldKind::kPut:
+        addStacks();
+        break;
+      case WorldKind::kHeap:
+        addHeap();
+        break;
+      case WorldKind::kFloating:
+        addFloating();
+        break;
+    }
+    world_.publish();
+    world_.tick(kFarAway);
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) overlap_m_ += std::max(0.0, overlapOf(blocks_[i], blocks_[j]));
+    }
+    deepFor_.resize(blocks_.size() * blocks_.size());
+    begun_ = blocks_;
+    begun_J_ = energy_J();
+  }
+
+  struct Verdict {
+    double deepest_m = 0, deepFor_s = 0;  ///< Of one pair in a row, beyond the time that pushing apart may take.
+    double gained_J = 0, moved_m = 0, tilt_rad = 0;
+    bool finite = true;
+    std::uint64_t waited = 0;
+    std::string wrong;
+  };
+  [[nodiscard]] Verdict run() {
+    Verdict verdict;
+    for (int tick = 0; tick < kWorldTicks; ++tick) {
+      world_.tick(kFarAway);
+      if (tick % kJudgeEach == 0) judge(tick, verdict);
+    }
+    verdict.waited = world_.waitedTicks();
+    conclude(verdict);
+    return verdict;
+  }
+  [[nodiscard]] std::string_view kind() const { return kKindNames[static_cast<std::size_t>(kind_)]; }
+  [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
+  [[nodiscard]] double overlap_m() const { return overlap_m_; }
+  [[nodiscard]] double massRatio() const { return massRatio_; }
+
+ private:
+  void add(Vec3 half_m, const Pose& pose, double mass_kg, bool falls = true) {
+    MovingSolid solid = solidFrom(makeBox(2.0 * half_m, 1).value(), std::max(mass_kg, 1e-3));
+    solid.body.gravity_m_per_s2 = falls ? Vec3(0, 0, -kGravity_m_per_s2) : Vec3(0);
+    ids_.push_back(world_.add(solid, pose, mass_kg > 0));
+    world_.object(ids_.back()).collision = std::make_shared<const CollisionPoints>(makeCollisionPoints(*solid.surface));
+    blocks_.push_back({half_m, pose, mass_kg});
+  }
+
+  /// Its top is z = 0.
+  void addTable() {
+    if (random_.chance(0.5)) return add({0.3, 0.3, 0.01}, {{1, 0, 0, 0}, {0, 0, -0.01}}, 0);
+    const double side_m = decimal(random_.between(0.02, 0.15)), thick_m = decimal(random_.between(0.004, 0.03));
+    for (int i = -2; i < 2; ++i) {
+      for (int j = -2; j < 2; ++j) {
+        add({side_m / 2, side_m / 2, thick_m / 2},
+            {{1, 0, 0, 0}, {(i + 0.5) * side_m, (j + 0.5) * side_m, -thick_m / 2}}, 0);
+      }
+    }
+    reach_m_ = 2 * side_m;
+  }
+
+  /// Draws blocks on top of one another until the part of the stack above each of its joints is within what it lies on.
+  void addStacks() {
+    addTable();
+    const int count = 2 + random_.below(9);
+    const double lightest = logBetween(random_, 0.005, 0.5), heaviest = lightest * logBetween(random_, 1, 1000);
+    std::vector<Block> stack{{{reach_m_, reach_m_, 0.01}, {{1, 0, 0, 0}, {0, 0, -0.01}}, 0}};
+    for (int tries = 0; static_cast<int>(stack.size()) <= count && tries < 200; ++tries) {
+      const Block& below = stack.back();
+      const Vec3 half_m = randomHalf(random_);
+      const double spread = stack.size() == 1 ? 0.3 * reach_m_ : 0.7 * std::max(below.half_m.x, below.half_m.y);
+      const double turn = random_.chance(0.5) ? 0 : random_.between(0, std::numbers::pi);
+      const Vec3 place(decimal(below.pose.position.x + random_.between(-spread, spread)),
+                       decimal(below.pose.position.y + random_.between(-spread, spread)),
+                       below.pose.position.z + below.half_m.z + half_m.z);
+      stack.push_back({half_m, {glm::angleAxis(turn, Vec3(0, 0, 1)), place}, logBetween(random_, lightest, heaviest)});
+      if (!stands(stack)) stack.pop_back();
+    }
+    double raised_m = 0;
+    for (std::size_t i = 1; i < stack.size(); ++i) {
+      const double thinner_m = 2 * std::min(stack[i].half_m.z, stack[i - 1].half_m.z);
+      if (kind_ == WorldKind::kPut) raised_m -= random_.between(0, std::min(3e-3, 0.4 * thinner_m));
+      Pose pose = stack[i].pose;
+      pose.position.z += raised_m;
+      add(stack[i].half_m, pose, stack[i].mass_kg);
+    }
+    massRatio_ = heaviest / lightest;
+  }
+
+  void addHeap() {
+    addTable();
+    const int count = 3 + random_.below(10);
+    for (int i = 0; i < count; ++i) {
+      add(randomHalf(random_),
+          {random_.rotation(), {random_.between(-0.04, 0.04), random_.between(-0.04, 0.04), 0.06 + 0.1 * i}},
+          logBetween(random_, 0.01, 0.3));
+    }
+  }
+
+  void addFloating() {
+    const int count = 2 + random_.below(6);
+    for (int i = 0; i < count; ++i) {
+      const bool aligned = random_.chance(0.5);
+      const Pose pose{aligned ? Quat(1, 0, 0, 0) : random_.rotation(),
+                      {random_.between(-0.05, 0.05), random_.between(-0.05, 0.05), random_.between(-0.05, 0.05)}};
+      add(randomHalf(random_), pose, i == 0 && random_.chance(0.5) ? 0 : logBetween(random_, 0.01, 1), false);
+    }
+  }
+
+  [[nodiscard]] double energy_J() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < ids_.size(); ++i) sum += blocks_[i].mass_kg > 0 ? world_.energyOf(ids_[i]) : 0;
+    return sum;
+  }
+
+  [[nodiscard]] bool hasLeft(std::size_t i) const {
+    return blocks_[i].mass_kg > 0 && world_.stateOf(ids_[i]).condition == BodyCondition::kOutOfBounds;
+  }
+
+  void judge(int tick, Verdict& verdict) {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      blocks_[i].pose = world_.poseOf(ids_[i]);
+      verdict.finite = verdict.finite && isFinite(blocks_[i].pose.position);
+    }
+    const double settled_s = overlap_m_ / kApart_m_per_s;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (blocks_[i].mass_kg == 0 && blocks_[j].mass_kg == 0) continue;
+        if (hasLeft(i) || hasLeft(j)) continue;
+        const double depth_m = overlapOf(blocks_[i], blocks_[j]);
+        double& deepFor_s = deepFor_[i * blocks_.size() + j];
+        if (tick * kPeriod_s < settled_s || depth_m <= kMaxDepth_m) {
+          deepFor_s = 0;
+          continue;
+        }
+        deepFor_s += kJudgeEach * kPeriod_s;
+        verdict.deepFor_s = std::max(verdict.deepFor_s, deepFor_s);
+        if (deepFor_s > kMaxDeepFor_s) verdict.deepest_m = std::max(verdict.deepest_m, depth_m);
+      }
+    }
+    verdict.gained_J = std::max(verdict.gained_J, energy_J() - begun_J_);
+  }
+
+  /// What pushing apart may lift, each block at that speed against the next.
+  [[nodiscard]] double allowed_J() const {
+    if (overlap_m_ < kRounding_m) return kMaxGain_J;
+    double mass_kg = 0;
+    for (const Block& block : blocks_) mass_kg += block.mass_kg;
+    const double fastest_m_per_s = kApart_m_per_s * static_cast<double>(std::ranges::count_if(
+                                                        blocks_, [](const Block& b) { return b.mass_kg > 0; }));
+    return kMaxGain_J + mass_kg * (kGravity_m_per_s2 * overlap_m_ + 0.5 * fastest_m_per_s * fastest_m_per_s);
+  }
+
+  void conclude(Verdict& verdict) {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      Vec3 moved_m = blocks_[i].pose.position - begun_[i].pose.position;
+      if (kind_ == WorldKind::kPut) moved_m.z = 0;
+      verdict.moved_m = std::max(verdict.moved_m, glm::length(moved_m));
+      const Vec3 up(0, 0, 1);
+      const double cosine =
+          glm::dot(glm::conjugate(begun_[i].pose.rotation) * up, glm::conjugate(blocks_[i].pose.rotation) * up);
+      verdict.tilt_rad = std::max(verdict.tilt_rad, std::acos(std::clamp(cosine, -1.0, 1.0)));
+    }
+    if (!verdict.finite)
+      verdict.wrong = "not_finite";
+    else if (verdict.deepFor_s > kMaxDeepFor_s)
+      verdict.wrong = "deep";
+    else if (verdict.gained_J > allowed_J())
+      verdict.wrong = "energy";
+    else if (kind_ == WorldKind::kFloating && overlap_m_ < kRounding_m && verdict.moved_m > kMaxFloating_m)
+      verdict.wrong = "pulled";
+    else if (kind_ == WorldKind::kFloating && verdict.moved_m > overlap_m_ + kMaxDrift_m)
+      verdict.wrong = "flung";
+    else if (kind_ == WorldKind::kStanding && (verdict.moved_m > kMaxDrift_m || verdict.tilt_rad > kMaxTilt_rad))
+      verdict.wrong = "fallen";
+  }
+
+  Random random_;
+  WorldKind kind_;
+  MovingWorld world_;
+  std::vector<std::uint64_t> ids_;
+  std::vector<Block> blocks_, begun_;
+  std::vector<double> deepFor_;
+  double reach_m_ = 0.3, overlap_m_ = 0, begun_J_ = 0, massRatio_ = 1;
+};
+
+}  // namespace
+
+bool runFuzzBodies(const FuzzOptions& options, const std::filesystem::path& out) {
+  Interruption interruption;
+  std::vector<Record> findings;
+  std::array<std::uint64_t, kKinds.size()> worlds{}, failed{};
+  std::uint64_t done = 0;
+  for (; done < options.scenes && !interruption.came(); ++done) {
+    const std::uint64_t seed = options.seed + done;
+    BlockWorld world(seed);
+    const BlockWorld::Verdict verdict = world.run();
+    const auto kind = static_cast<std::size_t>(std::ranges::find(kKindNames, world.kind()) - kKindNames.begin());
+    ++worlds[kind];
+    if (!verdict.wrong.empty()) {
+      ++failed[kind];
+      findings.push_back({{"fuzz", "bodies"},
+                          {"kind", world.kind()},
+                          {"seed", seed},
+                          {"failure", verdict.wrong},
+                          {"blocks", world.blocks()},
+                          {"overlap_mm", world.overlap_m() * 1e3},
+                          {"mass_ratio", world.massRatio()},
+                          {"deepest_mm", verdict.deepest_m * 1e3},
+                          {"deep_for_s", verdict.deepFor_s},
+                          {"gained_mJ", verdict.gained_J * 1e3},
+                          {"moved_mm", verdict.moved_m * 1e3},
+                          {"tilt_rad", verdict.tilt_rad},
+                          {"waited", verdict.waited},
+                          {"pass", false}});
+      std::printf("  %s\n", measuresText(findings.back()).c_str());
+      std::fflush(stdout);
+    }
+    if ((done + 1) % kWorldsToALine == 0)
+      std::fprintf(stderr, "%llu of %llu worlds, %zu failed\n", static_cast<unsigned long long>(done + 1),
+                   static_cast<unsigned long long>(options.scenes), findings.size());
+  }
+  std::vector<Record> records;
+  for (std::size_t i = 0; i < kKinds.size(); ++i) {
+    records.push_back({{"fuzz", "bodies"},
+                       {"kind", kKindNames[i]},
+                       {"seed", options.seed},
+                       {"worlds", worlds[i]},
+                       {"failed", failed[i]},
+                       {"pass", failed[i] == 0}});
+    std::printf("%s\n", measuresText(records.back()).c_str());
+  }
+  records.insert(records.end(), findings.begin(), findings.end());
+  writeRecords(out, "fuzz", records);
+  if (interruption.came()) std::printf("interrupted: this is what was found by then\n");
+  std::printf("%llu worlds of %d ticks, %zu failed\n", static_cast<unsigned long long>(done), kWorldTicks,
+              findings.size());
+  return findings.empty();
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,120 @@
+#include "haptic_server/engine/collision/polytope.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <numbers>
+#include <random>
+
+#include "common/mesh/generators.h"
+
+namespace haptics::test::polytope_test {
+namespace {
+
+using testing::Each;
+using testing::Field;
+using testing::Gt;
+using testing::SizeIs;
+
+std::optional<Polytope> polytopeOf(const TriMesh& mesh) {
+  return haptics::polytopeOf(*buildCollisionMesh(mesh.vertices, mesh.triangles));
+}
+Polytope box(Vec3 size_m, int segments = 1) { return polytopeOf(makeBox(size_m, segments).value()).value(); }
+Pose at(Vec3 place, Quat turn = {1, 0, 0, 0}) { return {turn, place}; }
+
+TEST(Polytope, OfABoxHasItsSidesHoweverFineItsMeshIs) {
+  for (const int segments : {1, 7, 40}) {
+    const Polytope made = box({0.06, 0.03, 0.02}, segments);
+    EXPECT_THAT(made.faces, SizeIs(6));
+    EXPECT_THAT(made.corners, SizeIs(8));
+    EXPECT_THAT(made.edges, SizeIs(12));
+    EXPECT_THAT(made.directions, SizeIs(3));
+  }
+}
+
+TEST(Polytope, IsAbsentWhereAMeshIsRoundOpenOrBentInward) {
+  EXPECT_FALSE(polytopeOf(makeSphere(0.01, 32).value()));
+  TriMesh open = makeBox(Vec3(0.02), 1).value();
+  open.triangles.pop_back();
+  EXPECT_FALSE(polytopeOf(open));
+  TriMesh dented = makeBox(Vec3(0.02), 2).value();
+  for (Vec3f& v : dented.vertices) {
+    if (glm::length(glm::vec2(v)) < 1e-6f && v.z > 0) v.z = 0.005f;  // the middle of its top
+  }
+  EXPECT_FALSE(polytopeOf(dented));
+}
+
+TEST(Polytopes, TouchWhereTheFacesThatLieOnEachOtherOverlap) {
+  const PolytopeContact contact =
+      contactOf(box({0.02, 0.02, 0.02}), box({0.1, 0.1, 0.02}), at({0.045, 0, 0.01999}), {.range_m = 1e-4});
+  EXPECT_NEAR(contact.normal.z, 1, 1e-12);
+  EXPECT_NEAR(contact.gap_m, -1e-5, 1e-9);
+  double least = 1, most = -1;
+  for (const auto& point : contact.all()) {
+    least = std::min(least, point.on.x);
+    most = std::max(most, point.on.x);
+  }
+  EXPECT_NEAR(least, 0.035, 1e-9);
+  EXPECT_NEAR(most, 0.05, 1e-9) << "beside the edge nothing is touched";
+}
+
+TEST(Polytopes, TouchWithTheirEdgesWhereTheseCross) {
+  const Quat onEdge = glm::angleAxis(std::numbers::pi / 4, Vec3(1, 0, 0));
+  const Quat across = glm::angleAxis(std::numbers::pi / 2, Vec3(0, 0, 1)) * onEdge;
+  const Polytope bar = box({0.1, 0.02, 0.02});
+  const double height_m = 0.02 * std::numbers::sqrt2 - 1e-5;
+  const Pose upper = at({0.013, -0.008, height_m}, across), lower = at(Vec3(0), onEdge);
+  const Quat back = glm::conjugate(lower.rotation);
+  const PolytopeContact contact =
+      contactOf(bar, bar, {back * upper.rotation, back * upper.position}, {.range_m = 1e-4});
+  ASSERT_EQ(contact.count, 1U);
+  EXPECT_NEAR(contact.gap_m, -1e-5, 1e-9);
+  EXPECT_LT(glm::distance(lower.rotation * contact.points[0].foot, Vec3(0.013, 0, height_m / 2)), 1e-5);
+  EXPECT_NEAR((lower.rotation * contact.normal).z, 1, 1e-9);
+}
+
+TEST(Polytopes, ThatAreApartTellNoMoreThanTheirDistance) {
+  std::mt19937_64 engine(3);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(engine); };
+  const Polytope a = box({0.02, 0.015, 0.01}), b = box({0.03, 0.004, 0.02});
+  int apart = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Quat turn = glm::normalize(Quat(draw(-1, 1), draw(-1, 1), draw(-1, 1), draw(-1, 1)));
+    const Pose pose = at({draw(-0.03, 0.03), draw(-0.03, 0.03), draw(-0.03, 0.03)}, turn);
+    const PolytopeContact contact = contactOf(a, b, pose, {.range_m = 1});
+    if (contact.gap_m <= 0) continue;
+    ++apart;
+    double nearest_m = 1;
+    constexpr int kGrid = 6;  // places of a's box, against b's box in closed form
+    for (int n = 0; n < kGrid * kGrid * kGrid; ++n) {
+      const Vec3 part = Vec3(n % kGrid, n / kGrid % kGrid, n / kGrid / kGrid) / (kGrid - 1.0) - 0.5;
+      const Vec3 place = toWorld(pose, part * Vec3(0.02, 0.015, 0.01));
+      const Vec3 beyond = glm::max(glm::abs(place) - Vec3(0.015, 0.002, 0.01), Vec3(0));
+      nearest_m = std::min(nearest_m, glm::length(beyond));
+    }
+    EXPECT_LE(contact.gap_m, nearest_m + 1e-9);
+    EXPECT_THAT(contact.all(), Each(Field(&PolytopeContact::Point::gap_m, Gt(0))));
+  }
+  EXPECT_GT(apart, 500);
+}
+
+TEST(Polytopes, PassAFlushNeighboursSideButNotAStep) {
+  const auto normalAt = [](double depth_m) {
+    const Pose pose =
+        at({-0.0601, 0, 0.02 - depth_m});  // reaches the tile's side in 0.1 ms, and lies on the one before it
+    return contactOf(box({0.02, 0.02, 0.02}), box({0.1, 0.1, 0.02}), pose,
+                     {.range_m = 1e-3, .step_m = 5e-5, .linear = {1, 0, 0}});
+  };
+  EXPECT_EQ(normalAt(1e-5).count, 0U);
+  EXPECT_GT(normalAt(1e-4).count, 0U);
+  EXPECT_NEAR(normalAt(1e-4).normal.x, -1, 1e-12);
+}
+
+TEST(Polytopes, AreNotTurnedOverToAPlatesOtherSide) {
+  const Polytope plate = box({0.1, 0.1, 0.001}), brick = box(Vec3(0.02));
+  const Pose sunk = at({0, 0, 0.01 - 4e-4});  // 0.9 mm deep in 1 mm
+  EXPECT_NEAR(contactOf(brick, plate, sunk, {.range_m = 1e-4, .normal = {0, 0, 1}}).normal.z, 1, 1e-12);
+}
+
+}  // namespace
+}  // namespace haptics::test::polytope_test
