@@ -22,8 +22,6 @@ constexpr double kTicksOfRange = 4;
 constexpr double kTicksAhead = 3;
 /// Units (Allowance) of beginning a search that ranks nothing.
 constexpr std::int64_t kQuery = 64;
-/// Units of where two polytopes meet.
-constexpr std::int64_t kPolytopes = 1500;
 /// Units of the distance from a triangle's plane.
 constexpr std::int64_t kPlane = 24;
 /// What the four points of a leaf may take in the worst case.
@@ -494,7 +492,7 @@ struct PairNow {
   [[nodiscard]] bool arePolytopes() const noexcept { return first.points->polytope && second.points->polytope; }
   /// Finds the contacts of two polytopes.
   void meet(BodyPair& pair, Allowance& allowance) const noexcept {
-    allowance.spend(kPolytopes);
+    allowance.spend(contactUnits(*first.points->polytope, *second.points->polytope));
     const Quat back = glm::conjugate(second.pose.rotation);
     const auto velocityAt = [&](Vec3 place) {
       return back * (first.velocityBefore(place) - second.velocityBefore(place));

@@ -39,7 +39,7 @@ Mover::Mover(const RigidBody& body, RigidState& state, const Momenta& before, co
     : body_(&body), state_(&state), freedom_(body.freedom), steps_(steps) {
   const double part = 1.0 / steps.count;
   if (freedom_ == Freedom::kFree) {
-    centre_ = state.centre_m;
+    pivot_ = state.centre_m;
     perMass_ = 1 / body.mass.mass_kg;
     const glm::dmat3 turn = glm::mat3_cast(state.axes);
     const Vec3 m = body.mass.moments;
@@ -51,7 +51,7 @@ Mover::Mover(const RigidBody& body, RigidState& state, const Momenta& before, co
     return;
   }
   axis_ = state.rest.rotation * body.joint.axis;
-  anchor_ = toWorld(state.rest, body.joint.anchor_m);
+  pivot_ = toWorld(state.rest, body.joint.anchor_m);
   perAlong_ = 1 / inertiaOnJoint(body, state);
   coordinate_ = state.coordinate;
   rateOfStep_ = part * (state.rate_per_s - before.rate_per_s);
@@ -62,6 +62,7 @@ Mover::Mover(const RigidBody& body, RigidState& state, const Momenta& before, co
 void Mover::setRate(double rate_per_s) noexcept {
   rate_ = std::clamp(rate_per_s, (body_->joint.lowest - coordinate_) / steps_.step_s,
                      (body_->joint.highest - coordinate_) / steps_.step_s);
+  (freedom_ == Freedom::kHinge ? angular_ : linear_) = rate_ * axis_;
 }
 
 void Mover::drive() noexcept {
@@ -81,35 +82,12 @@ void Mover::move() noexcept {
   turned_rad_ += steps_.step_s * angular_;
 }
 
-Vec3 Mover::velocityAt(Vec3 place) const noexcept {
-  return freedom_ == Freedom::kFree ? linear_ + glm::cross(angular_, place - centre_) : rate_ * direction(place);
-}
-
-glm::dmat3 Mover::mobility(Vec3 place) const noexcept {
-  if (state_ == nullptr) return glm::dmat3(0);
-  if (freedom_ != Freedom::kFree) return perAlong_ * glm::outerProduct(direction(place), direction(place));
-  const Vec3 r = place - centre_;
-  const glm::dmat3 across(0, r.z, -r.y, -r.z, 0, r.x, r.y, -r.x, 0);  // times a vector: r x it
-  return glm::dmat3(perMass_) - across * perInertia_ * across;
-}
-
-void Mover::push(Vec3 place, Vec3 impulse_Ns) noexcept {
+void Mover::push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept {
   if (state_ == nullptr) return;
-  if (freedom_ != Freedom::kFree) {
-    return setRate(rate_ + perAlong_ * glm::dot(direction(place), impulse_Ns));
-  }
-  const Vec3 turning = glm::cross(place - centre_, impulse_Ns);
-  impulse_Ns_ += impulse_Ns;
-  impulse_Nms_ += turning;
+  if (freedom_ == Freedom::kHinge) return setRate(rate_ + glm::dot(axis_, turn_rad_per_s));
+  if (freedom_ == Freedom::kSlider) return setRate(rate_ + perAlong_ * glm::dot(axis_, impulse_Ns));
   linear_ += perMass_ * impulse_Ns;
-  angular_ += perInertia_ * turning;
-}
-
-void Mover::turn(Vec3 impulse_Nms) noexcept {
-  if (state_ == nullptr || freedom_ == Freedom::kSlider) return;
-  if (freedom_ == Freedom::kHinge) return setRate(rate_ + perAlong_ * glm::dot(axis_, impulse_Nms));
-  impulse_Nms_ += impulse_Nms;
-  angular_ += perInertia_ * impulse_Nms;
+  angular_ += turn_rad_per_s;
 }
 
 void Mover::give() noexcept {
@@ -121,15 +99,14 @@ void Mover::give() noexcept {
     state_->rate_per_s = rate_;
     return;
   }
-  const Vec3 momentum_Ns = state_->momentum_Ns + impulse_Ns_;
-  const Vec3 angularMomentum_Nms = state_->angularMomentum_Nms + impulse_Nms_;
   const MassProperties& mass = body_->mass;
+  const Quat axes = state_->axes;
+  const auto angularMomentum = [&](Vec3 angular) { return axes * (mass.moments * (glm::conjugate(axes) * angular)); };
   state_->momentum_Ns = mass.mass_kg / period_s * moved_m_;
-  state_->angularMomentum_Nms =
-      state_->axes * (mass.moments * (glm::conjugate(state_->axes) * (turned_rad_ / period_s)));
+  state_->angularMomentum_Nms = angularMomentum(turned_rad_ / period_s);
   advanceRigidBody(*body_, *state_, period_s);
-  state_->momentum_Ns = momentum_Ns;
-  state_->angularMomentum_Nms = angularMomentum_Nms;
+  state_->momentum_Ns = mass.mass_kg * linear_;
+  state_->angularMomentum_Nms = angularMomentum(angular_);
 }
 
 ContactSolver::ContactSolver(std::span<Mover> movers, const TickSteps& steps) noexcept
@@ -141,25 +118,36 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   ContactConstraint& c = contacts_[count_++];
   c.a = a;
   c.b = b;
-  c.place = place;
-  c.normal = normal;
-  const Vec3 aside = std::abs(normal.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  c.along[0] = glm::normalize(glm::cross(normal, aside));
-  c.along[1] = glm::cross(normal, c.along[0]);
   c.gap_m = gap_m;
   c.friction = friction;
   c.rolling_m = rolling_m;
-  const glm::dmat3 mobility = movers_[a].mobility(place) + movers_[b].mobility(place);
-  const auto mass = [](double perMass) { return perMass > 0 ? 1 / perMass : 0; };  // 0: none of the two can go there
-  const Vec3 response = mobility * normal;
-  c.mass_kg[0] = mass(glm::dot(response, normal));
-  c.pressing_Ns = std::max(glm::dot(lastImpulse_Ns, normal), 0.0);
-  for (int k = 0; k < 2; ++k) {
-    c.mass_kg[k + 1] = mass(glm::dot(mobility * c.along[k], c.along[k]));
-    c.across_1_kg[k] = glm::dot(response, c.along[k]);
-    c.rubbing_Ns[k] = glm::dot(lastImpulse_Ns, c.along[k]);
+  const Vec3 aside = std::abs(normal.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  c.axes[0].along = normal;
+  c.axes[1].along = glm::normalize(glm::cross(normal, aside));
+  c.axes[2].along = glm::cross(normal, c.axes[1].along);
+  const Mover &first = movers_[a], &second = movers_[b];
+  const glm::dmat3 perInertiaA = first.perInertia(), perInertiaB = second.perInertia();
+  const Vec3 armA = place - first.pivot(), armB = place - second.pivot();
+  for (ContactConstraint::Axis& axis : c.axes) {
+    axis.armA = glm::cross(armA, axis.along);
+    axis.armB = glm::cross(armB, axis.along);
+    axis.turnA = perInertiaA * axis.armA;
+    axis.turnB = perInertiaB * axis.armB;
   }
-  shorten(c.rubbing_Ns, friction * c.pressing_Ns);
+  const auto response = [&](const ContactConstraint::Axis& to, const ContactConstraint::Axis& from) {
+    return glm::dot(to.along, first.perImpulse(from.along) + second.perImpulse(from.along)) +
+           glm::dot(to.armA, from.turnA) + glm::dot(to.armB, from.turnB);
+  };
+  for (ContactConstraint::Axis& axis : c.axes) {
+    const double perMass = response(axis, axis);
+    axis.mass_kg = perMass > 0 ? 1 / perMass : 0;
+    axis.impulse_Ns = glm::dot(lastImpulse_Ns, axis.along);
+  }
+  for (int k = 0; k < 2; ++k) c.across_1_kg[k] = response(c.axes[k + 1], c.axes[0]);
+  c.axes[0].impulse_Ns = std::max(c.axes[0].impulse_Ns, 0.0);
+  double rubbing[2] = {c.axes[1].impulse_Ns, c.axes[2].impulse_Ns};
+  shorten(rubbing, friction * c.pressing_Ns());
+  for (int k = 0; k < 2; ++k) c.axes[k + 1].impulse_Ns = rubbing[k];
   return true;
 }
 
@@ -174,19 +162,31 @@ void ContactSolver::addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexce
   rolling_[rollingCount_++] = {a, b, begin, count_, glm::inverse(perInertia), lastTurning_Nms};
 }
 
-void ContactSolver::warmStart() noexcept {
-  for (std::uint32_t i = 0; i < count_; ++i) push(contacts_[i], contacts_[i].impulse());
-  for (std::uint32_t i = 0; i < rollingCount_; ++i) {
-    movers_[rolling_[i].a].turn(rolling_[i].turning_Nms);
-    movers_[rolling_[i].b].turn(-rolling_[i].turning_Nms);
+void ContactSolver::push(const ContactConstraint& c, const double (&impulse_Ns)[3]) noexcept {
+  Vec3 sum(0), turnA(0), turnB(0);
+  for (int k = 0; k < 3; ++k) {
+    if (impulse_Ns[k] == 0) continue;
+    sum += impulse_Ns[k] * c.axes[k].along;
+    turnA += impulse_Ns[k] * c.axes[k].turnA;
+    turnB += impulse_Ns[k] * c.axes[k].turnB;
   }
+  movers_[c.a].push(sum, turnA);
+  movers_[c.b].push(-sum, -turnB);
+}
+
+void ContactSolver::warmStart() noexcept {
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    const auto& axes = contacts_[i].axes;
+    push(contacts_[i], {axes[0].impulse_Ns, axes[1].impulse_Ns, axes[2].impulse_Ns});
+  }
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) turn(rolling_[i], rolling_[i].turning_Nms);
 }
 
 double ContactSolver::solve(bool soft) noexcept {
   double change = 0, pressing = 0;
   for (std::uint32_t i = 0; i < count_; ++i) {
     change += solve(contacts_[i], soft);
-    pressing += contacts_[i].pressing_Ns;
+    pressing += contacts_[i].pressing_Ns();
   }
   for (std::uint32_t i = 0; i < rollingCount_; ++i) solve(rolling_[i]);
   return pressing > 0 ? change / pressing : 0;
@@ -195,25 +195,22 @@ double ContactSolver::solve(bool soft) noexcept {
 void ContactSolver::accelerate() noexcept {
   double squared_J = 0;
   for (std::uint32_t i = 0; i < count_; ++i) {
-    const ContactConstraint& c = contacts_[i];
-    for (int k = 0; k < 3; ++k)
-      if (c.mass_kg[k] > 0) squared_J += c.change_Ns[k] * c.change_Ns[k] / c.mass_kg[k];
+    for (const auto& axis : contacts_[i].axes) {
+      if (axis.mass_kg > 0) squared_J += axis.change_Ns * axis.change_Ns / axis.mass_kg;
+    }
   }
   const double part = squared_J_ > 0 ? squared_J / squared_J_ : 2;
-  const bool begins = part > 1;
+  const bool goesOn = part <= 1;
   squared_J_ = squared_J;
   for (std::uint32_t i = 0; i < count_; ++i) {
-    ContactConstraint& c = contacts_[i];
     double more[3];
     for (int k = 0; k < 3; ++k) {
-      more[k] = begins ? 0 : part * c.conjugate_Ns[k];
-      c.conjugate_Ns[k] = more[k] + c.change_Ns[k];
+      ContactConstraint::Axis& axis = contacts_[i].axes[k];
+      more[k] = goesOn ? part * axis.conjugate_Ns : 0;
+      axis.conjugate_Ns = more[k] + axis.change_Ns;
+      axis.impulse_Ns += more[k];
     }
-    if (begins || (more[0] == 0 && more[1] == 0 && more[2] == 0)) continue;
-    c.pressing_Ns += more[0];
-    c.rubbing_Ns[0] += more[1];
-    c.rubbing_Ns[1] += more[2];
-    push(c, more[0] * c.normal + more[1] * c.along[0] + more[2] * c.along[1]);
+    if (more[0] != 0 || more[1] != 0 || more[2] != 0) push(contacts_[i], more);
   }
 }
 
@@ -226,54 +223,52 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
     massScale = spring_.massScale;
     impulseScale = spring_.impulseScale;
   }
-  const Vec3 before = velocity(c);
-  const double approach = glm::dot(before, c.normal) + closing_m_per_s;
+  ContactConstraint::Axis& out = c.axes[0];
+  const double approach = velocity(c, out) + closing_m_per_s;
   const double pressing =
-      std::max(c.pressing_Ns - c.mass_kg[0] * massScale * approach - impulseScale * c.pressing_Ns, 0.0);
-  const double more = pressing - c.pressing_Ns;
-  double change = std::abs(more);
-  c.pressing_Ns = pressing;
-  c.change_Ns[0] = more;
-  c.change_Ns[1] = c.change_Ns[2] = 0;
-  const bool isOff = pressing == 0 && c.rubbing_Ns[0] == 0 && c.rubbing_Ns[1] == 0;
-  if (isOff) {
-    if (more != 0) push(c, more * c.normal);
-    return change;
+      std::max(out.impulse_Ns - out.mass_kg * massScale * approach - impulseScale * out.impulse_Ns, 0.0);
+  double change[3] = {pressing - out.impulse_Ns, 0, 0};
+  if (pressing != 0 || c.axes[1].impulse_Ns != 0 || c.axes[2].impulse_Ns != 0) {
+    double rubbing[2];
+    for (int k = 0; k < 2; ++k) {
+      const ContactConstraint::Axis& across = c.axes[k + 1];
+      const double sliding = velocity(c, across) + change[0] * c.across_1_kg[k];
+      rubbing[k] = across.impulse_Ns - across.mass_kg * sliding;
+    }
+    shorten(rubbing, c.friction * pressing);
+    for (int k = 0; k < 2; ++k) change[k + 1] = rubbing[k] - c.axes[k + 1].impulse_Ns;
   }
-
-  double rubbing[2];
-  for (int k = 0; k < 2; ++k) {
-    const double sliding = glm::dot(before, c.along[k]) + more * c.across_1_kg[k];
-    rubbing[k] = c.rubbing_Ns[k] - c.mass_kg[k + 1] * sliding;
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    c.axes[k].impulse_Ns += change[k];
+    c.axes[k].change_Ns = change[k];
+    sum += std::abs(change[k]);
   }
-  shorten(rubbing, c.friction * c.pressing_Ns);
-  Vec3 impulse = more * c.normal;
-  for (int k = 0; k < 2; ++k) {
-    impulse += (rubbing[k] - c.rubbing_Ns[k]) * c.along[k];
-    c.change_Ns[k + 1] = rubbing[k] - c.rubbing_Ns[k];
-    change += std::abs(c.change_Ns[k + 1]);
-    c.rubbing_Ns[k] = rubbing[k];
-  }
-  push(c, impulse);
-  return change;
+  out.impulse_Ns = pressing;
+  if (sum > 0) push(c, change);
+  return sum;
 }
 
 void ContactSolver::solve(RollingConstraint& r) noexcept {
   double most = 0;
-  for (std::uint32_t i = r.begin; i < r.end; ++i) most += contacts_[i].rolling_m * contacts_[i].pressing_Ns;
-  const Vec3 spin = movers_[r.a].angularVelocity() - movers_[r.b].angularVelocity();
+  for (std::uint32_t i = r.begin; i < r.end; ++i) most += contacts_[i].rolling_m * contacts_[i].pressing_Ns();
+  const Vec3 spin = movers_[r.a].angular() - movers_[r.b].angular();
   const Vec3 wanted = r.turning_Nms - r.inertia * spin;
   const double size = glm::length(wanted);
   const Vec3 given = size > most ? most / size * wanted : wanted;
-  movers_[r.a].turn(given - r.turning_Nms);
-  movers_[r.b].turn(r.turning_Nms - given);
+  turn(r, given - r.turning_Nms);
   r.turning_Nms = given;
+}
+
+void ContactSolver::turn(const RollingConstraint& r, Vec3 impulse_Nms) noexcept {
+  movers_[r.a].push(Vec3(0), movers_[r.a].perInertia() * impulse_Nms);
+  movers_[r.b].push(Vec3(0), -(movers_[r.b].perInertia() * impulse_Nms));
 }
 
 void ContactSolver::moved() noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
     ContactConstraint& c = contacts_[i];
-    c.gap_m += step_s_ * glm::dot(velocity(c), c.normal);
+    c.gap_m += step_s_ * velocity(c, c.axes[0]);
   }
 }
 

@@ -31,17 +31,22 @@ class Mover {
   Mover(const RigidBody& body, RigidState& state, const Momenta& before, const TickSteps& steps) noexcept;
   /// It moves so, whatever acts on it.
   Mover(Vec3 pivot, const RigidVelocity& velocity) noexcept
-      : centre_(pivot), linear_(velocity.linear), angular_(velocity.angular) {}
+      : pivot_(pivot), linear_(velocity.linear), angular_(velocity.angular) {}
 
-  [[nodiscard]] Vec3 velocityAt(Vec3 place) const noexcept;
-  [[nodiscard]] Vec3 angularVelocity() const noexcept { return freedom_ == Freedom::kHinge ? rate_ * axis_ : angular_; }
-  /// Times an impulse at the place: what it adds to the velocity there, limits of a joint apart; 1 / kg.
-  [[nodiscard]] glm::dmat3 mobility(Vec3 place) const noexcept;
+  /// Of the place pivot(), m/s, and about it, rad/s.
+  [[nodiscard]] Vec3 linear() const noexcept { return linear_; }
+  [[nodiscard]] Vec3 angular() const noexcept { return angular_; }
+  [[nodiscard]] Vec3 pivot() const noexcept { return pivot_; }
+  /// What an impulse along a direction adds to linear(), 1 / kg; limits of a joint apart, as in the next.
+  [[nodiscard]] Vec3 perImpulse(Vec3 along) const noexcept {
+    return freedom_ == Freedom::kSlider ? perAlong_ * glm::dot(axis_, along) * axis_ : perMass_ * along;
+  }
+  /// What an impulsive torque adds to angular(), 1 / kg m^2.
   [[nodiscard]] glm::dmat3 perInertia() const noexcept { return perInertia_; }
   /// A step's part of the forces.
   void drive() noexcept;
-  void push(Vec3 place, Vec3 impulse_Ns) noexcept;
-  void turn(Vec3 impulse_Nms) noexcept;
+  /// @param turn_rad_per_s  perInertia() times the impulse's torque about the pivot.
+  void push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept;
   /// By a step.
   void move() noexcept;
   /// The state after the tick's steps.
@@ -52,41 +57,45 @@ class Mover {
   RigidState* state_ = nullptr;
   Freedom freedom_ = Freedom::kFree;
   TickSteps steps_;
-  Vec3 centre_{0}, linear_{0}, angular_{0};
+  Vec3 pivot_{0}, linear_{0}, angular_{0};
   Vec3 linearOfStep_{0}, angularOfStep_{0};  // what forces add
   Vec3 moved_m_{0}, turned_rad_{0};
   double perMass_ = 0;
   glm::dmat3 perInertia_{0};
-  Vec3 impulse_Ns_{0}, impulse_Nms_{0};
-  // On a joint.
-  Vec3 axis_{0}, anchor_{0};
+  // On a joint, whose anchor is the pivot.
+  Vec3 axis_{0};
   double perAlong_ = 0, rate_ = 0, rateOfStep_ = 0, coordinate_ = 0;
 
-  [[nodiscard]] Vec3 direction(Vec3 place) const noexcept {
-    return freedom_ == Freedom::kSlider ? axis_ : glm::cross(axis_, place - anchor_);
-  }
   /// Of a joint: no farther than its limits in a step.
   void setRate(double rate_per_s) noexcept;
 };
 
-/// One point at which a body is pushed away from another; impulses are those of a step. Arrays of them are filled as far as they are used.
+/// One point at which a body is pushed away from another; impulses are those of a step. Arrays of them are filled as far as
+/// they are used.
 struct ContactConstraint {
+  /// A direction, and what an impulse of 1 Ns along it does.
+  struct Axis {
+    Vec3 along;         ///< Unit.
+    Vec3 armA, armB;    ///< Of its torques about the movers' pivots, m.
+    Vec3 turnA, turnB;  ///< What those add to the angular velocities, rad/s.
+    double mass_kg;     ///< Effective; 0: neither of the two can go there.
+    double impulse_Ns;
+    double change_Ns;     ///< Of the last round.
+    double conjugate_Ns;  ///< The direction of search.
+  };
+
   std::uint16_t a, b;  ///< Movers: pushed along the normal, and against it.
-  Vec3 place;          ///< World, m.
-  Vec3 normal;         ///< Unit.
-  Vec3 along[2];       ///< Two directions across it.
+  Axis axes[3];        ///< Along the normal, and two across it.
   double gap_m;
   double friction;
   double rolling_m;
-  double mass_kg[3];      ///< Effective, along the three.
   double across_1_kg[2];  ///< What a pressing impulse of 1 Ns adds to the velocities across.
-  double pressing_Ns;
-  double rubbing_Ns[2];
-  double change_Ns[3];     ///< Of the last round, along the three.
-  double conjugate_Ns[3];  ///< The direction of search.
 
+  [[nodiscard]] double pressing_Ns() const noexcept { return axes[0].impulse_Ns; }
   [[nodiscard]] Vec3 impulse() const noexcept {
-    return pressing_Ns * normal + rubbing_Ns[0] * along[0] + rubbing_Ns[1] * along[1];
+    Vec3 sum(0);
+    for (const Axis& axis : axes) sum += axis.impulse_Ns * axis.along;
+    return sum;
   }
 };
 
@@ -144,15 +153,17 @@ class ContactSolver {
   std::uint32_t count_ = 0, rollingCount_ = 0;
   double squared_J_ = 0;  ///< Of the last round's change; 0: it was the first.
 
-  [[nodiscard]] Vec3 velocity(const ContactConstraint& c) const noexcept {
-    return movers_[c.a].velocityAt(c.place) - movers_[c.b].velocityAt(c.place);
+  /// At which the two part there, m/s.
+  [[nodiscard]] double velocity(const ContactConstraint& c, const ContactConstraint::Axis& axis) const noexcept {
+    const Mover &a = movers_[c.a], &b = movers_[c.b];
+    return glm::dot(axis.along, a.linear() - b.linear()) + glm::dot(axis.armA, a.angular()) -
+           glm::dot(axis.armB, b.angular());
   }
-  void push(const ContactConstraint& c, Vec3 impulse_Ns) noexcept {
-    movers_[c.a].push(c.place, impulse_Ns);
-    movers_[c.b].push(c.place, -impulse_Ns);
-  }
+  /// @param impulse_Ns  Along each axis.
+  void push(const ContactConstraint& c, const double (&impulse_Ns)[3]) noexcept;
   double solve(ContactConstraint& c, bool soft) noexcept;
   void solve(RollingConstraint& r) noexcept;
+  void turn(const RollingConstraint& r, Vec3 impulse_Nms) noexcept;
 };
 
 }  // namespace haptics

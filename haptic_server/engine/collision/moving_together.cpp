@@ -16,7 +16,7 @@ constexpr int kRounds = 8;
 /// Likewise without it. Where contacts are few, more rounds take what little speed is left of what was pushed apart.
 constexpr int kRelaxRounds = 4, kMaxRelaxRounds = 60, kRelaxedContacts = 400;
 /// Rounds end when they change the impulses by less than this part.
-constexpr double kSettled = 1e-5;
+constexpr double kSettled = 1e-4;
 /// Steps of a tick, at least and at most; a body bears so many times its own weight at one place before there are twice as
 /// many. Twice as many let it sink a quarter as deep.
 constexpr int kSteps = 2, kMaxSteps = 16;

@@ -157,7 +157,7 @@ std::optional<Polytope> polytopeOf(const CollisionMesh& mesh) {
   }
   addEdges(made);
   const bool isOne = made.corners.size() + made.faces.size() == made.edges.size() + 2;  // Euler's characteristic
-  if (!isOne || made.directions.size() > Polytope::kMaxOfFace) return std::nullopt;
+  if (!isOne || made.directions.size() > Polytope::kMaxDirections) return std::nullopt;
   return made;
 }
 
@@ -404,10 +404,17 @@ class Meeting {
 
   /// Of two that are apart, and have no face above another: the closest of their edges, corners included.
   void addClosest(PolytopeContact& made) noexcept {
+    const Vec3 out = best_.normal;
+    const double first_m = glm::dot(out, leastOf(firstCorners(), out)),
+                 second_m = glm::dot(out, leastOf(second_.corners, -out));
     double least = way_.range_m * way_.range_m;
     for (const Polytope::Edge& a : first_.edges) {
+      const Segment edge = edgeOf(a, true);
+      if (std::min(glm::dot(out, edge.from), glm::dot(out, edge.to)) > second_m + way_.range_m) continue;
       for (const Polytope::Edge& b : second_.edges) {
-        const Nearest nearest = nearestOf(edgeOf(a, true), edgeOf(b, false));
+        const Segment other = edgeOf(b, false);
+        if (std::max(glm::dot(out, other.from), glm::dot(out, other.to)) < first_m - way_.range_m) continue;
+        const Nearest nearest = nearestOf(edge, other);
         const Vec3 apart = nearest.a - nearest.b;
         const double squared = squaredLength(apart);
         if (squared >= least || !(squared > 0)) continue;
@@ -421,6 +428,15 @@ class Meeting {
 };
 
 }  // namespace
+
+std::int64_t contactUnits(const Polytope& first, const Polytope& second) noexcept {
+  constexpr std::int64_t kCorner = 2, kMeeting = 700;  // a corner along an axis; what follows the axes
+  const auto size = [](const auto& list) { return static_cast<std::int64_t>(list.size()); };
+  const std::int64_t onFaces = size(first.faces) * size(second.corners) + size(second.faces) * size(first.corners);
+  const std::int64_t onEdges =
+      2 * size(first.directions) * size(second.directions) * (size(first.corners) + size(second.corners));
+  return kMeeting + kCorner * (onFaces + onEdges);
+}
 
 PolytopeContact contactOf(const Polytope& first, const Polytope& second, const Pose& relative,
                           const PolytopeWay& way) noexcept {

@@ -14,7 +14,7 @@ namespace haptics {
 /// A closed convex mesh of few flat faces: a brick, a board, a wedge, a prism, however finely it is meshed. Object frame,
 /// metres.
 struct Polytope {
-  static constexpr std::size_t kMaxFaces = 24, kMaxCorners = 32, kMaxOfFace = 16;
+  static constexpr std::size_t kMaxFaces = 24, kMaxCorners = 32, kMaxOfFace = 16, kMaxDirections = 8;
   using Corner = std::uint8_t;  ///< Index into corners.
 
   struct Face {
@@ -69,6 +69,9 @@ struct PolytopeWay {
   Vec3 angular{0};
   Vec3 normal{0};  ///< Of the last tick, out of the second; 0: none. They are not turned over to the other side of it.
 };
+
+/// What contactOf() costs; units (Allowance).
+[[nodiscard]] std::int64_t contactUnits(const Polytope& first, const Polytope& second) noexcept;
 
 /// By separating axes (Gottschalk, Lin and Manocha 1996): the one along which they are least deep, or farthest apart.
 /// Wait-free.
