@@ -357,7 +357,7 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
   Contacts contacts(bodies, before, pairs, stepsOf(bodies, pairs, period_s));
   contacts.add(allowance.motion.least);
-  Allowance rounds(std::max(allowance.motion.rounds.left(), ahead.left() / 2));
+  Allowance rounds(std::max(allowance.motion.rounds.left(), ahead.left()));
   contacts.move(rounds);
   contacts.keep();
   for (std::size_t i = 0; i < bodies.size(); ++i) {

@@ -26,7 +26,7 @@ constexpr double kApart_m_per_s = 0.1;  // at which bodies that overlap are push
 constexpr double kMaxDepth_m = 1e-4, kMaxDeepFor_s = 0.2;
 constexpr double kMaxDrift_m = 1e-3, kMaxTilt_rad = 0.02;  // of what stands
 constexpr double kMaxFloating_m = 1e-9;                    // of what floats apart
-constexpr double kMaxGain_J = 1e-6;
+constexpr double kMaxLift_m = 1e-6;  // of all blocks, where none is to be pushed apart
 constexpr double kRounding_m = 1e-9;
 constexpr std::uint64_t kWorldsToALine = 100;
 
@@ -219,14 +219,15 @@ class BlockWorld {
     verdict.gained_J = std::max(verdict.gained_J, energy_J() - begun_J_);
   }
 
-  /// What pushing apart may lift, each block at that speed against the next.
+  /// What rounding and pushing apart may lift, the latter each block at that speed against the next.
   [[nodiscard]] double allowed_J() const {
-    if (overlap_m_ < kRounding_m) return kMaxGain_J;
-    double mass_kg = 0;
-    for (const Block& block : blocks_) mass_kg += block.mass_kg;
-    const double fastest_m_per_s = kApart_m_per_s * static_cast<double>(std::ranges::count_if(
-                                                        blocks_, [](const Block& b) { return b.mass_kg > 0; }));
-    return kMaxGain_J + mass_kg * (kGravity_m_per_s2 * overlap_m_ + 0.5 * fastest_m_per_s * fastest_m_per_s);
+    double mass_kg = 0, fastest_m_per_s = 0;
+    for (const Block& block : blocks_) {
+      mass_kg += block.mass_kg;
+      if (block.mass_kg > 0 && overlap_m_ > kRounding_m) fastest_m_per_s += kApart_m_per_s;
+    }
+    const double lifted_m = std::max(overlap_m_, kMaxLift_m);
+    return mass_kg * (kGravity_m_per_s2 * lifted_m + 0.5 * fastest_m_per_s * fastest_m_per_s);
   }
 
   void conclude(Verdict& verdict) {
