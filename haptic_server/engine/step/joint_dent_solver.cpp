@@ -24,6 +24,8 @@ constexpr double kOnSurface_m = 1e-6;
 /// Rounds, at most, in which what different springs push is looked for, and of it what a round may still change.
 constexpr int kSpringRounds = 40;
 constexpr double kSpringChange = 1e-5;
+/// Of a contact's own spring: where next to nothing is left for it, what a surface pushes over that has no end.
+constexpr double kStiffest = 1e5;
 /// Units (Allowance) of such a round for three bodies.
 constexpr std::int64_t kSpringRound = 1'700;
 
@@ -156,8 +158,8 @@ class JointDentSolver {
       Part& part = parts_[i];
       if (!(part.left_m > 0)) continue;
       const Vec3 third = count_ > 2 ? parts_[(i + 2) % count_].normal : Vec3(0);
-      const double now =
-          std::max(0.0, heldPart(force_N, part.normal, parts_[(i + 1) % count_].normal, third)) / part.left_m;
+      const double held_N = std::max(0.0, heldPart(force_N, part.normal, parts_[(i + 1) % count_].normal, third));
+      const double now = std::min(held_N / part.left_m, kStiffest * ownSpring_N_per_m(part));
       changed = changed || std::abs(now - part.spring_N_per_m) > kSpringChange * part.spring_N_per_m;
       part.spring_N_per_m = now;
     }

@@ -26,7 +26,7 @@ constexpr double kApart_m_per_s = 0.1;  // at which bodies that overlap are push
 constexpr double kMaxDepth_m = 1e-4, kMaxDeepFor_s = 0.2;
 constexpr double kMaxDrift_m = 1e-3, kMaxTilt_rad = 0.02;  // of what stands
 constexpr double kMaxFloating_m = 1e-9;                    // of what floats apart
-constexpr double kMaxLift_m = 1e-6;  // of all blocks, where none is to be pushed apart
+constexpr double kMaxLift_m = 1e-6;                        // of all blocks, where none is to be pushed apart
 constexpr double kRounding_m = 1e-9;
 constexpr std::uint64_t kWorldsToALine = 100;
 
