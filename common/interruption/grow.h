@@ -19,4 +19,15 @@ void growTo(Vector& vector, std::size_t count, const typename Vector::value_type
   }
 }
 
+/// Calls work(i) for 0 <= i < count, with an interruption point in each few thousand.
+template <class Work>
+void forEach(std::size_t count, Work work) {
+  constexpr std::size_t kPiece = 4096;
+  for (std::size_t begin = 0; begin < count; begin += kPiece) {
+    interruptionPoint();
+    const std::size_t end = std::min(count, begin + kPiece);
+    for (std::size_t i = begin; i < end; ++i) work(i);
+  }
+}
+
 }  // namespace haptics

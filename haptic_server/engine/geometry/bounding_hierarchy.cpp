@@ -6,34 +6,31 @@
 
 #include "common/interruption/grow.h"
 #include "common/interruption/threads.h"
+#include "haptic_server/engine/geometry/float_box.h"
 
 namespace haptics {
 namespace {
 
-constexpr float kHuge = std::numeric_limits<float>::max();
+using Box = FloatBox;
 
-/// Four lanes of which three are used.
-struct Box {
-  __m128 low = _mm_set1_ps(kHuge);
-  __m128 high = _mm_set1_ps(-kHuge);
-
-  void grow(__m128 l, __m128 h) noexcept {
-    low = _mm_min_ps(low, l);
-    high = _mm_max_ps(high, h);
+/// A thing's box, and in the lane that a box leaves free its number: what is moved when ranges are divided is half a
+/// cache line.
+class Reference {
+ public:
+  Reference(const Box& box, std::uint32_t number) noexcept : box_(box) {
+    const auto bits = static_cast<int>(number | kNormal);
+    box_.low = _mm_castsi128_ps(_mm_insert_epi32(_mm_castps_si128(box.low), bits, kLane));
   }
-  void grow(const Box& b) noexcept { grow(b.low, b.high); }
-  [[nodiscard]] float halfArea() const noexcept {
-    alignas(16) std::array<float, 4> s;
-    _mm_store_ps(s.data(), _mm_sub_ps(high, low));
-    return s[0] < 0 ? 0 : s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
+  [[nodiscard]] const Box& box() const noexcept { return box_; }
+  [[nodiscard]] std::uint32_t number() const noexcept {
+    return static_cast<std::uint32_t>(_mm_extract_ps(box_.low, kLane)) & ~kNormal;
   }
-};
+  [[nodiscard]] __m128 twiceCentre() const noexcept { return _mm_add_ps(box_.low, box_.high); }
 
-struct Reference {
-  Box box;
-  std::uint32_t triangle = 0;
-
-  [[nodiscard]] __m128 twiceCentre() const noexcept { return _mm_add_ps(box.low, box.high); }
+ private:
+  static constexpr int kLane = 3;
+  static constexpr std::uint32_t kNormal = 1U << 30;  // no subnormal float, which takes a processor a hundred cycles
+  Box box_;
 };
 
 struct Range {
@@ -47,8 +44,9 @@ struct Range {
 /// The cheapest plane between two bins, by the surface area heuristic.
 struct Cut {
   int axis = -1;  // -1: all centres coincide
-  int bin = 0;
-  float cost = kHuge;
+  int bin = 0;    // first on the right
+  std::uint32_t leftCount = 0;
+  float cost = std::numeric_limits<float>::max();
   Box left;
   Box right;
 };
@@ -56,20 +54,29 @@ struct Cut {
 constexpr int kBins = 16;  // per axis and split; 32 changes query times by less than 2 %
 
 struct Binning {
-  std::array<std::array<Box, kBins>, 3> box;
-  std::array<std::array<std::uint32_t, kBins>, 3> count{};
+  struct Axis {
+    std::array<Box, kBins> box;
+    std::array<std::uint32_t, kBins> count{};
+  };
+  std::array<Axis, 3> axes;
   __m128 origin;  // twice the centres
   __m128 scale;
 
+  /// Along each axis. A range too narrow for float arithmetic makes an infinite scale and any bin at all: the first will
+  /// do.
   [[nodiscard]] __m128i binOf(const Reference& r) const noexcept {
-    return _mm_cvttps_epi32(_mm_mul_ps(_mm_sub_ps(r.twiceCentre(), origin), scale));
+    static_assert(std::has_single_bit(static_cast<unsigned>(kBins)));
+    const __m128i bin = _mm_cvttps_epi32(_mm_mul_ps(_mm_sub_ps(r.twiceCentre(), origin), scale));
+    return _mm_and_si128(bin, _mm_cmpeq_epi32(bin, _mm_and_si128(bin, _mm_set1_epi32(kBins - 1))));
+  }
+  [[nodiscard]] bool isLeft(const Reference& r, const Cut& cut) const noexcept {
+    const __m128i below = _mm_cmplt_epi32(binOf(r), _mm_set1_epi32(cut.bin));
+    return (_mm_movemask_ps(_mm_castsi128_ps(below)) >> cut.axis & 1) != 0;
   }
 };
 
 void setPlace(BoundingHierarchy::Node& node, std::size_t i, const Box& box) {
-  alignas(16) std::array<std::array<float, 4>, 2> bounds;
-  _mm_store_ps(bounds[0].data(), box.low);
-  _mm_store_ps(bounds[1].data(), box.high);
+  const std::array bounds{stored(box.low), stored(box.high)};
   for (std::size_t side = 0; side < 2; ++side) {
     for (std::size_t d = 0; d < 3; ++d) node.bounds[side][d][i] = bounds[side][d];
   }
@@ -87,18 +94,19 @@ class Builder {
   Builder(std::uint32_t count, std::uint32_t leaf, std::uint32_t divided, BoxOf boxOf)
       : leaf_(leaf), divided_(divided) {
     whole_.end = count;
-    growTo(references_, count);
+    references_.reserve(count);
     constexpr std::uint32_t kPiece = 1 << 16;
     for (std::uint32_t i = 0; i < count; ++i) {
       if (i % kPiece == 0) interruptionPoint();
-      references_[i] = {boxOf(i), i};
-      whole_.box.grow(references_[i].box);
+      const Box box = boxOf(i);
+      references_.emplace_back(box, i);
+      whole_.box.grow(box);
     }
   }
 
   Nodes build(int threads) {
     Nodes nodes(1);
-    std::vector<Task> tasks = fillNode(nodes, 0, whole_, 0);
+    const Tasks tasks = fillNode(nodes, 0, whole_, 0);
     std::vector<Nodes> subtrees(tasks.size());
     std::atomic<std::size_t> next{0};
     const auto work = [&] {
@@ -116,7 +124,7 @@ class Builder {
   [[nodiscard]] LargePageVector<std::uint32_t> order() const {
     LargePageVector<std::uint32_t> order(references_.size());
     std::transform(references_.begin(), references_.end(), order.begin(),
-                   [](const Reference& r) { return r.triangle; });
+                   [](const Reference& r) { return r.number(); });
     return order;
   }
 
@@ -127,9 +135,19 @@ class Builder {
     int place = 0;
     Range range;
   };
+  class Tasks {
+   public:
+    void push_back(const Task& task) { tasks_[count_++] = task; }
+    [[nodiscard]] std::size_t size() const noexcept { return count_; }
+    const Task& operator[](std::size_t i) const noexcept { return tasks_[i]; }
+
+   private:
+    std::array<Task, BoundingHierarchy::kWidth> tasks_;
+    std::size_t count_ = 0;
+  };
 
   void buildBelow(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
-    const std::vector<Task> tasks = fillNode(nodes, index, range, depth);
+    const Tasks tasks = fillNode(nodes, index, range, depth);
     const auto first = static_cast<std::uint32_t>(nodes.size());
     nodes.resize(nodes.size() + tasks.size());
     for (std::uint32_t i = 0; i < tasks.size(); ++i) {
@@ -151,7 +169,7 @@ class Builder {
 
   /// Splits the range into at most eight: the largest first while the heuristic leads, else the fullest, which bounds
   /// the depth.
-  std::vector<Task> fillNode(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
+  Tasks fillNode(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
     const bool halve = depth >= BoundingHierarchy::kHeuristicDepth;
     std::array<Range, BoundingHierarchy::kWidth> part;
     part[0] = range;
@@ -173,7 +191,7 @@ class Builder {
       part[widest] = left;
       part[count++] = right;
     }
-    std::vector<Task> tasks;
+    Tasks tasks;
     for (std::size_t i = 0; i < part.size(); ++i) {
       const bool empty = i >= count;
       setPlace(nodes[index], i, empty ? Box{} : part[i].box);
@@ -188,7 +206,7 @@ class Builder {
     const std::uint32_t middle = range.begin + range.size() / 2;
     Range left{range.begin, middle, {}};
     Range right{middle, range.end, {}};
-    for (std::uint32_t i = range.begin; i < range.end; ++i) (i < middle ? left : right).box.grow(references_[i].box);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) (i < middle ? left : right).box.grow(references_[i].box());
     return {left, right};
   }
 
@@ -198,14 +216,36 @@ class Builder {
     const Cut cut = cheapestCut(bins);
     if (cut.axis < 0) return halves(range);
     interruptionPoint();
-    const auto begin = references_.begin();
-    const auto middle = std::partition(begin + range.begin, begin + range.end, [&](const Reference& r) {
-      alignas(16) std::array<int, 4> bin;
-      _mm_store_si128(reinterpret_cast<__m128i*>(bin.data()), bins.binOf(r));
-      return bin[static_cast<std::size_t>(cut.axis)] < cut.bin;
-    });
-    const auto at = static_cast<std::uint32_t>(middle - begin);
-    return {Range{range.begin, at, cut.left}, Range{at, range.end, cut.right}};
+    const std::uint32_t middle = range.begin + cut.leftCount;
+    divide(range, middle, [&](const Reference& r) { return bins.isLeft(r, cut); });
+    return {Range{range.begin, middle, cut.left}, Range{middle, range.end, cut.right}};
+  }
+
+  /// Puts what is left before the middle, in the order of std::partition(), which guesses at each thing where it lies; half
+  /// the guesses are wrong.
+  template <class IsLeft>
+  void divide(const Range& range, std::uint32_t middle, IsLeft isLeft) {
+    constexpr std::uint32_t kBlock = 64;
+    std::array<std::uint32_t, kBlock> ups, downs;  // to be exchanged with one another
+    std::uint32_t up = 0, upEnd = 0, down = 0, downEnd = 0;
+    for (std::uint32_t i = range.begin, j = range.end;;) {
+      while (up == upEnd && i < middle) {
+        up = upEnd = 0;
+        for (const std::uint32_t stop = i + std::min(kBlock, middle - i); i < stop; ++i) {
+          ups[upEnd] = i;
+          upEnd += isLeft(references_[i]) ? 0 : 1;
+        }
+      }
+      while (down == downEnd && j > middle) {
+        down = downEnd = 0;
+        for (const std::uint32_t stop = j - std::min(kBlock, j - middle); j > stop;) {
+          downs[downEnd] = --j;
+          downEnd += isLeft(references_[j]) ? 1 : 0;
+        }
+      }
+      if (up == upEnd || down == downEnd) return;
+      while (up < upEnd && down < downEnd) std::swap(references_[ups[up++]], references_[downs[down++]]);
+    }
   }
 
   void fillBins(Binning& bins, const Range& range) const {
@@ -219,40 +259,50 @@ class Builder {
     const __m128 width = _mm_sub_ps(centres.high, centres.low);
     bins.origin = centres.low;
     bins.scale = _mm_and_ps(_mm_div_ps(_mm_set1_ps(kBelowLast), width), _mm_cmpgt_ps(width, _mm_setzero_ps()));
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      alignas(16) std::array<int, 4> bin;
-      _mm_store_si128(reinterpret_cast<__m128i*>(bin.data()), bins.binOf(references_[i]));
+    const auto put = [&](const Reference& r) {
+      alignas(16) std::array<std::uint32_t, 4> bin;
+      _mm_store_si128(reinterpret_cast<__m128i*>(bin.data()), bins.binOf(r));
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        // A range too narrow for float arithmetic makes an infinite scale and any bin at all: the first will do.
-        const auto j = static_cast<unsigned>(bin[axis]) < kBins ? static_cast<std::size_t>(bin[axis]) : 0;
-        bins.box[axis][j].grow(references_[i].box);
-        ++bins.count[axis][j];
+        bins.axes[axis].box[bin[axis]].grow(r.box());
+        ++bins.axes[axis].count[bin[axis]];
       }
+    };
+    // Neighbours in a range lie side by side: one after the other they would wait for the same bins.
+    constexpr std::uint32_t kParts = 4;
+    const std::uint32_t part = range.size() / kParts;
+    for (std::uint32_t i = range.begin; i < range.begin + part; ++i) {
+      for (std::uint32_t k = 0; k < kParts; ++k) put(references_[i + k * part]);
     }
+    for (std::uint32_t i = range.begin + kParts * part; i < range.end; ++i) put(references_[i]);
   }
 
+  /// Only bins that hold something are looked at: behind others there is no new cut.
   static Cut cheapestCut(const Binning& bins) {
     Cut best;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto& box = bins.box[static_cast<std::size_t>(axis)];
-      const auto& count = bins.count[static_cast<std::size_t>(axis)];
+      const auto& [box, count] = bins.axes[static_cast<std::size_t>(axis)];
+      std::array<std::size_t, kBins> held;
+      std::size_t heldCount = 0;
+      for (std::size_t j = 0; j < kBins; ++j) {
+        held[heldCount] = j;
+        heldCount += count[j] > 0 ? 1 : 0;
+      }
       std::array<Box, kBins> right;
-      std::array<std::uint32_t, kBins> rightCount{};
+      std::array<std::uint32_t, kBins> rightCount;
       Box sum;
       std::uint32_t total = 0;
-      for (std::size_t j = kBins - 1; j > 0; --j) {
-        sum.grow(box[j]);
-        right[j] = sum;
-        rightCount[j] = total += count[j];
+      for (std::size_t i = heldCount - 1; i > 0; --i) {
+        sum.grow(box[held[i]]);
+        right[i] = sum;
+        rightCount[i] = total += count[held[i]];
       }
       sum = {};
       total = 0;
-      for (std::size_t j = 1; j < kBins; ++j) {
-        sum.grow(box[j - 1]);
-        total += count[j - 1];
-        if (total == 0 || rightCount[j] == 0) continue;
-        const float cost = sum.halfArea() * leaves(total) + right[j].halfArea() * leaves(rightCount[j]);
-        if (cost < best.cost) best = {axis, static_cast<int>(j), cost, sum, right[j]};
+      for (std::size_t i = 1; i < heldCount; ++i) {
+        sum.grow(box[held[i - 1]]);
+        total += count[held[i - 1]];
+        const float cost = sum.halfArea() * leaves(total) + right[i].halfArea() * leaves(rightCount[i]);
+        if (cost < best.cost) best = {axis, static_cast<int>(held[i - 1]) + 1, total, cost, sum, right[i]};
       }
     }
     return best;
@@ -268,8 +318,6 @@ class Builder {
   LargePageVector<Reference> references_;
   Range whole_;
 };
-
-[[nodiscard]] __m128 wide(Vec3f v) noexcept { return _mm_setr_ps(v.x, v.y, v.z, 0); }
 
 [[nodiscard]] Box boxOf(const BoundingHierarchy::Node& node) {
   Box box;
@@ -316,9 +364,8 @@ LargePageVector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> v
   LargePageVector<std::uint32_t> order;
   if (firstInCells_ > 0) {
     Builder builder(firstInCells_, kLeafTriangles, kDivided, [&](std::uint32_t i) {
-      Box box;
-      for (const std::uint32_t v : triangles[other(i)]) box.grow(wide(vertices[v]), wide(vertices[v]));
-      return box;
+      const auto& [a, b, c] = triangles[other(i)];
+      return Box(vertices[a], vertices[b], vertices[c]);
     });
     const std::vector<Node> nodes = builder.build(threads);
     growTo(nodes_, nodes.size());
@@ -341,11 +388,8 @@ void BoundingHierarchy::appendCells(std::uint32_t first, std::uint32_t count,
   std::vector<std::uint32_t> numbers(count);
   std::iota(numbers.begin(), numbers.end(), first);
   TriangleCells cells = cellsOf(numbers, corners);
-  Builder builder(static_cast<std::uint32_t>(cells.cells.size()), 1, 2, [&](std::uint32_t i) {
-    Box box;
-    box.grow(wide(cells.cells[i].low), wide(cells.cells[i].high));
-    return box;
-  });
+  Builder builder(static_cast<std::uint32_t>(cells.cells.size()), 1, 2,
+                  [&](std::uint32_t i) { return Box(lanes(cells.cells[i].low), lanes(cells.cells[i].high)); });
   const std::vector<Node> below = builder.build(1);
   listed_.clear();
   listEnds_.clear();
@@ -389,11 +433,7 @@ void BoundingHierarchy::refit(std::span<const TriangleRecord> triangles, double 
     if (!child.isLeaf()) return boxOf(nodes_[child.index()]);  // comes after this node, so that it has been made
     Box box;
     for (std::uint32_t t = child.begin(); t < child.end(); ++t) {
-      const auto& rows = triangles[t].rows;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const __m128 corner = _mm_setr_ps(rows[0][k], rows[1][k], rows[2][k], 0);
-        box.grow(corner, corner);
-      }
+      box.grow(Box(triangles[t]));
     }
     return box;
   };

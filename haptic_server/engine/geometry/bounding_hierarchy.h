@@ -74,6 +74,7 @@ class BoundingHierarchy {
   };
   static_assert(sizeof(Node) == 224);
   struct Slabs;
+  struct Window;
 
   /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place
   /// in the hierarchy -> index in `triangles`. `extent_m` is the largest coordinate. The result does not depend on
@@ -146,7 +147,6 @@ class BoundingHierarchy {
     return visit(listed_[at], listed_[at] + 1);
   }
 
-  struct Window;
 #if defined(__x86_64__)
   struct WideWindow;
 #endif

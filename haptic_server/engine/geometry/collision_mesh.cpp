@@ -10,10 +10,11 @@
 namespace haptics {
 namespace {
 
-double angleAt(const TriangleRecord& r, int k) {
-  const Vec3 a = unitOrZero(r.corner(nextCorner(k)) - r.corner(k));
-  const Vec3 b = unitOrZero(r.corner(previousCorner(k)) - r.corner(k));
-  return elementary::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+std::array<double, 3> angles_rad(const TriangleRecord& r) {
+  std::array<Vec3, 3> along;
+  for (int k = 0; k < 3; ++k) along[static_cast<std::size_t>(k)] = unitOrZero(r.corner(nextCorner(k)) - r.corner(k));
+  const auto at = [](Vec3 into, Vec3 outOf) { return elementary::acos(std::clamp(-glm::dot(into, outOf), -1.0, 1.0)); };
+  return {at(along[2], along[0]), at(along[0], along[1]), at(along[1], along[2])};
 }
 
 int longestEdge(const TriangleRecord& r) noexcept {
@@ -90,13 +91,12 @@ void CollisionMesh::fillRecords(std::span<const Vec3f> vertices,
                                 std::span<const std::uint32_t> order) {
   std::vector<std::array<std::uint32_t, 3>> ordered;
   growTo(ordered, triangles.size());
-  for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[order[t]];
+  forEach(ordered.size(), [&](std::size_t t) { ordered[t] = triangles[order[t]]; });
   const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);
   interruptionPoint();
   const std::vector<std::uint8_t> open = findOpenVertices(vertices.size(), ordered, neighbours);
   growTo(records_, ordered.size());
-  for (std::size_t t = 0; t < ordered.size(); ++t) {
-    interruptionPoint();
+  forEach(ordered.size(), [&](std::size_t t) {
     TriangleRecord& r = records_[t];
     r.vertex = ordered[t];
     r.flags = order[t] << TriangleRecord::kFlagBits;
@@ -108,7 +108,7 @@ void CollisionMesh::fillRecords(std::span<const Vec3f> vertices,
       if (open[r.vertex[k]] != 0) r.flags |= TriangleRecord::kOpenCorner << k;
     }
     if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
-  }
+  });
 }
 
 void CollisionMesh::sumVertexNormals(std::span<const std::uint8_t> changed, std::size_t vertexCount) {
@@ -120,14 +120,13 @@ void CollisionMesh::sumVertexNormals(std::span<const std::uint8_t> changed, std:
   interruptionPoint();
   std::vector<Vec3> sum;
   growTo(sum, vertexCount, Vec3(0));
-  for (std::uint32_t t = 0; t < records_.size(); ++t) {
-    interruptionPoint();
+  forEach(records_.size(), [&](std::size_t t) {
     const auto& vertex = records_[t].vertex;
-    if ((anew[vertex[0]] | anew[vertex[1]] | anew[vertex[2]]) == 0) continue;
-    const Vec3 normal = faceNormal(t);
-    for (int k = 0; k < 3; ++k) sum[records_[t].vertexAt(k)] += normal * angleAt(records_[t], k);
-  }
-  interruptionPoint();
+    if ((anew[vertex[0]] | anew[vertex[1]] | anew[vertex[2]]) == 0) return;
+    const Vec3 normal = faceNormal(static_cast<std::uint32_t>(t));
+    const auto angles = angles_rad(records_[t]);
+    for (std::size_t k = 0; k < 3; ++k) sum[vertex[k]] += normal * angles[k];
+  });
   vertexNormals_.resize(vertexCount);
   for (std::size_t v = 0; v < vertexCount; ++v) {
     if (anew[v] != 0) vertexNormals_[v] = Vec3f(unitOrZero(sum[v]));

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/interruption/interruption.h"
+#include "common/interruption/grow.h"
+#include "haptic_server/engine/geometry/float_box.h"
 
 namespace haptics {
 namespace {
@@ -197,24 +198,26 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
   };
   const auto count = static_cast<std::uint32_t>(triangles.size());
   if (count < kFew) return {};
-  std::vector<float> lengths(count);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    interruptionPoint();
-    lengths[t] = static_cast<float>(boundsOf(cornersOf(t)).longest());
-  }
+  const auto boxOf = [&](std::uint32_t t) {
+    const auto& [a, b, c] = triangles[t];
+    return FloatBox(vertices[a], vertices[b], vertices[c]);
+  };
+  std::vector<float> lengths;
+  growTo(lengths, count);
+  forEach(count, [&](std::size_t t) { lengths[t] = boxOf(static_cast<std::uint32_t>(t)).longest(); });
   std::vector<float> sorted = lengths;
   const auto nearlyAll = sorted.begin() + static_cast<std::ptrdiff_t>(count - 1 - count / kFew);
   std::nth_element(sorted.begin(), nearlyAll, sorted.end());
   interruptionPoint();
   const float giant = kGiant * *nearlyAll;
-  Bounds all;
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (lengths[t] <= giant) all.grow(cornersOf(t));
-  }
-  interruptionPoint();
+  FloatBox all;
+  forEach(count, [&](std::size_t t) {
+    if (lengths[t] <= giant) all.grow(boxOf(static_cast<std::uint32_t>(t)));
+  });
+  const double long_m = kLong * Bounds{Vec3(vec3f(all.low)), Vec3(vec3f(all.high))}.longest();
   std::vector<std::uint32_t> found;
   for (std::uint32_t t = 0; t < count; ++t) {
-    if (lengths[t] > kLong * all.longest() && lengths[t] <= giant) found.push_back(t);
+    if (lengths[t] > long_m && lengths[t] <= giant) found.push_back(t);
   }
   if (found.size() < kFew) return {};
   std::vector<std::uint8_t> uses(vertices.size(), 0);

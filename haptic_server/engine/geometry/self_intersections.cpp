@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 
+#include "common/interruption/grow.h"
 #include "common/interruption/threads.h"
 #include "haptic_server/engine/geometry/collision_mesh.h"
+#include "haptic_server/engine/geometry/float_box.h"
 #include "haptic_server/engine/geometry/neighbours.h"
 
 namespace haptics {
@@ -24,7 +27,6 @@ class Candidates {
   static constexpr std::size_t kBlocks = 16;
   static constexpr std::size_t kCapacity = kBlocks * BoundingHierarchy::kWidth;
 
-  explicit Candidates(float pad) : pad_(pad) {}
   [[nodiscard]] bool full() const { return count_ == kCapacity; }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] std::uint32_t operator[](std::size_t i) const {
@@ -32,28 +34,31 @@ class Candidates {
   }
   void clear() { count_ = 0; }
 
-  void add(const CollisionMesh& surface, std::uint32_t t) {
-    const TriangleRecord& r = surface.triangle(t);
+  void add(std::uint32_t t, const TriangleRecord& r, const FloatBox& box) {
     Block& block = blocks_[count_ / BoundingHierarchy::kWidth];
     const std::size_t place = count_++ % BoundingHierarchy::kWidth;
+    const std::array bounds{stored(box.low), stored(box.high)};
     for (std::size_t d = 0; d < 3; ++d) {
-      const auto& x = r.rows[d];
-      block.boxes.bounds[0][d][place] = std::min({x[0], x[1], x[2]}) - pad_;
-      block.boxes.bounds[1][d][place] = std::max({x[0], x[1], x[2]}) + pad_;
+      block.boxes.bounds[0][d][place] = bounds[0][d];
+      block.boxes.bounds[1][d][place] = bounds[1][d];
       block.vertex[d][place] = r.vertex[d];
     }
     block.triangle[place] = t;
   }
 
   /// Calls visit(triangle) for those whose boxes meet the line and that have neither of its vertices a and b, around
-  /// which all meet.
+  /// which all meet. Few boxes overlap that of the line, and are asked whether they meet the line itself.
   template <class Visit>
-  void visit(const BoundingHierarchy::Slabs& line, std::uint32_t a, std::uint32_t b, Visit visit) const {
+  void visit(Vec3 from, Vec3 to, std::uint32_t a, std::uint32_t b, Visit visit) const {
+    const BoundingHierarchy::Window window(Vec3f(glm::min(from, to)), Vec3f(glm::max(from, to)));
     const __m128 end = _mm_set1_ps(1 + BoundingHierarchy::kTimeSlack);
     for (std::size_t i = 0; i < count_; i += 4) {
       const Block& block = blocks_[i / BoundingHierarchy::kWidth];
       const std::size_t first = i % BoundingHierarchy::kWidth;
-      const int met = line.meet(block.boxes, first == 0 ? 0 : 1, end) & ~sharing(block, first, a, b);
+      const int half = first == 0 ? 0 : 1;
+      int met = window.meet(block.boxes, half) & ~sharing(block, first, a, b);
+      if (met == 0) continue;
+      met &= BoundingHierarchy::Slabs(from, to).meet(block.boxes, half, end);
       for (auto rest = static_cast<unsigned>(met); rest != 0; rest &= rest - 1) {
         const auto place = static_cast<std::size_t>(std::countr_zero(rest));
         if (i + place < count_) visit(block.triangle[first + place]);
@@ -78,7 +83,6 @@ class Candidates {
     return _mm_movemask_ps(_mm_castsi128_ps(shares));
   }
 
-  float pad_;  // m
   std::size_t count_ = 0;
   std::array<Block, kBlocks> blocks_{};
 };
@@ -87,27 +91,30 @@ class Candidates {
 /// for ones that pass through each other.
 constexpr double kGap = 1.75;
 
-/// For each triangle the number of its part, which no line joins with another one; none where there is one part only.
+/// For each triangle the first triangle of its part, which no line joins with another one; none where there is one part
+/// only.
 std::vector<std::uint32_t> partsOf(const CollisionMesh& surface) {
-  std::vector<std::uint32_t> parts(surface.triangleCount(), 0), todo;
-  std::uint32_t count = 0;
-  for (std::uint32_t first = 0; first < parts.size(); ++first) {
-    if (parts[first] != 0) continue;
-    parts[first] = ++count;
-    todo.push_back(first);
-    while (!todo.empty()) {
-      const std::uint32_t t = todo.back();
-      todo.pop_back();
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t next = surface.triangle(t).neighbour(k);
-        if (next == kNoTriangle || parts[next] != 0) continue;
-        parts[next] = count;
-        todo.push_back(next);
-      }
+  std::vector<std::uint32_t> before;  // one of the same part that is no later
+  growTo(before, surface.triangleCount());
+  std::iota(before.begin(), before.end(), 0);
+  const auto firstOf = [&](std::uint32_t t) {
+    while (before[t] != t) t = before[t] = before[before[t]];
+    return t;
+  };
+  std::uint32_t parts = surface.triangleCount();
+  for (std::uint32_t t = 0; t < before.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t next = surface.triangle(t).neighbour(k);
+      if (next > t) continue;  // or none: met from the other
+      const std::uint32_t a = firstOf(t), b = firstOf(next);
+      if (a == b) continue;
+      before[std::max(a, b)] = std::min(a, b);
+      --parts;
     }
   }
-  if (count == 1) parts.clear();
-  return parts;
+  if (parts == 1) return {};
+  for (std::uint32_t t = 0; t < before.size(); ++t) before[t] = firstOf(t);
+  return before;
 }
 
 /// Where the lines of some triangles pierce triangles that they share no vertex with, or all but pierce ones of another part,
@@ -123,27 +130,29 @@ class SelfIntersectionSearch {
   /// Returns the cost in box tests.
   std::int64_t run(std::uint32_t begin, std::uint32_t end) {
     spent_ = 0;
-    Vec3f low(std::numeric_limits<float>::max());
-    Vec3f high = -low;
+    FloatBox own;
     own_.clear();
     for (std::uint32_t t = begin; t < end; ++t) {
       if (!hasChanged(t)) continue;
-      own_.add(surface_, t);
-      for (int k = 0; k < 3; ++k) {
-        const Vec3f corner(surface_.triangle(t).corner(k));
-        low = glm::min(low, corner);
-        high = glm::max(high, corner);
-      }
+      add(t, own_);
+      own.grow(FloatBox(surface_.triangle(t)));
     }
     if (own_.count() == 0) return 0;
+    const FloatBox met = own.padded(parts_.empty() ? 0 : pad_);
+    const FloatBox reached = own.padded(parts_.empty() ? 0 : static_cast<float>(kGap) * pad_);
     Allowance endless;
-    const Vec3f reach(parts_.empty() ? 0 : pad_);
-    surface_.hierarchy().visitBox(low - reach, high + reach, endless, [&](std::uint32_t first, std::uint32_t last) {
+    const auto look = [&](std::uint32_t first, std::uint32_t last) {
+      spent_ += last - first;
       for (std::uint32_t t = first; t < last; ++t) {
+        const FloatBox box = FloatBox(surface_.triangle(t)).padded(pad_);
+        if (!box.overlaps(reached)) continue;
         if (near_.full()) followAll();
-        near_.add(surface_, t);
+        near_.add(t, surface_.triangle(t), box);
+        const bool looksAtThese = hasChanged(t) && t < surface_.hierarchy().firstInCells();
+        if (!looksAtThese) piercing_.push_back(t);
       }
-    });
+    };
+    surface_.hierarchy().visitBox(vec3f(met.low), vec3f(met.high), endless, look);
     followAll();
     return spent_;
   }
@@ -158,10 +167,10 @@ class SelfIntersectionSearch {
       const bool alone =
           std::ranges::all_of(surface_.triangle(t).vertex, [&](std::uint32_t v) { return uses[v] == 1; });
       own_.clear();
-      own_.add(surface_, t);
+      add(t, own_);
       for (std::size_t j = alone ? 0 : i + 1; j < cell.size() && !(alone && marks_[t]); j += kFew) {
         for (const std::uint32_t other : cell.subspan(j, std::min(kFew, cell.size() - j))) {
-          if (other != t) near_.add(surface_, other);
+          if (other != t) add(other, near_);
         }
         followLines(t, near_);
         for (std::size_t k = 0; k < near_.count(); ++k) followLines(near_[k], own_);
@@ -178,13 +187,15 @@ class SelfIntersectionSearch {
 
   [[nodiscard]] bool hasChanged(std::uint32_t t) const { return changed_[t] != 0; }
 
+  void add(std::uint32_t t, Candidates& to) const {
+    const TriangleRecord& r = surface_.triangle(t);
+    to.add(t, r, FloatBox(r).padded(pad_));
+  }
+
   void followAll() {
     for (std::size_t i = 0; i < own_.count(); ++i) followLines(own_[i], near_);
-    for (std::size_t i = 0; i < near_.count(); ++i) {
-      const bool looksAtThese = hasChanged(near_[i]) && near_[i] < surface_.hierarchy().firstInCells();
-      if (!looksAtThese) followLines(near_[i], own_);
-    }
-    spent_ += static_cast<std::int64_t>(near_.count());
+    for (const std::uint32_t t : piercing_) followLines(t, own_);
+    piercing_.clear();
     near_.clear();
   }
 
@@ -199,24 +210,24 @@ class SelfIntersectionSearch {
     const TriangleRecord& own = surface_.triangle(t);
     const Vec3 from = own.corner(k);
     const Vec3 to = own.corner(nextCorner(k));
-    const Segment line(from, to);
     const Vec3 beyond = parts_.empty() ? Vec3(0) : (to - from) * (kGap * pad_ / glm::distance(from, to));
-    const RimmedSegment longer(from - beyond, to + beyond, kGap / 2 * pad_);
     spent_ += static_cast<std::int64_t>(candidates.count() / 4);
-    candidates.visit(BoundingHierarchy::Slabs(from - beyond, to + beyond), own.vertexAt(k), own.vertexAt(nextCorner(k)),
-                     [&](std::uint32_t other) {
-                       spent_ += kBoxTestsPerTest;
-                       Crossing crossing;
-                       const bool isApart = !parts_.empty() && parts_[t] != parts_[other];
-                       if (isApart ? !longer.enters(surface_.triangle(other), true, crossing)
-                                   : !line.enters(surface_.triangle(other), true, crossing))
-                         return;
-                       for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
-                         if (crossed != kNoTriangle) mark(crossed);
-                       }
-                       markFan(other, own);
-                       if (own.neighbour(k) != kNoTriangle) markFan(other, surface_.triangle(own.neighbour(k)));
-                     });
+    candidates.visit(
+        from - beyond, to + beyond, own.vertexAt(k), own.vertexAt(nextCorner(k)), [&](std::uint32_t other) {
+          spent_ += kBoxTestsPerTest;
+          const TriangleRecord& met = surface_.triangle(other);
+          Crossing crossing;
+          const bool isApart = !parts_.empty() && parts_[t] != parts_[other];
+          const bool crosses =
+              isApart ? RimmedSegment(from - beyond, to + beyond, kGap / 2 * pad_).enters(met, true, crossing)
+                      : Segment(from, to).enters(met, true, crossing);
+          if (!crosses) return;
+          for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
+            if (crossed != kNoTriangle) mark(crossed);
+          }
+          markFan(other, own);
+          if (own.neighbour(k) != kNoTriangle) markFan(other, surface_.triangle(own.neighbour(k)));
+        });
   }
 
   void mark(std::uint32_t t) { marks_[t].store(true, std::memory_order_relaxed); }
@@ -238,9 +249,10 @@ class SelfIntersectionSearch {
   std::span<const std::uint32_t> parts_;
   Marks& marks_;
   const float pad_ = static_cast<float>(surface_.extent_m() * BoundingHierarchy::kBoxPad);
-  Candidates own_{pad_};    // of the leaf, those that have changed
-  Candidates near_{pad_};   // whose boxes meet theirs
-  std::int64_t spent_ = 0;  // box tests
+  Candidates own_;                       // of the leaf, those that have changed
+  Candidates near_;                      // whose boxes meet theirs
+  std::vector<std::uint32_t> piercing_;  // of these, whose lines are looked at from here alone
+  std::int64_t spent_ = 0;               // box tests
 };
 
 /// Triangles at each vertex; 255 for more.
