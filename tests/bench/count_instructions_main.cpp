@@ -1,5 +1,5 @@
-// Runs the ticks of one trajectory over a sphere of 10,800 triangles in a function of their own, for callgrind to count
-// (instruction_gate.py). Usage: count_instructions TRAJECTORY; prints the number of ticks.
+// Runs the ticks of one trajectory over a sphere of 10,800 triangles, or of a small scene, in a function of their own, for
+// callgrind to count (instruction_gate.py). Usage: count_instructions TRAJECTORY; prints the number of ticks.
 
 #include <cstring>
 #include <iostream>
@@ -13,6 +13,7 @@ using namespace haptics::bench;
 
 constexpr std::uint32_t kSegmentsCounted = 30;
 constexpr int kTicks = 4000;
+constexpr int kDearTicks = 500;  // of scenes that take a hundred times as long
 
 struct Case {
   const char* name;
@@ -34,6 +35,13 @@ constexpr StepCase kStepCases[] = {
     {"step_texture", kNoise}, {"step_all", kAllFeatures},     {"step_stabilised", kStabilised},
     {"step_soft", kSoft},     {"step_soft_all", kSoftWithAll}};
 
+/// The whole step of other scenes.
+struct SceneCase {
+  const char* name;
+  StepReplay (*make)();
+};
+constexpr SceneCase kSceneCases[] = {{"step_tool", heldTool}, {"step_bodies", slidingBodies}};
+
 /// Of the plain step, from the device's position to its force.
 constexpr const char* kAwaited = "step_awaited";
 
@@ -47,8 +55,8 @@ extern "C" [[gnu::noinline]] void countedTicks(Replay& replay) {
 }
 
 /// The same for whole steps.
-extern "C" [[gnu::noinline]] void countedSteps(StepReplay& replay) {
-  for (int i = 0; i < kTicks; ++i) sum += replay.tick().penetration_m;
+extern "C" [[gnu::noinline]] void countedSteps(StepReplay& replay, int ticks) {
+  for (int i = 0; i < ticks; ++i) sum += replay.tick().penetration_m;
 }
 
 /// The part of a step that the device waits for.
@@ -65,8 +73,15 @@ int main(int argc, char** argv) {
   for (const StepCase& each : kStepCases) {
     if (argc != 2 || std::strcmp(argv[1], each.name) != 0) continue;
     StepReplay replay(kRubbing.make(kSegmentsCounted), kSegmentsCounted, each.surface);
-    countedSteps(replay);
+    countedSteps(replay, kTicks);
     std::cout << kTicks << '\n';
+    return sum >= 0 ? 0 : 1;
+  }
+  for (const SceneCase& each : kSceneCases) {
+    if (argc != 2 || std::strcmp(argv[1], each.name) != 0) continue;
+    StepReplay replay = each.make();
+    countedSteps(replay, kDearTicks);
+    std::cout << kDearTicks << '\n';
     return sum >= 0 ? 0 : 1;
   }
   if (argc == 2 && std::strcmp(argv[1], kAwaited) == 0) {
@@ -82,6 +97,7 @@ int main(int argc, char** argv) {
   std::cerr << "usage: count_instructions " << kAwaited;
   for (const Case& each : kCases) std::cerr << ' ' << each.name;
   for (const StepCase& each : kStepCases) std::cerr << ' ' << each.name;
+  for (const SceneCase& each : kSceneCases) std::cerr << ' ' << each.name;
   std::cerr << '\n';
   return 2;
 }

@@ -20,24 +20,9 @@ Body bodyAt(std::uint32_t segments, Vec3 position) {
   return body;
 }
 
-/// Places kStep_m apart, or a little less.
-std::vector<Vec3> circle(Vec3 centre, Vec3 axis, double radius_m) {
-  const Vec3 u = glm::normalize(glm::cross(axis, Vec3(0, 1, 0)));
-  const Vec3 v = glm::cross(axis, u);
-  const int count = static_cast<int>(std::ceil(2 * std::numbers::pi * radius_m / kStep_m));
-  std::vector<Vec3> path;
-  for (int i = 0; i < count; ++i) {
-    const double angle = 2 * std::numbers::pi * i / count;
-    path.push_back(centre + (u * std::cos(angle) + v * std::sin(angle)) * radius_m);
-  }
-  return path;
-}
-
 Scene sceneOf(std::vector<Body> bodies, std::vector<Vec3> path, Vec3 outside) {
-  Scene scene{std::move(bodies), {}, std::move(path)};
-  const int count = static_cast<int>(std::ceil(glm::distance(outside, scene.path.front()) / kStep_m));
-  for (int i = 0; i < count; ++i) scene.approach.push_back(glm::mix(outside, scene.path.front(), 1.0 * i / count));
-  return scene;
+  std::vector<Vec3> approach = wayTo(path.front(), outside);
+  return {std::move(bodies), std::move(approach), std::move(path)};
 }
 
 }  // namespace
@@ -56,6 +41,25 @@ std::shared_ptr<const CollisionMesh> sphere(std::uint32_t segments) {
 
 std::string nameOf(const char* what, const Trajectory& trajectory, std::uint32_t segments) {
   return std::string(what) + "/" + trajectory.name + "/triangles:" + std::to_string(triangleCount(segments));
+}
+
+std::vector<Vec3> circle(Vec3 centre, Vec3 axis, double radius_m) {
+  const Vec3 u = glm::normalize(glm::cross(axis, Vec3(0, 1, 0)));
+  const Vec3 v = glm::cross(axis, u);
+  const int count = static_cast<int>(std::ceil(2 * std::numbers::pi * radius_m / kStep_m));
+  std::vector<Vec3> path;
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * std::numbers::pi * i / count;
+    path.push_back(centre + (u * std::cos(angle) + v * std::sin(angle)) * radius_m);
+  }
+  return path;
+}
+
+std::vector<Vec3> wayTo(Vec3 place, Vec3 outside) {
+  const int count = static_cast<int>(std::ceil(glm::distance(outside, place) / kStep_m));
+  std::vector<Vec3> way;
+  for (int i = 0; i < count; ++i) way.push_back(glm::mix(outside, place, 1.0 * i / count));
+  return way;
 }
 
 Scene rubbing(std::uint32_t segments) {

@@ -47,6 +47,11 @@ struct Trajectory {
 /// Of a benchmark, in which `what` is measured.
 [[nodiscard]] std::string nameOf(const char* what, const Trajectory& trajectory, std::uint32_t segments);
 
+/// Places kStep_m apart, or a little less.
+[[nodiscard]] std::vector<Vec3> circle(Vec3 centre, Vec3 axis, double radius_m);
+/// Likewise, from outside to just before the place.
+[[nodiscard]] std::vector<Vec3> wayTo(Vec3 place, Vec3 outside);
+
 /// Small circles over one place: what the tick reads stays in the first level cache.
 [[nodiscard]] Scene rubbing(std::uint32_t segments);
 /// Once around the sphere, aslant: a finer mesh has more triangles to cross in a tick.

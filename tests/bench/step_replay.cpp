@@ -3,8 +3,11 @@
 #include <numbers>
 #include <utility>
 
+#include "common/mesh/generators.h"
 #include "common/surface/fourier_field.h"
 #include "common/surface/noise_field.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
+#include "haptic_server/engine/motion/solid.h"
 
 namespace haptics::bench {
 namespace {
@@ -39,23 +42,90 @@ StepConfig configOf(const SurfaceCase& features) {
   return config;
 }
 
+ServoScene sceneOf(std::vector<ServoObject> objects) {
+  ServoScene scene;
+  scene.revision = 1;
+  scene.objects = std::move(objects);
+  return scene;
+}
+
+ServoScene sceneOf(const Body& body, std::uint32_t segments, const SurfaceCase& features) {
+  ServoObject object{.id = 1,
+                     .surface = sphere(segments),
+                     .pose = body.current,
+                     .stiffness_N_per_m = 1000,
+                     .damping_Ns_per_m = 0.5,
+                     .detail = detailOf(*sphere(segments), features)};
+  if (features.soft) object.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.005, 2), 500, 0.1});
+  return sceneOf({std::move(object)});
+}
+
+ServoObject boxAt(std::uint64_t id, Vec3 size_m, int segments, Vec3 position) {
+  const TriMesh mesh = makeBox(size_m, segments).value();
+  return {.id = id,
+          .surface = buildCollisionMesh(mesh.vertices, mesh.triangles),
+          .pose = {{1, 0, 0, 0}, position},
+          .stiffness_N_per_m = 1000,
+          .damping_Ns_per_m = 0.5};
+}
+
+RigidBody rigidBox(Vec3 size_m, double mass_kg) {
+  const TriMesh mesh = makeBox(size_m, 1).value();
+  const Solid solid = solidOf(mesh.vertices, mesh.triangles);
+  RigidBody body;
+  static_cast<void>(spreadMass(mass_kg, solid.centre, mass_kg / solid.volume_m3 * solid.inertia, body.mass));
+  return body;
+}
+
+void collide(ServoObject& object, RigidBody body) {
+  CollisionPoints points = makeCollisionPoints(*object.surface);
+  points.friction = 0.3;
+  object.collision = std::make_shared<const CollisionPoints>(std::move(points));
+  object.motion = std::make_shared<const RigidBody>(std::move(body));
+}
+
 }  // namespace
 
-StepReplay::StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& surface)
-    : path_(std::move(scene)), config_(configOf(surface)), state_(std::make_unique<HapticState>(config_)) {
-  scene_.revision = 1;
-  scene_.objects.push_back({.id = 1,
-                            .surface = sphere(segments),
-                            .pose = path_.bodies.front().current,
-                            .stiffness_N_per_m = 1000,
-                            .damping_Ns_per_m = 0.5,
-                            .detail = detailOf(*sphere(segments), surface)});
-  if (surface.soft) {
-    scene_.objects.back().tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.005, 2), 500, 0.1});
-  }
+StepReplay::StepReplay(ServoScene scene, const StepConfig& config, const std::vector<Vec3>& approach,
+                       std::vector<Vec3> path)
+    : scene_(std::move(scene)),
+      path_(std::move(path)),
+      config_(config),
+      state_(std::make_unique<HapticState>(config_)) {
   static_cast<void>(adoptScene(scene_, *state_, 0));  // nothing is in contact
-  for (const Vec3 hip : path_.approach) static_cast<void>(hapticStep(scene_, *state_, config_, inputAt(hip)));
-  for (std::size_t i = 0; i < path_.path.size(); ++i) static_cast<void>(tick());
+  for (const Vec3 hip : approach) static_cast<void>(hapticStep(scene_, *state_, config_, inputAt(hip)));
+  for (std::size_t i = 0; i < path_.size(); ++i) static_cast<void>(tick());
+}
+
+StepReplay::StepReplay(const Scene& scene, std::uint32_t segments, const SurfaceCase& surface)
+    : StepReplay(sceneOf(scene.bodies.front(), segments, surface), configOf(surface), scene.approach, scene.path) {}
+
+StepReplay heldTool() {
+  constexpr double kSpacing_m = 0.004, kCircle_m = 0.01, kPressed_m = 0.003;
+  const Vec3 size(0.04, 0.02, 0.01);
+  ServoObject table = boxAt(1, {0.4, 0.4, 0.1}, 30, {0, 0, -0.05});
+  table.sharp = std::make_shared<const std::vector<Vec3>>(sharpPoints(*table.surface, kSpacing_m, kMaxToolPoints));
+  ServoObject bar = boxAt(2, size, 2, {});
+  bar.tool = std::make_shared<const Tool>(Tool{bar.surface, makeToolShell(*bar.surface, kSpacing_m).value()});
+  bar.torsion_Nm_per_rad = 1;
+  std::vector<Vec3> path = circle({0, 0, size.z / 2 - kPressed_m}, {0, 0, 1}, kCircle_m);
+  return {sceneOf({std::move(table), std::move(bar)}), {}, wayTo(path.front(), {0, 0, 0.02}), std::move(path)};
+}
+
+StepReplay slidingBodies() {
+  const Vec3 board_m(0.2, 0.2, 0.02), brick_m(0.06, 0.04, 0.03);
+  constexpr double kBoard_kg = 500, kBrick_kg = 0.15;
+  constexpr double kSwing_m = 0.005, kSwing_per_s = 30;  // so fast that friction does not hold the bricks
+  RigidBody board = rigidBox(board_m, kBoard_kg);
+  board.spring = {.stiffness_N_per_m = kBoard_kg * kSwing_per_s * kSwing_per_s, .stiffness_Nm_per_rad = 1e6};
+  board.gravity_m_per_s2 = Vec3(kSwing_m * kSwing_per_s * kSwing_per_s, 0, 0);  // at rest it is so far away
+  std::vector<ServoObject> objects{boxAt(1, board_m, 1, {0, 0, -board_m.z / 2}),
+                                   boxAt(2, brick_m, 1, {0, 0, brick_m.z / 2}),
+                                   boxAt(3, brick_m, 1, {0.004, 0.003, 1.5 * brick_m.z})};
+  collide(objects[0], std::move(board));
+  for (const std::size_t i : {1U, 2U}) collide(objects[i], rigidBox(brick_m, kBrick_kg));
+  std::vector<Vec3> path = circle({0, 0, 0.2}, {0, 0, 1}, kRubbingRadius_m);
+  return {sceneOf(std::move(objects)), {}, wayTo(path.front(), {0, 0, 0.25}), std::move(path)};
 }
 
 }  // namespace haptics::bench

@@ -33,12 +33,13 @@ inline constexpr SurfaceCase kSoftWithAll{.name = "soft_5mm_shading_friction_tex
                                           .texture = SurfaceCase::Texture::kNoise,
                                           .soft = true};
 
-/// The production step, from the device's position to the force (paper 3.2), driven around the path of a scene of which
-/// the first body is the only object.
+/// The production step, from the device's position to the force (paper 3.2), driven around a closed path.
 class StepReplay {
  public:
   /// Leads the HIP to the path and once around.
-  StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& surface);
+  StepReplay(ServoScene scene, const StepConfig& config, const std::vector<Vec3>& approach, std::vector<Vec3> path);
+  /// The first body of the scene is the only object.
+  StepReplay(const Scene& scene, std::uint32_t segments, const SurfaceCase& surface);
 
   TelemetrySample tick() noexcept { return hapticStep(scene_, *state_, config_, next()); }
 
@@ -52,14 +53,14 @@ class StepReplay {
 
  private:
   StepInput next() noexcept {
-    const Vec3 hip = path_.path[next_];
-    if (++next_ == path_.path.size()) next_ = 0;
+    const Vec3 hip = path_[next_];
+    if (++next_ == path_.size()) next_ = 0;
     return inputAt(hip);
   }
   StepInput inputAt(Vec3 hip) noexcept { return {++ticks_, 0, {hip, DeviceState::kReady}}; }
 
-  Scene path_;
   ServoScene scene_;
+  std::vector<Vec3> path_;
   StepConfig config_;
   std::unique_ptr<HapticState> state_;
   std::uint64_t ticks_ = 0;
@@ -67,5 +68,10 @@ class StepReplay {
   StepInput input_;
   ForceResult felt_;
 };
+
+/// A bar of 40 mm that the hand holds, pressed on a table with a face of 47 points and stroked over it in circles.
+[[nodiscard]] StepReplay heldTool();
+/// A brick rests on a brick that slides over a heavy board, which a spring swings to and fro; the hand is away.
+[[nodiscard]] StepReplay slidingBodies();
 
 }  // namespace haptics::bench
