@@ -124,17 +124,23 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
   const Vec3& ihip = tick.state.ihip;
   ActiveSet held = oneOfEachBody(tick.state);
   ActiveSet before;
+  std::array<ConstraintPlane, ContactState::kMaxHolding> planes;  // of `held`
+  const auto findPlanes = [&] {
+    std::ranges::transform(held.surfaces(), planes.begin(), [&](const ContactSurface& s) { return planeOf(tick, s); });
+  };
+  findPlanes();
   for (int i = 0; i < kMaxHops && !tick.work.allowance.isSpent(); ++i) {
     tick.work.allowance.spend(Allowance::kPlanes);
     Constraints constraints(hip, tick.skin);
-    for (const ContactSurface& s : held.surfaces()) {
-      if (!constraints.add(planeOf(tick, s))) return {};
+    for (std::size_t k = 0; k < held.count; ++k) {
+      if (!constraints.add(planes[k])) return {};
     }
     Vec3 to = constraints.optimum.point;
     const SupportLimit limit = supportLimit(tick, held.surfaces(), constraints);
     if (constraints.optimum.tightCount == ContactState::kMaxHolding && !limit.insideSupport) {
       if (const auto beyond = crossConvexEdge(tick, hip, held, constraints)) {
         before = std::exchange(held, *beyond);
+        findPlanes();
         continue;
       }
     }
@@ -174,6 +180,7 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
     }
     before = held;
     held = nextSet;
+    planes[limit.surface] = ahead;
     ++tick.work.triangles;
   }
   return {};
@@ -254,17 +261,19 @@ SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurfac
   const Vec3 optimum = constraints.optimum.point;
   const Vec3 lowered = optimum - constraints.lift();
   const double edgeTolerance_m = kEdgeTolerance * tick.skin;
+  const Double4 squaredTolerance = broadcast(edgeTolerance_m * edgeTolerance_m);
   const double supportMargin_m = kSupportMargin * tick.skin;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const NearBodies::Near& near = tick.nearOf(surfaces[i]);
     const TriangleRecord& record = near.surface->triangle(surfaces[i].triangle);
-    const Vec3 normal = record.areaNormal();
-    const Vec3 to = near.frame.toLocal(lowered);
+    const Prism prism(record);
+    const Double4 ends = prism.coordinates(broadcast(near.frame.toLocal(lowered))).scaledDistance;
+    const Double4 squaredScales = squaredLength(prism.normals());
+    const unsigned within = (ends > broadcast(0)).bits() & (ends * ends >= squaredTolerance * squaredScales).bits();
     for (int k = 0; k < 3; ++k) {
-      const Vec3 inward = glm::cross(normal, record.corner(nextCorner(k)) - record.corner(k));
-      const double squaredScale = squaredLength(inward);
-      double end = glm::dot(inward, to - record.corner(k));
-      if (end > 0 && end * end >= edgeTolerance_m * edgeTolerance_m * squaredScale) continue;  // nearly always
+      if ((within >> k & 1) != 0) continue;  // nearly always
+      const double squaredScale = squaredScales[k];
+      double end = ends[k];
       limit.insideSupport = false;
       if (!(squaredScale > 0)) continue;
       const double scale = std::sqrt(squaredScale);
@@ -273,7 +282,7 @@ SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurfac
         limit = {.ends = true, .insideSupport = false, .time = time, .surface = i, .edge = k};
       };
       if (end >= 0 && leavesRoomAcross(tick, surfaces[i], k, constraints)) endAt(1);
-      const double speed = glm::dot(inward, near.frame.toLocal(optimum) - near.from) / scale;
+      const double speed = glm::dot(prism.normals()[k], near.frame.toLocal(optimum) - near.from) / scale;
       const double inside = end - speed;
       if (inside < -supportMargin_m || end >= 0 || speed >= 0) continue;
       const double time = std::min((inside + supportMargin_m) / -speed, 1.0);

@@ -28,7 +28,7 @@ struct ClosestPoint {
 class Prism {
  public:
   Prism() noexcept = default;  ///< Of nothing, beyond which everything is.
-  explicit Prism(const TriangleRecord& r) noexcept
+  [[gnu::always_inline]] explicit Prism(const TriangleRecord& r) noexcept
       : corner_{threeAndFirst(r.rows[0]), threeAndFirst(r.rows[1]), threeAndFirst(r.rows[2])} {
     const Vec3x4 edge = edges();
     // from edge 2 and the next, edge 0: bit-identical with areaNormal()
@@ -52,6 +52,8 @@ class Prism {
     return {dot(plane_, h - corner_)};
   }
 
+  /// Of the planes through the edges, inward, and of the triangle.
+  [[nodiscard]] const Vec3x4& normals() const noexcept { return plane_; }
   /// As long as twice the triangle's area; x, y, z.
   [[nodiscard]] Double4 normal() const noexcept { return xyzOfFourth(plane_); }
   [[nodiscard]] double squaredNormal() const noexcept { return squaredLength(vec3(normal())); }

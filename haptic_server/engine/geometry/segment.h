@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "haptic_server/engine/geometry/closest_point.h"
+#include "haptic_server/engine/geometry/float_box.h"
 #include "haptic_server/engine/geometry/simd.h"
 #include "haptic_server/engine/geometry/triangle_record.h"
 
@@ -91,16 +92,22 @@ class Segment {
 /// gap between them that is no wider than their rims let nothing through.
 class RimmedSegment : public Segment {
  public:
-  RimmedSegment(Vec3 from, Vec3 to, double rim_m) noexcept : Segment(from, to), rim_m_(rim_m) {}
+  RimmedSegment(Vec3 from, Vec3 to, double rim_m) noexcept
+      : Segment(from, to),
+        rim_m_(rim_m),
+        reach_(FloatBox(lanes(Vec3f(glm::min(from, to))), lanes(Vec3f(glm::max(from, to))))
+                   .padded(static_cast<float>(kReach * rim_m))) {}
 
   [[nodiscard]] bool enters(const TriangleRecord& r, bool twoSided, Crossing& crossing) const noexcept {
-    if (!entersPlane(r, twoSided, crossing)) return false;
+    if (!reach_.overlaps(FloatBox(r)) || !entersPlane(r, twoSided, crossing)) return false;
     crossing.isBeside = !passes(r);
     return !crossing.isBeside || closestOn(r, 0, at(crossing.time)).squaredDistance <= rim_m_ * rim_m_;
   }
 
  private:
+  static constexpr double kReach = 4;  // rims: also what rounding to floats does
   double rim_m_;
+  FloatBox reach_;
 };
 
 }  // namespace haptics

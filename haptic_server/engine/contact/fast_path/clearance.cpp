@@ -25,8 +25,8 @@ constexpr double kShareFound = 0.25;
 
 /// At most the squared distance from h (body frame) to the nearest triangle, and at least kShareFound of it; `bound`
 /// where that is less; m^2. Not looked for any farther once it is below `least`.
-[[nodiscard]] double withinNearest2(const CollisionMesh& surface, Vec3 h, double bound, double least,
-                                    Allowance& allowance) noexcept {
+[[nodiscard, gnu::flatten]] double withinNearest2(const CollisionMesh& surface, Vec3 h, double bound, double least,
+                                                  Allowance& allowance) noexcept {
   double nearest = bound, leftOut = bound;
   surface.hierarchy().visitNear(
       h, allowance,
