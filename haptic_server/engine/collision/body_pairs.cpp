@@ -22,8 +22,10 @@ constexpr double kTicksOfRange = 4;
 constexpr double kTicksAhead = 3;
 /// Units (Allowance) of beginning a search that ranks nothing.
 constexpr std::int64_t kQuery = 64;
-/// Units of the distance from a triangle's plane.
-constexpr std::int64_t kPlane = 24;
+/// Units of the distance from a triangle's plane, and from its box.
+constexpr std::int64_t kPlane = 24, kBox = 12;
+/// More than rounding may do.
+constexpr double kSurelyFarther = 1 + 0x1p-30;
 /// What the four points of a leaf may take in the worst case.
 constexpr std::int64_t kOneNode = 60'000;
 /// Normals are much the same where their cosine is larger.
@@ -312,6 +314,20 @@ class NearPoints {
     return farther;
   }
 
+  /// The box about it is. Else what the closest point costs is spent.
+  [[nodiscard]] static bool isBoxFarther(const TriangleRecord& triangle, Vec3 at, double squared,
+                                         Allowance& allowance) noexcept {
+    const auto& rows = triangle.rows;
+    Vec3 gap;
+    for (int d = 0; d < 3; ++d) {
+      const auto& [a, b, c, neighbour] = rows[static_cast<std::size_t>(d)];
+      gap[d] = std::max({std::min({a, b, c}) - at[d], at[d] - std::max({a, b, c}), 0.0});
+    }
+    const bool farther = squaredLength(gap) > kSurelyFarther * squared;
+    allowance.spend(farther ? kBox : kBox + Allowance::kNearTriangle);
+    return farther;
+  }
+
   /// To the place's distance from the surface where that is less, and not below range_m.
   void lowerClearance(const CollisionMesh& surface, Vec3 at, std::uint32_t& hint, Allowance& allowance) noexcept {
     double squared = search_.clear_m * search_.clear_m;
@@ -319,8 +335,8 @@ class NearPoints {
     surface.hierarchy().visitNear(
         at, allowance,
         [&](std::uint32_t begin, std::uint32_t end) noexcept {
-          allowance.spend(Allowance::kNearTriangle * (end - begin));
           for (std::uint32_t t = begin; t < end; ++t) {
+            if (isBoxFarther(surface.triangle(t), at, squared, allowance)) continue;
             const double here = closestOn(surface.triangle(t), t, at).squaredDistance;
             if (here >= squared) continue;
             squared = here;
@@ -342,8 +358,8 @@ class NearPoints {
     surface.hierarchy().visitNear(
         at, allowance,
         [&](std::uint32_t begin, std::uint32_t end) noexcept {
-          allowance.spend(Allowance::kNearTriangle * (end - begin));
           for (std::uint32_t t = begin; t < end && !near; ++t) {
+            if (isBoxFarther(surface.triangle(t), at, squared, allowance)) continue;
             near = closestOn(surface.triangle(t), t, at).squaredDistance <= squared;
             if (near) hint = t;
           }

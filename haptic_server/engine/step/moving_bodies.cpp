@@ -1,6 +1,7 @@
 #include "haptic_server/engine/step/moving_bodies.h"
 
 #include <algorithm>
+#include <new>
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/collision/moving_together.h"
@@ -87,13 +88,19 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
 /// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.
 bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
                          const MotionAllowance& motion) noexcept {
-  std::array<Collider, kMaxColliders> colliders;
+  // Not initialised: to clear room for 256 takes longer than a few bodies do.
+  union Room {
+    Room() noexcept {}
+    std::array<Collider, kMaxColliders> all;
+  } room;
   const std::size_t count = state.collidingCount;
+  const std::span<Collider> colliders = std::span(room.all).first(count);
   for (std::size_t i = 0; i < count; ++i) {
     CollidingBody& is = state.colliding[i];
     const Body& body = state.bodies[is.body];
     MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
-    colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
+    new (&colliders[i])
+        Collider{body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
     is.isPut = false;
     if (body.moving && state.isDriven(is.body)) {
       colliders[i].isDriven = true;
@@ -106,7 +113,7 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
   }
   CollisionAllowance allowance{state.allowance, motion};
-  const bool isWhole = moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance);
+  const bool isWhole = moveTogether(colliders, state.pairs, config.period_s, allowance);
   for (std::size_t i = 0; i < count; ++i) {
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
