@@ -43,6 +43,7 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"vertices_unused", r.verticesUnused},
               {"shapes_skipped", r.shapesSkipped},
               {"header_lines_skipped", r.headerLinesSkipped},
+              {"lines_skipped", r.linesSkipped},
               {"bytes_at_end", r.bytesAtEnd},
               {"boundary_edges", r.boundaryEdges},
               {"t_junctions", r.tJunctions},
@@ -65,7 +66,8 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"mean_edge_m", r.meanEdge_m},
               {"box_min_m", {r.boxMin_m.x, r.boxMin_m.y, r.boxMin_m.z}},
               {"box_max_m", {r.boxMax_m.x, r.boxMax_m.y, r.boxMax_m.z}},
-              {"scale_m", r.scale_m}});
+              {"scale_m", r.scale_m},
+              {"rounding_m", r.rounding_m}});
   return row;
 }
 

@@ -38,10 +38,19 @@ Result<void> checkInput(const std::vector<Vec3>& vertices, const std::vector<Tri
     return refused("", "holds " + number(triangles.size()) + " triangles and " + number(vertices.size()) +
                            " vertices; at most " + number(kMaxTriangles) + " triangles are taken");
   }
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    if (!isFinite(vertices[i])) return refused("", "vertex " + number(i) + " (from 0) is not finite");
-  }
   return {};
+}
+
+/// Whether a triangle names the vertex. Refused if one that is named is not finite.
+Result<std::vector<bool>> usedOf(const std::vector<Vec3>& vertices, const std::vector<TriangleIndices>& triangles) {
+  std::vector<bool> used(vertices.size(), false);
+  for (const TriangleIndices& triangle : triangles) {
+    for (const std::uint32_t v : triangle) {
+      if (!isFinite(vertices[v])) return refused("", "vertex " + number(v) + " (from 0) is not finite");
+      used[v] = true;
+    }
+  }
+  return used;
 }
 
 /// x_metres = (x_file - centre) * scale.
@@ -70,19 +79,30 @@ Result<Scaling> scalingOf(const std::vector<Vec3>& vertices, const std::vector<T
   return Scaling{scale, low / 2.0 + high / 2.0};
 }
 
-Result<std::vector<Vec3f>> scaled(const std::vector<Vec3>& vertices, const Scaling& scaling) {
+struct Scaled {
   std::vector<Vec3f> metres;
-  metres.reserve(vertices.size());
+  double rounding_m = 0;  ///< Largest distance from the exact place.
+};
+
+/// Vertices that are not used may be anything; those that do not fit become 0.
+Result<Scaled> scaled(const std::vector<Vec3>& vertices, const std::vector<bool>& used, const Scaling& scaling) {
+  Scaled result;
+  result.metres.reserve(vertices.size());
+  double farthest2_m2 = 0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Vec3 exact = (vertices[i] - scaling.centre) * scaling.scale;
     constexpr double kLargest = std::numeric_limits<float>::max();
-    if (!glm::all(glm::lessThanEqual(glm::abs(exact), Vec3(kLargest)))) {
+    const bool fits = glm::all(glm::lessThanEqual(glm::abs(exact), Vec3(kLargest)));
+    if (!fits && used[i]) {
       return refused("", "vertex " + number(i) + " (from 0) does not fit into float32 after scaling by " +
                              std::to_string(scaling.scale));
     }
-    metres.push_back(Vec3f(exact) + 0.0F);  // -0 + 0 is +0
+    result.metres.push_back(fits ? Vec3f(exact) + 0.0F : Vec3f(0));  // -0 + 0 is +0
+    const Vec3 off = exact - Vec3(result.metres.back());
+    if (used[i]) farthest2_m2 = std::max(farthest2_m2, glm::dot(off, off));
   }
-  return metres;
+  result.rounding_m = std::sqrt(farthest2_m2);
+  return result;
 }
 
 /// For each vertex, the number of the first one at the same place.
@@ -146,14 +166,16 @@ Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector
   report.droppedOutOfRange = dropOutOfRange(triangles, vertices.size());
   if (triangles.empty()) return refused("", "every triangle names a vertex that is not there");
 
+  const auto used = usedOf(vertices, triangles);
+  if (!used) return tl::unexpected(used.error());
   const auto scaling = scalingOf(vertices, triangles, options);
   if (!scaling) return tl::unexpected(scaling.error());
-  const auto metres = scaled(vertices, *scaling);
+  const auto metres = scaled(vertices, *used, *scaling);
   if (!metres) return tl::unexpected(metres.error());
-  const std::vector<std::uint32_t> first = firstAtSamePlace(*metres);
+  const std::vector<std::uint32_t> first = firstAtSamePlace(metres->metres);
   for (std::uint32_t v = 0; v < first.size(); ++v) report.verticesWelded += first[v] != v ? 1 : 0;
 
-  result.mesh = ordered(*metres, triangles, first);
+  result.mesh = ordered(metres->metres, triangles, first);
   if (result.mesh.triangles.empty()) return refused("", "no triangle has area; nothing could be felt");
   if (result.mesh.vertices.size() > kMaxVertices) {
     return refused("", "holds more than " + number(kMaxVertices) + " vertices");
@@ -162,6 +184,7 @@ Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector
   report.droppedDegenerate = triangles.size() - report.kept;
   report.verticesUnused = report.verticesInFile - report.verticesWelded - result.mesh.vertices.size();
   report.scale_m = scaling->scale;
+  report.rounding_m = metres->rounding_m;
   describeTopology(result.mesh, report);
   return result;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -41,6 +43,18 @@ Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
   return refused("", "is in a format that is not read here");
 }
 
+/// How far apart numbers of float32 are where the coordinates are largest, in units of the file.
+double float32Step(const PolygonSoup& soup) {
+  float largest = 0;
+  for (const TriangleIndices& triangle : soup.triangles) {
+    for (const std::uint32_t v : triangle) {
+      const Vec3 size = glm::abs(soup.vertices[v]);
+      largest = std::max({largest, static_cast<float>(size.x), static_cast<float>(size.y), static_cast<float>(size.z)});
+    }
+  }
+  return static_cast<double>(std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest);
+}
+
 }  // namespace
 
 Result<MeshFormat> meshFormatOf(const std::filesystem::path& file) {
@@ -68,15 +82,18 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   if (taken == 0 && soup.shapesSkipped > 0) {
     return refused("", "holds nothing but NURBS shapes or files that are not beside it, which are not read");
   }
+  const double step = soup.isFloat32 ? float32Step(soup) : 0;
   auto imported = canonicalise(soup.vertices, std::move(soup.triangles), options);
   if (!imported) return imported;
   MeshReport& report = imported->report;
+  report.rounding_m = std::max(report.rounding_m, step / 2 * report.scale_m);
   report.trianglesInFile += leftOut;
   report.droppedDegenerate += soup.degenerate;
   report.droppedOutOfRange += soup.outOfRange;
   report.polygonsTriangulated = soup.polygonsTriangulated;
   report.shapesSkipped = soup.shapesSkipped;
   report.headerLinesSkipped = soup.headerLinesSkipped;
+  report.linesSkipped = soup.linesSkipped;
   report.bytesAtEnd = soup.bytesAtEnd;
   const Vec3 size_m = report.boxMax_m - report.boxMin_m;
   const double farthest_m = options.keepCrossings ? 0 : kMaxRepairDistance * std::max({size_m.x, size_m.y, size_m.z});

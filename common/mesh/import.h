@@ -28,8 +28,9 @@ struct MeshReport {
   std::uint64_t verticesWelded = 0;      ///< Merged into another at the same place.
   std::uint64_t verticesUnused = 0;      ///< Left out: no kept triangle names them.
   std::uint64_t shapesSkipped = 0;       ///< NURBS of an Inventor file, which are not triangulated.
-  std::uint64_t headerLinesSkipped = 0;  ///< PlainFile::headerLinesSkipped.
-  std::uint64_t bytesAtEnd = 0;          ///< PlainFile::bytesAtEnd.
+  std::uint64_t headerLinesSkipped = 0;  ///< PolygonSoup::headerLinesSkipped.
+  std::uint64_t linesSkipped = 0;        ///< PolygonSoup::linesSkipped.
+  std::uint64_t bytesAtEnd = 0;          ///< PolygonSoup::bytesAtEnd.
   std::uint64_t boundaryEdges = 0;       ///< One face.
   std::uint64_t tJunctions = 0;          ///< Boundary edges with a vertex of other boundary edges on them.
   std::uint64_t nonManifoldEdges = 0;    ///< More than two faces.
@@ -44,6 +45,7 @@ struct MeshReport {
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.
   double scale_m = 1;             ///< Metres per file unit that was applied.
+  double rounding_m = 0;  ///< How far float32 may have put a vertex from its place: in the mesh, and in the file.
 
   [[nodiscard]] bool closed() const noexcept { return boundaryEdges + nonManifoldEdges + inconsistentEdges == 0; }
   /// One line for the log and for replies, naming everything that is not zero.

@@ -5,8 +5,8 @@
 #include "common/error/error.h"
 #include "common/mesh/polygon_soup.h"
 
-// What each format's file holds of geometry, its coordinates as float32. Nothing that a file claims is believed beyond its
-// length. Refused, saying where, when a file is cut off, damaged or no mesh.
+// What each format's file holds of geometry. Nothing that a file claims is believed beyond its length. Refused, saying where,
+// when a file is cut off, damaged or no mesh. Vertices that no face names may be anything.
 namespace haptics {
 
 [[nodiscard]] Result<PolygonSoup> readObj(std::string_view file);

@@ -1,97 +1,233 @@
+#include <array>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "common/mesh/face_list.h"
 #include "common/mesh/mesh_readers.h"
 #include "common/mesh/text_scan.h"
+#include "common/text/plain_text.h"
 
 namespace haptics {
 namespace {
 
-/// The next line that holds something, without its comment; empty at the end of the file.
-std::string_view nextContent(std::string_view& rest) {
-  while (!rest.empty()) {
-    std::string_view line = nextLine(rest);
-    line = line.substr(0, line.find('#'));
-    std::string_view words = line;
-    if (!nextWord(words).empty()) return line;
-  }
-  return {};
-}
-
-struct OffCounts {
-  std::uint64_t vertices, faces;
+struct OffHeader {
+  std::uint64_t vertices = 0, faces = 0;
+  int valuesAfterPoint = 0;    ///< Texture coordinates, normals; without colours.
+  bool hasColours = false;     ///< Of three or four numbers, at the vertices.
+  bool isHomogeneous = false;  ///< A fourth coordinate divides the other three.
+  bool mayHaveEdges = false;   ///< The next number is their count, or the first coordinate.
 };
 
-/// "OFF" (or with ST, C, N before it, whose texture coordinates, colours and normals are left out), then the counts of
-/// vertices, faces and edges on the same or the next line.
-Result<OffCounts> readOffHeader(std::string_view& rest) {
-  std::string_view line = nextContent(rest);
-  std::string_view keyword = nextWord(line);
-  const std::string_view written = keyword;
-  for (const std::string_view prefix : {"ST", "C", "N"}) {
-    if (keyword.starts_with(prefix)) keyword.remove_prefix(prefix.size());
+/// How the numbers of the file are told apart. The format counts words; but it does not count those of a face's colour, which
+/// goes to the end of the line.
+struct OffLayout {
+  bool byLine = true;  ///< Each vertex and each face begins a line, whose end is left out.
+  bool hasEdges = false;
+  int valuesOfVertex = 0, valuesOfFace = 0;  ///< By words: beyond the point and the corners.
+};
+
+/// "[ST][C][N][4]OFF" in any case and order, or nothing before the counts. "n" in front of "OFF" means points of n
+/// dimensions; in a word of small letters only it is an "N".
+Result<void> readKeyword(TextScan& scan, OffHeader& header) {
+  const TextScan atStart = scan;
+  const std::string_view written = scan.word();
+  if (asInteger(written)) {
+    scan = atStart;
+    return {};
   }
-  if (keyword != "OFF") return refused("", "begins with " + inQuotes(written) + "; an OFF file begins with \"OFF\"");
-  std::string_view first = nextWord(line);
-  if (first == "BINARY") return refused("", "is a binary OFF file; save it as text");
-  if (first.empty()) {
-    line = nextContent(rest);
-    first = nextWord(line);
+  const auto bad = [&] {
+    return refusedAt(scan, "begins with " + inQuotes(written) + "; an OFF file begins with \"OFF\"");
+  };
+  const std::string lower = inLowerCase(written.substr(0, std::string_view("STCN4nOFF").size()));
+  const std::size_t end = lower.find("off");
+  if (end == lower.npos) return bad();
+  bool hasDimension = false;
+  for (std::size_t i = 0; i < end; ++i) {
+    const bool isSmallN = written[i] == 'n' && written[end] == 'O';
+    if (lower.compare(i, 2, "st") == 0) {
+      header.valuesAfterPoint += 2;
+      ++i;
+    } else if (lower[i] == 'c') {
+      header.hasColours = true;
+    } else if (lower[i] == 'n' && !isSmallN) {
+      header.valuesAfterPoint += 3;
+    } else if (isSmallN) {
+      hasDimension = true;
+    } else if (lower[i] == '4') {
+      header.isHomogeneous = true;
+    } else {
+      return bad();
+    }
   }
-  const auto vertices = asInteger(first), faces = asInteger(nextWord(line));
-  if (!vertices || !faces || *vertices < 0 || *faces < 0) {
-    return refused("", "its header should give the number of vertices, faces and edges, as in \"8 6 12\"");
+  const std::string_view joined = written.substr(end + 3);
+  if (!joined.empty() && !asInteger(joined)) return bad();
+  if (!joined.empty()) scan.goBack(joined.size());
+  if (TextScan ahead = scan; isWord(ahead.word(), "binary")) {
+    return refusedAt(ahead, "is a binary OFF file; save it as text");
   }
-  return OffCounts{static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*faces)};
+  if (hasDimension && scan.word() != "3") return refusedAt(scan, "its points should have 3 dimensions");
+  return {};
 }
 
-Result<void> addFace(std::string_view line, std::uint64_t number, PolygonSoup& soup) {
-  const auto bad = [number](const std::string& why) {
-    return refused("", "face " + std::to_string(number) + " (from 0) " + why);
-  };
-  const auto count = asInteger(nextWord(line));
-  // Two characters a corner is the least that it takes.
-  if (!count || *count < 0 || static_cast<std::uint64_t>(*count) > line.size() / 2) {
-    return bad("should begin with the number of its corners and then name as many vertices");
+Result<OffHeader> readHeader(TextScan& scan) {
+  OffHeader header;
+  if (auto ok = readKeyword(scan, header); !ok) return tl::unexpected(std::move(ok).error());
+  const auto vertices = asInteger(scan.word()), faces = asInteger(scan.word());
+  if (!vertices || !faces || *vertices < 0 || *faces < 0) {
+    return refusedAt(scan, "the header should give the number of vertices, faces and edges, as in \"8 6 12\"");
   }
-  std::vector<std::uint32_t> corners;
-  for (std::int64_t k = 0; k < *count; ++k) {
-    const std::string_view word = nextWord(line);
-    const auto vertex = asInteger(word);
-    if (!vertex) return bad(word.empty() ? "has fewer corners than it says" : "has " + inQuotes(word) + " as a corner");
-    corners.push_back(soup.numbered(*vertex));
+  header.vertices = static_cast<std::uint64_t>(*vertices);
+  header.faces = static_cast<std::uint64_t>(*faces);
+  if (TextScan ahead = scan; !ahead.wordOfLine().empty()) {
+    (void)scan.wordOfLine();  // of edges
+  } else {
+    header.mayHaveEdges = true;
   }
-  soup.addPolygon(corners);
-  return {};
+  constexpr std::uint64_t kMinVertex = 6, kMinFace = 2;  // characters of "0 0 0\n" and "0\n"
+  if (header.vertices > scan.size() / kMinVertex + 1 || header.faces > scan.size() / kMinFace + 1) {
+    return refused("", "its header claims " + std::to_string(header.vertices) + " vertices and " +
+                           std::to_string(header.faces) + " faces, more than its length can hold");
+  }
+  return header;
+}
+
+class OffBody {
+ public:
+  OffBody(const TextScan& scan, const OffHeader& header, const OffLayout& layout)
+      : scan_(scan), header_(header), layout_(layout) {}
+
+  Result<void> read() {
+    if (layout_.hasEdges) (void)scan_.word();
+    for (std::uint64_t i = 0; i < header_.vertices; ++i) {
+      if (auto ok = takeVertex(i); !ok) return ok;
+    }
+    for (std::uint64_t i = 0; i < header_.faces; ++i) {
+      if (auto ok = takeFace(i); !ok) return ok;
+    }
+    TextScan end = scan_;
+    if (!end.word().empty()) soup_.bytesAtEnd = scan_.size();
+    return {};
+  }
+
+  /// Nothing speaks against the layout: all words are used, and vertices and faces look alike.
+  [[nodiscard]] bool isLikely() const { return isLikely_ && soup_.bytesAtEnd == 0; }
+  [[nodiscard]] PolygonSoup take() && { return std::move(soup_); }
+
+ private:
+  /// Skips what follows a vertex or a face. The number of words.
+  int skip(int words) {
+    int skipped = 0;
+    if (layout_.byLine) {
+      while (!scan_.wordOfLine().empty()) ++skipped;
+    } else {
+      while (skipped < words && !scan_.word().empty()) ++skipped;
+      if (skipped < words) isLikely_ = false;
+    }
+    return skipped;
+  }
+
+  void leaveOut() {
+    isLikely_ = false;
+    ++soup_.linesSkipped;
+  }
+
+  [[nodiscard]] bool isAtEnd() const { return TextScan(scan_).word().empty(); }
+
+  Result<void> takeVertex(std::uint64_t i) {
+    if (isAtEnd()) return endsAfter(i, header_.vertices, "vertices");
+    auto point = nextPoint(scan_, i, true);
+    if (!point) return tl::unexpected(std::move(point).error());
+    if (header_.isHomogeneous) {
+      const auto divisor = asNumber(scan_.word());
+      if (!divisor) return refusedAt(scan_, "vertex " + std::to_string(i) + " (from 0) has no fourth coordinate");
+      *point /= *divisor;
+    }
+    soup_.vertices.push_back(*point);
+    const int words = skip(layout_.valuesOfVertex);
+    if (i == 0) wordsAfterFirst_ = words;
+    if (words != wordsAfterFirst_) leaveOut();
+    return {};
+  }
+
+  Result<void> takeFace(std::uint64_t i) {
+    if (isAtEnd()) return endsAfter(i, header_.faces, "faces");
+    const auto bad = [&](const std::string& why) {
+      return refusedAt(scan_, "face " + std::to_string(i) + " (from 0) " + why);
+    };
+    const auto count = asInteger(scan_.word());
+    // Two characters a corner is the least that it takes.
+    if (!count || *count < 0 || static_cast<std::uint64_t>(*count) > scan_.size() / 2) {
+      return bad("should begin with the number of its corners and then name as many vertices");
+    }
+    const std::uint64_t line = scan_.line();
+    corners_.clear();
+    for (std::int64_t k = 0; k < *count; ++k) {
+      const std::string_view word = scan_.word();
+      const auto vertex = asInteger(word);
+      if (!vertex)
+        return bad(word.empty() ? "has fewer corners than it says" : "has " + inQuotes(word) + " as a corner");
+      corners_.push_back(soup_.numbered(*vertex));
+    }
+    if (auto ok = addFace(corners_, line, soup_); !ok) return ok;
+    const int words = skip(layout_.valuesOfFace);
+    if (words == 2 || words > 4) leaveOut();  // a colour has one, three or four numbers
+    if (*count < 3) isLikely_ = false;
+    return {};
+  }
+
+  [[nodiscard]] tl::unexpected<Error> endsAfter(std::uint64_t found, std::uint64_t all, const std::string& what) const {
+    return refused("", "ends after " + std::to_string(found) + " of " + std::to_string(all) + ' ' + what);
+  }
+
+  TextScan scan_;
+  OffHeader header_;
+  OffLayout layout_;
+  PolygonSoup soup_;
+  std::vector<std::uint32_t> corners_;
+  bool isLikely_ = true;
+  int wordsAfterFirst_ = 0;
+};
+
+/// Those by words, each of which takes up all words of few files.
+std::vector<OffLayout> layoutsByWords(const OffHeader& header) {
+  std::vector<OffLayout> layouts;
+  for (const bool hasEdges : {true, false}) {
+    if (hasEdges && !header.mayHaveEdges) continue;
+    for (const int colourOfVertex : {4, 3, 0}) {
+      if ((colourOfVertex > 0) != header.hasColours) continue;
+      for (const int colourOfFace : {0, 3, 4, 1}) {
+        layouts.push_back({false, hasEdges, header.valuesAfterPoint + colourOfVertex, colourOfFace});
+      }
+    }
+  }
+  return layouts;
 }
 
 }  // namespace
 
+// Line by line, as almost all files are written; where that leaves something over or comes short, by words, if one way of
+// counting them comes out even.
 Result<PolygonSoup> readOff(std::string_view file) {
-  auto counts = readOffHeader(file);
-  if (!counts) return tl::unexpected(std::move(counts).error());
-  constexpr std::uint64_t kMinVertex = 6, kMinFace = 2;  // characters of "0 0 0\n" and "0\n"
-  if (counts->vertices > file.size() / kMinVertex + 1 || counts->faces > file.size() / kMinFace + 1) {
-    return refused("", "its header claims " + std::to_string(counts->vertices) + " vertices and " +
-                           std::to_string(counts->faces) + " faces, more than its length can hold");
+  const auto text = plainText(file);
+  if (!text) return tl::unexpected(text.error());
+  TextScan scan(*text, TextScan::Comments::kHash);
+  const auto header = readHeader(scan);
+  if (!header) return tl::unexpected(header.error());
+  if (header->faces == 0) {
+    return refused("", "holds no face: its header gives " + std::to_string(header->vertices) + " vertices and 0 faces");
   }
-  PolygonSoup soup;
-  for (std::uint64_t i = 0; i < counts->vertices; ++i) {
-    std::string_view line = nextContent(file);
-    if (line.empty()) {
-      return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->vertices) + " vertices");
-    }
-    const auto point = nextPoint(line, i);
-    if (!point) return tl::unexpected(point.error());
-    soup.vertices.push_back(*point);
+  TextScan afterCounts = scan;
+  const bool edgesAlone = header->mayHaveEdges && asInteger(afterCounts.word()) && afterCounts.wordOfLine().empty();
+  OffBody lines(scan, *header, {.byLine = true, .hasEdges = edgesAlone});
+  const auto byLine = lines.read();
+  if (byLine && lines.isLikely()) return std::move(lines).take();
+  for (const OffLayout& layout : layoutsByWords(*header)) {
+    OffBody words(scan, *header, layout);
+    if (words.read() && words.isLikely()) return std::move(words).take();
   }
-  for (std::uint64_t i = 0; i < counts->faces; ++i) {
-    const std::string_view line = nextContent(file);
-    if (line.empty()) {
-      return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->faces) + " faces");
-    }
-    if (auto ok = addFace(line, i, soup); !ok) return tl::unexpected(std::move(ok).error());
-  }
-  return soup;
+  if (!byLine) return tl::unexpected(byLine.error());
+  return std::move(lines).take();
 }
 
 }  // namespace haptics

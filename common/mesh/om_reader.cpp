@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "common/mesh/face_list.h"
 #include "common/mesh/mesh_readers.h"
-#include "common/mesh/text_scan.h"
 
 namespace haptics {
 namespace {
@@ -121,12 +121,11 @@ Result<void> readPositions(const Chunk& chunk, const OmHeader& header, std::stri
   if (!chunk.isFloat || chunk.dimension != 3 || chunk.bits > 1) {
     return refused("", "its vertices should be three float32 or float64 each");
   }
+  soup.isFloat32 = chunk.bits == 0;
   for (std::uint64_t i = 0; i < header.vertices; ++i) {
     Vec3& point = soup.vertices.emplace_back();
     for (int axis = 0; axis < 3; ++axis) {
-      const auto x = coordinate(chunk.bits == 0 ? static_cast<double>(*take<float>(data)) : *take<double>(data), i);
-      if (!x) return tl::unexpected(x.error());
-      point[axis] = static_cast<double>(*x);
+      point[axis] = soup.isFloat32 ? static_cast<double>(*take<float>(data)) : *take<double>(data);
     }
   }
   return {};
@@ -143,13 +142,14 @@ struct Numbers {
 };
 
 /// Before version 2.0: the corners of each face.
-void readCorners(Numbers faces, const OmHeader& header, PolygonSoup& soup) {
+Result<void> readCorners(Numbers faces, const OmHeader& header, PolygonSoup& soup) {
   std::vector<std::uint32_t> corners;
   for (std::uint64_t f = 0; f < header.faces; ++f) {
     corners.resize(header.meshKind == 'P' ? *take<std::uint16_t>(faces.rest) : header.meshKind == 'T' ? 3 : 4);
     for (std::uint32_t& corner : corners) corner = faces.next();
-    soup.addPolygon(corners);
+    if (auto ok = addFace(corners, 0, soup); !ok) return ok;
   }
+  return {};
 }
 
 /// Then a half-edge of each face, and of each half-edge the next one round the face, the vertex that it leads to, and the face.
@@ -170,7 +170,7 @@ Result<void> readRings(Numbers faces, Numbers halfedges, const OmHeader& header,
       corners.push_back(to[h]);
       h = next[h];
     } while (h != start);
-    soup.addPolygon(corners);
+    if (auto ok = addFace(corners, 0, soup); !ok) return ok;
   }
   return {};
 }
@@ -213,11 +213,8 @@ Result<PolygonSoup> readOm(std::string_view file) {
   if (!hasPositions || !faces || halfedges.has_value() != hasRings) {
     return refused("", "is cut off or incomplete: vertices, faces or half-edges are missing");
   }
-  if (!hasRings) {
-    readCorners(*faces, *header, soup);
-  } else if (auto ok = readRings(*faces, *halfedges, *header, soup); !ok) {
-    return tl::unexpected(std::move(ok).error());
-  }
+  const auto read = hasRings ? readRings(*faces, *halfedges, *header, soup) : readCorners(*faces, *header, soup);
+  if (!read) return tl::unexpected(read.error());
   return soup;
 }
 

@@ -2,10 +2,13 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "common/mesh/face_list.h"
 #include "common/mesh/mesh_readers.h"
 #include "common/mesh/text_scan.h"
+#include "common/text/plain_text.h"
 
 namespace haptics {
 namespace {
@@ -33,6 +36,7 @@ struct PlyHeader {
   Format format = Format::kText;
   std::vector<Element> elements;
   std::uint64_t linesSkipped = 0;
+  TextScan body{std::string_view()};
 };
 
 std::optional<Scalar> scalarNamed(std::string_view name) {
@@ -43,75 +47,101 @@ std::optional<Scalar> scalarNamed(std::string_view name) {
   static constexpr Named kScalars[] = {{"char", "int8", {1, 'i'}},     {"uchar", "uint8", {1, 'u'}},
                                        {"short", "int16", {2, 'i'}},   {"ushort", "uint16", {2, 'u'}},
                                        {"int", "int32", {4, 'i'}},     {"uint", "uint32", {4, 'u'}},
-                                       {"float", "float32", {4, 'f'}}, {"double", "float64", {8, 'f'}}};
+                                       {"float", "float32", {4, 'f'}}, {"double", "float64", {8, 'f'}},
+                                       {"long", "int64", {8, 'i'}},    {"ulong", "uint64", {8, 'u'}}};
   for (const Named& scalar : kScalars) {
-    if (name == scalar.name || name == scalar.alias) return scalar.type;
+    if (isWord(name, scalar.name) || isWord(name, scalar.alias)) return scalar.type;
   }
   return std::nullopt;
 }
 
-Result<Format> formatNamed(std::string_view name) {
-  if (name == "ascii") return Format::kText;
-  if (name == "binary_little_endian") return Format::kLittleEndian;
-  if (name == "binary_big_endian") return Format::kBigEndian;
-  return refused("", "its header gives the format " + inQuotes(name) +
-                         "; it should be ascii, binary_little_endian or binary_big_endian");
-}
+/// Takes statements by their words: several may be in one line.
+class PlyHeaderReader {
+ public:
+  explicit PlyHeaderReader(std::string_view file) : scan_(file) {}
 
-Result<Property> readProperty(std::string_view line) {
-  Property property;
-  std::string_view word = nextWord(line);
-  if (word == "list") {
-    word = nextWord(line);
-    property.listCount = scalarNamed(word);
-    if (!property.listCount || property.listCount->kind == 'f') {
-      return refused("", "its header counts a list in " + inQuotes(word) + ", which is no integer type of PLY");
+  Result<PlyHeader> read() && {
+    if (!isWord(scan_.word(), "ply")) return refused("", "does not begin with \"ply\"");
+    const bool endsLinesByCr = isAtCr();
+    for (;;) {
+      const std::string_view keyword = scan_.word();
+      if (keyword.empty()) return refused("", "is cut off: its header has no \"end_header\"");
+      if (isWord(keyword, "end_header")) break;
+      if (auto ok = take(keyword); !ok) return tl::unexpected(std::move(ok).error());
     }
-    word = nextWord(line);
+    if (header_.format != Format::kText && endsLinesByCr && scan_.rest().starts_with('\r')) {
+      header_.body = TextScan(scan_.rest().substr(1));  // a line feed after it is the body's
+    } else {
+      scan_.skipLine();
+      header_.body = scan_;
+    }
+    return std::move(header_);
   }
-  const auto type = scalarNamed(word);
-  if (!type) return refused("", "its header gives a property the type " + inQuotes(word) + ", which PLY does not have");
-  property.type = *type;
-  property.name = nextWord(line);
-  return property;
-}
 
-Result<void> readPlyHeaderLine(std::string_view keyword, std::string_view line, PlyHeader& header) {
-  if (keyword == "format") {
-    const auto format = formatNamed(nextWord(line));
-    if (!format) return tl::unexpected(format.error());
-    header.format = *format;
-  } else if (keyword == "element") {
+ private:
+  /// Whether this line ends here, with a carriage return alone as far as can be seen.
+  [[nodiscard]] bool isAtCr() const { return scan_.rest().starts_with('\r') && !scan_.rest().starts_with("\r\n"); }
+
+  Result<void> take(std::string_view keyword) {
+    if (isWord(keyword, "format")) return takeFormat();
+    if (isWord(keyword, "element")) return takeElement();
+    if (isWord(keyword, "property")) return takeProperty();
+    if (!isWord(keyword, "comment") && !isWord(keyword, "obj_info")) ++header_.linesSkipped;
+    scan_.skipLine();
+    return {};
+  }
+
+  Result<void> takeFormat() {
+    const std::string_view name = scan_.wordOfLine();
+    (void)scan_.wordOfLine();  // its version
+    if (isWord(name, "ascii")) {
+      header_.format = Format::kText;
+    } else if (isWord(name, "binary_little_endian")) {
+      header_.format = Format::kLittleEndian;
+    } else if (isWord(name, "binary_big_endian")) {
+      header_.format = Format::kBigEndian;
+    } else {
+      return refusedAt(scan_, "the header gives the format " + inQuotes(name) +
+                                  "; it should be ascii, binary_little_endian or binary_big_endian");
+    }
+    return {};
+  }
+
+  Result<void> takeElement() {
     Element element;
-    element.name = nextWord(line);
-    const auto count = asInteger(nextWord(line));
-    if (!count || *count < 0) return refused("", "its header gives no count of " + inQuotes(element.name));
+    element.name = inLowerCase(scan_.wordOfLine());
+    const auto count = asInteger(scan_.wordOfLine());
+    if (!count || *count < 0) return refusedAt(scan_, "the header gives no count of " + inQuotes(element.name));
     element.count = static_cast<std::uint64_t>(*count);
-    header.elements.push_back(std::move(element));
-  } else if (keyword == "property") {
-    if (header.elements.empty()) return refused("", "its header has a property before the first element");
-    auto property = readProperty(line);
-    if (!property) return tl::unexpected(std::move(property).error());
-    header.elements.back().properties.push_back(*std::move(property));
-  } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
-    ++header.linesSkipped;
+    header_.elements.push_back(std::move(element));
+    return {};
   }
-  return {};
-}
 
-/// Leaves `rest` at the body.
-Result<PlyHeader> readPlyHeader(std::string_view& rest) {
-  std::string_view first = nextLine(rest);
-  if (nextWord(first) != "ply") return refused("", "does not begin with \"ply\"");
-  PlyHeader header;
-  while (!rest.empty()) {
-    std::string_view line = nextLine(rest);
-    const std::string_view keyword = nextWord(line);
-    if (keyword == "end_header") return header;
-    if (auto ok = readPlyHeaderLine(keyword, line, header); !ok) return tl::unexpected(std::move(ok).error());
+  Result<void> takeProperty() {
+    if (header_.elements.empty()) return refusedAt(scan_, "the header has a property before the first element");
+    Property property;
+    std::string_view word = scan_.wordOfLine();
+    if (isWord(word, "list")) {
+      word = scan_.wordOfLine();
+      property.listCount = scalarNamed(word);
+      if (!property.listCount || property.listCount->kind == 'f') {
+        return refusedAt(scan_, "the header counts a list in " + inQuotes(word) + ", which is no integer type of PLY");
+      }
+      word = scan_.wordOfLine();
+    }
+    const auto type = scalarNamed(word);
+    if (!type) {
+      return refusedAt(scan_, "the header gives a property the type " + inQuotes(word) + ", which PLY does not have");
+    }
+    property.type = *type;
+    property.name = inLowerCase(scan_.wordOfLine());
+    header_.elements.back().properties.push_back(std::move(property));
+    return {};
   }
-  return refused("", "is cut off: its header has no \"end_header\"");
-}
+
+  TextScan scan_;
+  PlyHeader header_;
+};
 
 /// The fewest bytes that one item of the element takes in the file. In text, a value takes a digit and a separator.
 std::uint64_t minSize(const Element& element, Format format) {
@@ -122,16 +152,28 @@ std::uint64_t minSize(const Element& element, Format format) {
   return size;
 }
 
+bool isFloat32(Scalar type) { return type.kind == 'f' && type.size == sizeof(float); }
+
 /// Reads the body's values one after the other.
 class Values {
  public:
-  Values(std::string_view body, Format format) : rest_(body), format_(format) {}
+  Values(const TextScan& body, Format format) : text_(body), rest_(body.rest()), format_(format) {}
 
-  [[nodiscard]] std::size_t bytesLeft() const { return rest_.size(); }
+  [[nodiscard]] std::size_t bytesLeft() const { return isText() ? text_.size() : rest_.size(); }
+  [[nodiscard]] bool isText() const { return format_ == Format::kText; }
+  /// Where the last value was; 0 in a binary file.
+  [[nodiscard]] std::uint64_t line() const { return isText() ? text_.line() : 0; }
+  /// What text has where the last value should be.
+  [[nodiscard]] std::string_view badWord() const { return badWord_; }
 
   /// Nothing at the end of the file and where text is not a number.
   [[nodiscard]] std::optional<double> next(Scalar type) {
-    if (format_ == Format::kText) return asNumber(nextWord(rest_));
+    if (isText()) {
+      const std::string_view word = text_.word();
+      const auto value = asNumber(word);
+      if (!value) badWord_ = word;
+      return value;
+    }
     if (rest_.size() < type.size) return std::nullopt;
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < type.size; ++i) {
@@ -142,9 +184,31 @@ class Values {
     return valueOf(bits, type);
   }
 
+  /// Lines of comments, which should be in the header only.
+  void skipComments() {
+    if (!isText()) return;
+    for (TextScan ahead = text_;;) {
+      const std::string_view word = ahead.word();
+      if (!isWord(word, "comment") && !isWord(word, "obj_info")) return;
+      ahead.skipLine();
+      text_ = ahead;
+    }
+  }
+
+  /// Whether something was there.
+  bool skipRestOfLine() {
+    if (!isText()) return false;
+    const bool isThere = !text_.wordOfLine().empty();
+    if (isThere) text_.skipLine();
+    return isThere;
+  }
+
+  /// Bytes after the last value; 0 where only blanks are.
+  [[nodiscard]] std::size_t bytesAtEnd() const { return isText() && TextScan(text_).word().empty() ? 0 : bytesLeft(); }
+
  private:
   static double valueOf(std::uint64_t bits, Scalar type) {
-    if (type.kind == 'f' && type.size == sizeof(float)) {
+    if (isFloat32(type)) {
       return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
     }
     if (type.kind == 'f') return std::bit_cast<double>(bits);
@@ -153,34 +217,69 @@ class Values {
     return static_cast<double>(static_cast<std::int64_t>(bits << unused) >> unused);
   }
 
-  std::string_view rest_;
+  TextScan text_;
+  std::string_view rest_;  ///< Of a binary file.
   Format format_;
+  std::string_view badWord_;
+};
+
+/// Of a vertex's property: 0, 1 or 2; nothing if it is no coordinate.
+std::optional<int> axisOf(const Property& property) {
+  if (property.listCount || property.name.size() != 1) return std::nullopt;
+  const int axis = property.name[0] - 'x';
+  return axis >= 0 && axis <= 2 ? std::optional(axis) : std::nullopt;
+}
+
+/// What is read of the header's elements.
+struct Geometry {
+  std::size_t vertex = 0, faces = 0;  ///< Elements.
+  std::size_t corners = 0;            ///< The faces' property.
+  bool areStrips = false;
 };
 
 /// Reads the body, element by element.
 class Body {
  public:
-  Body(std::string_view body, const PlyHeader& header) : values_(body, header.format) {
+  /// @param byLine  In text, each item begins a line, and what a line has more than its item is left out.
+  Body(const PlyHeader& header, const Geometry& geometry, bool byLine)
+      : header_(header), geometry_(geometry), values_(header.body, header.format), byLine_(byLine) {
     soup_.headerLinesSkipped = header.linesSkipped;
   }
 
-  Result<void> take(const Element& element) {
+  Result<void> read() {
+    for (std::size_t i = 0; i < header_.elements.size(); ++i) {
+      if (auto ok = take(i); !ok) return ok;
+    }
+    values_.skipComments();
+    soup_.bytesAtEnd = values_.bytesAtEnd();
+    return faces_.addTo(soup_);
+  }
+
+  [[nodiscard]] bool usedAll() const { return soup_.bytesAtEnd == 0; }
+  [[nodiscard]] PolygonSoup finish() && { return std::move(soup_); }
+
+ private:
+  Result<void> take(std::size_t index) {
+    const Element& element = header_.elements[index];
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      const auto taken = element.name == "vertex" ? takeVertex(element)
-                         : element.name == "face" ? takeFace(element)
-                                                  : skip(element);
-      if (!taken) return tl::unexpected(taken.error());
-      if (!*taken) {
-        return refused("", "is cut off or damaged: it ends, or holds something that is no number, in " + element.name +
-                               ' ' + std::to_string(i) + " (from 0) of " + std::to_string(element.count));
-      }
+      values_.skipComments();
+      const bool taken = index == geometry_.vertex  ? takeVertex(element)
+                         : index == geometry_.faces ? takeFace(element)
+                                                    : skip(element);
+      if (!taken) return tl::unexpected(cutOff(element, i));
+      if (byLine_ && values_.skipRestOfLine()) ++soup_.linesSkipped;
     }
     return {};
   }
 
-  [[nodiscard]] PolygonSoup finish() && { return std::move(soup_); }
+  [[nodiscard]] Error cutOff(const Element& element, std::uint64_t i) const {
+    const std::string where = element.name + ' ' + std::to_string(i) + " (from 0) of " + std::to_string(element.count);
+    const std::string_view word = values_.badWord();
+    if (word.empty()) return {"", "is cut off or damaged: it ends in " + where};
+    return {"", "line " + std::to_string(values_.line()) + ": " + where + " has " + inQuotes(word) +
+                    " where a number should be"};
+  }
 
- private:
   /// The values of one property: one, or the list's. Nothing at the end of the file.
   [[nodiscard]] const std::vector<double>* next(const Property& property) {
     list_.clear();
@@ -199,69 +298,132 @@ class Body {
     return &list_;
   }
 
-  Result<bool> takeVertex(const Element& element) {
+  bool takeVertex(const Element& element) {
+    Vec3 point(0);
     for (const Property& property : element.properties) {
       const auto* value = next(property);
       if (value == nullptr) return false;
-      if (property.listCount || (property.name != "x" && property.name != "y" && property.name != "z")) continue;
-      const auto coordinate = haptics::coordinate(value->front(), soup_.vertices.size());
-      if (!coordinate) return tl::unexpected(coordinate.error());
-      point_[property.name[0] - 'x'] = static_cast<double>(*coordinate);
+      const auto axis = axisOf(property);
+      if (!axis) continue;
+      point[*axis] = value->front();
+      if (!values_.isText() && isFloat32(property.type)) soup_.isFloat32 = true;
     }
-    soup_.vertices.push_back(point_);
+    soup_.vertices.push_back(point);
     return true;
   }
 
-  Result<bool> takeFace(const Element& element) {
-    for (const Property& property : element.properties) {
-      const auto* value = next(property);
+  bool takeFace(const Element& element) {
+    for (std::size_t i = 0; i < element.properties.size(); ++i) {
+      const auto* value = next(element.properties[i]);
       if (value == nullptr) return false;
-      if (property.listCount && (property.name == "vertex_indices" || property.name == "vertex_index")) addFace(*value);
+      if (i != geometry_.corners) continue;
+      if (geometry_.areStrips) {
+        addStrips(*value);
+      } else {
+        for (const double vertex : *value) faces_.addCorner(indexOf(vertex));
+        faces_.endFace(values_.line());
+      }
     }
     return true;
   }
 
-  Result<bool> skip(const Element& element) {
+  /// Triangles that share two corners with the one before, every second one turned over; -1 begins anew.
+  void addStrips(const std::vector<double>& vertices) {
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (vertices[i] < 0) begin = i + 1;
+      if (i < begin + 2) continue;
+      const std::size_t turned = (i - begin) % 2;
+      for (const std::size_t corner : {i - 2 + turned, i - 1 - turned, i}) faces_.addCorner(indexOf(vertices[corner]));
+      faces_.endFace(values_.line());
+    }
+  }
+
+  bool skip(const Element& element) {
     return std::all_of(element.properties.begin(), element.properties.end(),
                        [this](const Property& property) { return next(property) != nullptr; });
   }
 
-  void addFace(const std::vector<double>& vertices) {
-    corners_.clear();
-    for (const double vertex : vertices)
-      corners_.push_back(soup_.numbered(std::abs(vertex) < 1e18 ? static_cast<std::int64_t>(std::floor(vertex)) : -1));
-    soup_.addPolygon(corners_);
+  static std::int64_t indexOf(double vertex) {
+    return std::abs(vertex) < 1e18 ? static_cast<std::int64_t>(std::floor(vertex)) : -1;
   }
 
+  const PlyHeader& header_;
+  Geometry geometry_;
   Values values_;
+  bool byLine_;
   PolygonSoup soup_;
-  Vec3 point_{0};
+  FaceList faces_;
   std::vector<double> list_;
-  std::vector<std::uint32_t> corners_;
 };
 
-Result<void> checkElements(const PlyHeader& header, std::size_t bodySize) {
-  const auto find = [&header](std::string_view name) {
-    return std::find_if(header.elements.begin(), header.elements.end(),
-                        [=](const Element& e) { return e.name == name; });
-  };
-  const auto vertex = find("vertex"), face = find("face"), none = header.elements.end();
-  if (vertex == none || face == none || vertex > face) {
-    return refused("",
-                   "is no mesh (a point cloud?): its header should have an element \"vertex\" and after it a \"face\"");
+std::string namesOf(const auto& named) {
+  std::string names;
+  for (const auto& one : named) names += (names.empty() ? "" : ", ") + inQuotes(one.name);
+  return names.empty() ? "none" : names;
+}
+
+/// The list of a face that names its vertices: by its usual names, or the only one of whole numbers.
+Result<std::size_t> cornersOf(const Element& element) {
+  std::optional<std::size_t> only;
+  std::size_t lists = 0;
+  for (std::size_t i = 0; i < element.properties.size(); ++i) {
+    const Property& property = element.properties[i];
+    if (!property.listCount) continue;
+    if (property.name == "vertex_indices" || property.name == "vertex_index") return i;
+    if (property.type.kind == 'f') continue;
+    only = i;
+    ++lists;
   }
+  if (lists == 1) return *only;
+  return refused("", "its header gives " + inQuotes(element.name) + " no list \"vertex_indices\"; its properties are " +
+                         namesOf(element.properties));
+}
+
+Result<Geometry> geometryOf(const PlyHeader& header) {
+  const std::vector<Element>& elements = header.elements;
+  const auto find = [&](std::string_view name) {
+    const auto at = std::find_if(elements.begin(), elements.end(), [=](const Element& e) { return e.name == name; });
+    return static_cast<std::size_t>(at - elements.begin());
+  };
+  Geometry geometry{.vertex = find("vertex"), .faces = find("face")};
+  const std::size_t strips = find("tristrips"), none = elements.size();
+  // A file may say that it has no face, and strips.
+  geometry.areStrips = strips != none && (geometry.faces == none || elements[geometry.faces].count == 0);
+  if (geometry.areStrips) geometry.faces = strips;
+  if (geometry.vertex == none || geometry.faces == none) {
+    return refused(
+        "",
+        "is no mesh (a point cloud?): its header should have elements \"vertex\" and \"face\" or \"tristrips\"; "
+        "it has " +
+            namesOf(elements));
+  }
+  if (elements[geometry.faces].count == 0)
+    return refused("", "holds no face (a point cloud?): its header gives 0 of them");
+  const Element& vertex = elements[geometry.vertex];
   for (const std::string_view axis : {"x", "y", "z"}) {
     const auto isAxis = [=](const Property& p) { return p.name == axis && !p.listCount; };
-    if (std::none_of(vertex->properties.begin(), vertex->properties.end(), isAxis)) {
-      return refused("", "its header gives vertices no property " + inQuotes(axis));
+    if (std::none_of(vertex.properties.begin(), vertex.properties.end(), isAxis)) {
+      return refused("", "its header gives vertices no property " + inQuotes(axis) + "; their properties are " +
+                             namesOf(vertex.properties));
     }
   }
+  const auto corners = cornersOf(elements[geometry.faces]);
+  if (!corners) return tl::unexpected(corners.error());
+  geometry.corners = *corners;
+  return geometry;
+}
+
+Result<void> checkCounts(const PlyHeader& header) {
+  const std::size_t size = header.body.size() + 1;
   for (const Element& element : header.elements) {
     const std::uint64_t least = minSize(element, header.format);
-    if (least == 0) return refused("", "its header gives " + inQuotes(element.name) + " no property");
-    if (element.count > (bodySize + 1) / least) {
+    if (least == 0 && element.count > 0) {
+      return refused("", "its header gives " + inQuotes(element.name) + " no property");
+    }
+    if (least > 0 && element.count > size / least) {
       return refused("", "its header claims " + std::to_string(element.count) + " of " + inQuotes(element.name) +
-                             "; the file's length holds at most " + std::to_string((bodySize + 1) / least));
+                             "; the file's length holds at most " + std::to_string(size / least));
     }
   }
   return {};
@@ -269,15 +431,23 @@ Result<void> checkElements(const PlyHeader& header, std::size_t bodySize) {
 
 }  // namespace
 
+// Text is read by words, whatever its lines; where that fails, line by line, if words too many at their ends are all that is wrong.
 Result<PolygonSoup> readPly(std::string_view file) {
-  const auto header = readPlyHeader(file);
-  if (!header) return tl::unexpected(header.error());
-  if (auto ok = checkElements(*header, file.size()); !ok) return tl::unexpected(std::move(ok).error());
-  Body body(file, *header);
-  for (const Element& element : header->elements) {
-    if (auto ok = body.take(element); !ok) return tl::unexpected(std::move(ok).error());
-  }
-  return std::move(body).finish();
+  const auto text = plainText(file);
+  if (!text) return tl::unexpected(text.error());
+  auto header = PlyHeaderReader(withoutByteOrderMark(file)).read();
+  if (!header) return tl::unexpected(std::move(header).error());
+  if (header->format == Format::kText) header = PlyHeaderReader(*text).read();
+  const auto geometry = geometryOf(*header);
+  if (!geometry) return tl::unexpected(geometry.error());
+  if (auto ok = checkCounts(*header); !ok) return tl::unexpected(std::move(ok).error());
+  Body words(*header, *geometry, false);
+  const auto byWords = words.read();
+  if (byWords && (words.usedAll() || header->format != Format::kText)) return std::move(words).finish();
+  Body lines(*header, *geometry, true);
+  if (lines.read() && lines.usedAll() && header->format == Format::kText) return std::move(lines).finish();
+  if (!byWords) return tl::unexpected(byWords.error());
+  return std::move(words).finish();
 }
 
 }  // namespace haptics

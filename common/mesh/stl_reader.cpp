@@ -2,8 +2,10 @@
 #include <bit>
 #include <cstring>
 
+#include "common/mesh/face_list.h"
 #include "common/mesh/mesh_readers.h"
 #include "common/mesh/text_scan.h"
+#include "common/text/plain_text.h"
 
 namespace haptics {
 namespace {
@@ -25,65 +27,130 @@ void addTriangle(PolygonSoup& soup) {
   soup.triangles.push_back({end - 3, end - 2, end - 1});
 }
 
+std::string numbered(std::uint64_t vertex) { return "vertex " + std::to_string(vertex) + " (from 0) "; }
+
 Result<PolygonSoup> readBinary(std::string_view file) {
   const std::uint64_t triangles = claimedTriangles(file);
   PolygonSoup soup;
+  soup.isFloat32 = true;
   for (std::uint64_t corner = 0; corner < 3 * triangles; ++corner) {
     std::array<float, 3> point;
     const std::size_t at = kHeader + corner / 3 * kRecord + kNormal + corner % 3 * sizeof point;
     std::memcpy(point.data(), file.data() + at, sizeof point);
-    for (const float x : point) {
-      if (auto ok = coordinate(static_cast<double>(x), corner); !ok) return tl::unexpected(std::move(ok).error());
-    }
     soup.vertices.emplace_back(point[0], point[1], point[2]);
+    if (const char* fault = faultOf(soup.vertices.back())) return refused("", numbered(corner) + fault);
     if (corner % 3 == 2) addTriangle(soup);
   }
   soup.bytesAtEnd = file.size() - (kHeader + triangles * kRecord);
   return soup;
 }
 
-/// Takes the three vertices of a loop, each "vertex x y z", up to "endloop".
-Result<void> addFacet(std::string_view& rest, PolygonSoup& soup) {
-  const std::string triangle = "triangle " + std::to_string(soup.triangles.size()) + " (from 0) ";
-  for (int k = 0; k < 3; ++k) {
-    if (const std::string_view word = nextWord(rest); word != "vertex") {
-      return refused("", triangle + "has " + inQuotes(word) + " where \"vertex\" should be");
-    }
-    const auto point = nextPoint(rest, soup.vertices.size());
-    if (!point) return tl::unexpected(point.error());
-    soup.vertices.push_back(*point);
-  }
-  if (nextWord(rest) != "endloop") return refused("", triangle + "does not end after three vertices");
-  addTriangle(soup);
-  return {};
-}
+/// Keywords are taken in any case, apart or joined: "EndLoop", "end loop", "outerloop".
+class StlText {
+ public:
+  explicit StlText(std::string_view text) : scan_(text, TextScan::Comments::kHash) {}
 
-Result<PolygonSoup> readText(std::string_view file) {
-  PolygonSoup soup;
-  bool ended = false;
-  for (std::string_view word = nextWord(file); !word.empty(); word = nextWord(file)) {
-    if (word == "solid" || word == "endsolid") {
-      ended = word == "endsolid";
-      (void)nextLine(file);  // the solid's name, which may be anything
-    } else if (word == "loop") {
-      if (auto ok = addFacet(file, soup); !ok) return tl::unexpected(std::move(ok).error());
+  Result<PolygonSoup> read() && {
+    for (std::string keyword = next(); !keyword.empty(); keyword = next()) {
+      if (keyword == "solid" || keyword == "endsolid") {
+        isEnded_ = keyword == "endsolid";
+        skipName();
+      } else if (keyword == "facet") {
+        if (auto ok = takeFacet(); !ok) return tl::unexpected(std::move(ok).error());
+      } else if (keyword != "endfacet") {
+        ++soup_.linesSkipped;
+        scan_.skipLine();
+      }
+    }
+    const std::string triangles = std::to_string(soup_.triangles.size()) + " triangles";
+    if (!isEnded_) return refused("", "is cut off: it ends after " + triangles + " without \"endsolid\"");
+    if (soup_.triangles.empty())
+      return refused("", "holds no face: no \"facet\" is between \"solid\" and \"endsolid\"");
+    return std::move(soup_);
+  }
+
+ private:
+  /// The next keyword in lower case, in one word; empty at the end.
+  std::string next() {
+    const std::string_view first = scan_.word();
+    if (first.size() > kLongestKeyword) return std::string(first);
+    std::string keyword = inLowerCase(first);
+    if (keyword != "end" && keyword != "outer") return keyword;
+    TextScan ahead = scan_;
+    const std::string_view second = ahead.word();
+    for (const std::string_view name : {"loop", "facet", "solid"}) {
+      if (!isWord(second, name)) continue;
+      scan_ = ahead;
+      return keyword.append(name);
+    }
+    return keyword;
+  }
+
+  /// The solid's name, which may be anything. It ends with the line, or with "facet normal" and a number in it.
+  void skipName() {
+    for (TextScan before = scan_;; before = scan_) {
+      const std::string_view word = scan_.wordOfLine();
+      if (word.empty()) return;
+      if (!isWord(word, "facet")) continue;
+      TextScan ahead = scan_;
+      if (!isWord(ahead.word(), "normal") || !asNumber(ahead.word())) continue;
+      scan_ = before;
+      return;
     }
   }
-  if (!ended) {
-    return refused(
-        "", "is cut off: it ends after " + std::to_string(soup.triangles.size()) + " triangles without \"endsolid\"");
+
+  /// What follows "facet": "normal" and three words, "outer loop", three vertices, "endloop".
+  Result<void> takeFacet() {
+    const auto refuse = [this](const std::string& why) {
+      return refusedAt(scan_, "triangle " + std::to_string(soup_.triangles.size()) + " (from 0) " + why);
+    };
+    constexpr int kWordsOfNormal = 4;
+    std::string keyword = next();
+    for (int k = 0; k < kWordsOfNormal && keyword != "outerloop"; ++k) keyword = next();
+    if (keyword != "outerloop") {
+      return refuse("has " + inQuotes(keyword) + " where \"outer loop\" should be");
+    }
+    for (int k = 0; k < 3; ++k) {
+      if (const std::string word = next(); word != "vertex") {
+        return refuse("has " + inQuotes(word) + " where \"vertex\" should be");
+      }
+      const auto point = nextPoint(scan_, soup_.vertices.size(), true);
+      if (!point) return tl::unexpected(point.error());
+      if (const char* fault = faultOf(*point)) return refusedAt(scan_, numbered(soup_.vertices.size()) + fault);
+      soup_.vertices.push_back(*point);
+    }
+    if (next() != "endloop") return refuse("does not end after three vertices");
+    addTriangle(soup_);
+    return {};
   }
-  return soup;
+
+  static constexpr std::size_t kLongestKeyword = 20;
+
+  TextScan scan_;
+  PolygonSoup soup_;
+  bool isEnded_ = false;
+};
+
+/// Text says "solid" first, or "facet normal" somewhere; a binary file's 80 bytes may begin with "solid" too.
+bool isText(std::string_view text) {
+  TextScan scan(text);
+  if (isWord(scan.word(), "solid") && text.find('\0') == text.npos) return true;
+  for (;;) {
+    const std::string_view word = scan.word();
+    if (word.empty()) return false;
+    if (isWord(word, "facet") && isWord(TextScan(scan).word(), "normal")) return true;
+  }
 }
 
 }  // namespace
 
-// A binary file may begin with "solid" too, so its length decides; text holds no byte 0. Other programs leave notes of
-// their own after the last triangle.
+// The length decides whether a file is binary. Other programs leave notes of their own after the last triangle.
 Result<PolygonSoup> readStl(std::string_view file) {
   const bool isWhole = file.size() >= kHeader && file.size() >= kHeader + kRecord * claimedTriangles(file);
   if (isWhole && (claimedTriangles(file) > 0 || file.size() == kHeader)) return readBinary(file);
-  if (std::string_view rest = file; nextWord(rest) == "solid" && file.find('\0') == file.npos) return readText(file);
+  const auto text = plainText(file);
+  if (!text) return tl::unexpected(text.error());
+  if (isText(*text)) return StlText(*text).read();
   if (file.size() < kHeader) {
     return refused("", "is cut off: the header of a binary STL file alone takes " + std::to_string(kHeader) + " bytes");
   }

@@ -1,5 +1,7 @@
 #include "common/mesh/text_scan.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -8,37 +10,98 @@
 namespace haptics {
 namespace {
 
-constexpr std::string_view kWhiteSpace = " \t\n\r\v\f";
+enum class Kind : std::uint8_t { kInWord, kBetween, kLineEnd };
+
+constexpr auto kKinds = [] {
+  std::array<Kind, 256> kinds{};
+  for (const char c : {' ', '\t', '\v', '\f', '\0'}) kinds[static_cast<unsigned char>(c)] = Kind::kBetween;
+  for (const char c : {'\n', '\r'}) kinds[static_cast<unsigned char>(c)] = Kind::kLineEnd;
+  return kinds;
+}();
+
+Kind kindOf(char c) { return kKinds[static_cast<unsigned char>(c)]; }
+
+char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 std::string_view withoutPlus(std::string_view word) {
   if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
   return word;
 }
 
-}  // namespace
-
-std::string_view nextLine(std::string_view& rest) {
-  const std::size_t end = rest.find('\n');
-  const std::string_view line = rest.substr(0, end);
-  rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-  return line;
+/// What Microsoft's library once printed for NaN and infinity: "1.#QNAN", "-1.#IND00", "1.#INF".
+std::optional<double> asOldWindowsNumber(std::string_view word) {
+  const std::size_t hash = word.find(".#");
+  if (hash == word.npos || !asNumber(word.substr(0, hash))) return std::nullopt;
+  std::string_view name = word.substr(hash + 2);
+  while (name.ends_with('0')) name.remove_suffix(1);
+  if (isWord(name, "inf")) {
+    return word.front() == '-' ? -std::numeric_limits<double>::infinity() : std::numeric_limits<double>::infinity();
+  }
+  if (isWord(name, "ind") || isWord(name, "qnan") || isWord(name, "snan")) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  return std::nullopt;
 }
 
-std::string_view nextWord(std::string_view& rest) {
-  const std::size_t begin = rest.find_first_not_of(kWhiteSpace);
-  rest.remove_prefix(begin == std::string_view::npos ? rest.size() : begin);
-  const std::size_t end = std::min(rest.find_first_of(kWhiteSpace), rest.size());
-  const std::string_view word = rest.substr(0, end);
-  rest.remove_prefix(end);
+}  // namespace
+
+bool TextScan::startsComment(std::size_t at) const {
+  if (rest_[at] != '#' || comments_ != Comments::kHash) return false;
+  if (at == 0 || rest_[at - 1] != '.' || at + 1 == rest_.size()) return true;
+  const char next = lowered(rest_[at + 1]);
+  return next != 'i' && next != 'q' && next != 's';
+}
+
+std::string_view TextScan::wordOfLine() {
+  std::size_t begin = 0;
+  while (begin < rest_.size() && kindOf(rest_[begin]) == Kind::kBetween) ++begin;
+  std::size_t end = begin;
+  while (end < rest_.size() && kindOf(rest_[end]) == Kind::kInWord && !startsComment(end)) ++end;
+  const std::string_view word = rest_.substr(begin, end - begin);
+  rest_.remove_prefix(end);
+  if (word.empty() && !rest_.empty() && kindOf(rest_.front()) == Kind::kInWord) {  // a comment
+    rest_.remove_prefix(std::min(rest_.find_first_of("\r\n"), rest_.size()));
+  }
   return word;
 }
 
+std::string_view TextScan::word() {
+  for (;;) {
+    const std::string_view word = wordOfLine();
+    if (!word.empty() || rest_.empty()) return word;
+    skipLine();
+  }
+}
+
+void TextScan::skipLine() {
+  std::size_t end = 0;
+  while (end < rest_.size() && kindOf(rest_[end]) != Kind::kLineEnd) ++end;
+  if (end == rest_.size()) {
+    rest_ = {};
+    return;
+  }
+  rest_.remove_prefix(end + (rest_.substr(end).starts_with("\r\n") ? 2 : 1));
+  ++line_;
+}
+
+bool isWord(std::string_view word, std::string_view lower) {
+  return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
+                    [](char a, char b) { return lowered(a) == b; });
+}
+
+std::string inLowerCase(std::string_view word) {
+  std::string lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(), lowered);
+  return lower;
+}
+
 std::optional<double> asNumber(std::string_view word) {
-  word = withoutPlus(word);
+  const std::string_view digits = withoutPlus(word);
   double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (end != word.data() + word.size()) return std::nullopt;
-  if (error == std::errc::result_out_of_range) return std::strtod(std::string(word).c_str(), nullptr);  // 0 or infinite
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (end != digits.data() + digits.size()) return asOldWindowsNumber(word);
+  if (error == std::errc::result_out_of_range)
+    return std::strtod(std::string(digits).c_str(), nullptr);  // 0 or infinite
   if (error != std::errc()) return std::nullopt;
   return value;
 }
@@ -51,27 +114,21 @@ std::optional<std::int64_t> asInteger(std::string_view word) {
   return value;
 }
 
-Result<float> coordinate(double value, std::uint64_t vertex) {
-  if (!std::isfinite(value)) return refused("", "vertex " + std::to_string(vertex) + " (from 0) is not finite");
-  if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
-    return refused("", "vertex " + std::to_string(vertex) + " (from 0) does not fit into float32");
-  }
-  return static_cast<float>(value);
+tl::unexpected<Error> refusedAt(const TextScan& scan, const std::string& reason) {
+  return refused("", "line " + std::to_string(scan.line()) + ": " + reason);
 }
 
-Result<Vec3> nextPoint(std::string_view& rest, std::uint64_t vertex) {
+Result<Vec3> nextPoint(TextScan& scan, std::uint64_t vertex, bool acrossLines) {
   Vec3 point;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::string_view word = nextWord(rest);
+    const std::string_view word = acrossLines ? scan.word() : scan.wordOfLine();
     const auto value = asNumber(word);
     if (!value) {
-      return refused(
-          "", "vertex " + std::to_string(vertex) + " (from 0) has " +
-                  (word.empty() ? "fewer than three coordinates" : inQuotes(word) + " where a number should be"));
+      return refusedAt(
+          scan, "vertex " + std::to_string(vertex) + " (from 0) has " +
+                    (word.empty() ? "fewer than three coordinates" : inQuotes(word) + " where a number should be"));
     }
-    if (auto ok = coordinate(*value, vertex); !ok) return tl::unexpected(std::move(ok).error());
-    // Rounded once: by way of a double, a number between two floats may come out as the other one.
-    point[axis] = static_cast<double>(std::strtof(std::string(word).c_str(), nullptr));
+    point[axis] = *value;
   }
   return point;
 }

@@ -175,6 +175,7 @@ std::string MeshReport::text() const {
   mention(polygonsTriangulated, "polygons cut into triangles");
   mention(shapesSkipped, "parts skipped (NURBS, or included files that are not beside it)");
   mention(headerLinesSkipped, "header lines skipped that begin with no keyword");
+  mention(linesSkipped, "lines, or ends of lines, skipped that the format does not have");
   mention(bytesAtEnd, "bytes after the last triangle left out");
   mention(droppedDegenerate, "degenerate triangles dropped");
   mention(droppedOutOfRange, "triangles dropped for naming a vertex that is not there");
@@ -213,7 +214,17 @@ std::string MeshReport::text() const {
   char sizes[160];
   std::snprintf(sizes, sizeof sizes, ", largest valence %u, mean edge %.3g mm, size %.4g x %.4g x %.4g mm, scale %.4g",
                 maxValence, meanEdge_m * 1e3, size_mm.x, size_mm.y, size_mm.z, scale_m);
-  return line + sizes;
+  line += sizes;
+  constexpr double kTellRounding = 1e-6;  // of the size
+  if (rounding_m * 1e3 > kTellRounding * std::max({size_mm.x, size_mm.y, size_mm.z})) {
+    char rounding[200];
+    std::snprintf(rounding, sizeof rounding,
+                  ", so far from the origin that float32 puts vertices up to %.2g mm off (give largest_extent_m, which "
+                  "centres the mesh, and a file of text or float64)",
+                  rounding_m * 1e3);
+    line += rounding;
+  }
+  return line;
 }
 
 }  // namespace haptics

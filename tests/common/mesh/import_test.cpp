@@ -100,7 +100,7 @@ TEST_F(ImportObj, NamesTheVertexOrLineThatIsWrong) {
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 1e39 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("vertex 1 (from 0) does not fit"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0\n"), HasSubstr("vertex 1 (from 0) has fewer than three coordinates"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 1,5\n"), HasSubstr("\"1,5\" where a number should be"));
-  EXPECT_THAT(refusal("t.obj", "v 0 0 0\nf 1 /2 3\n"), HasSubstr("line 2 has \"/2\""));
+  EXPECT_THAT(refusal("t.obj", "v 0 0 0\nf 1 /2 3\n"), HasSubstr("line 2: \"/2\""));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), HasSubstr("no face"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), HasSubstr("1 name a vertex that is not there"));
 }

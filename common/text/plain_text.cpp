@@ -1,0 +1,36 @@
+#include "common/text/plain_text.h"
+
+#include <string>
+
+namespace haptics {
+namespace {
+
+using namespace std::string_view_literals;
+
+/// By its byte order mark or, without one, by the zeros beside its first two characters; empty if neither is there.
+std::string_view wideEncodingOf(std::string_view file) {
+  if (file.starts_with("\xff\xfe\0\0"sv) || file.starts_with("\0\0\xfe\xff"sv)) return "UTF-32";
+  if (file.starts_with("\xff\xfe"sv) || file.starts_with("\xfe\xff"sv)) return "UTF-16";
+  if (file.size() < 4) return {};
+  const auto isZero = [&](std::size_t i) { return file[i] == '\0'; };
+  if (isZero(0) != isZero(1) && isZero(2) != isZero(3) && isZero(0) == isZero(2)) return "UTF-16";
+  return isZero(1) && isZero(2) && isZero(0) != isZero(3) ? "UTF-32" : "";
+}
+
+}  // namespace
+
+std::string_view withoutByteOrderMark(std::string_view text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
+  return text;
+}
+
+Result<std::string_view> plainText(std::string_view file) {
+  if (const auto encoding = wideEncodingOf(file); !encoding.empty()) {
+    return refused("", "is in " + std::string(encoding) + "; save it in UTF-8");
+  }
+  const std::size_t last = file.find_last_not_of("\0\x1a"sv);
+  return withoutByteOrderMark(file.substr(0, last == file.npos ? 0 : last + 1));
+}
+
+}  // namespace haptics

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string_view>
+
+#include "common/error/error.h"
+
+namespace haptics {
+
+/// The text without a UTF-8 byte order mark at its beginning, which editors put there.
+[[nodiscard]] std::string_view withoutByteOrderMark(std::string_view text);
+
+/// What a text file says: without a byte order mark, and without the NUL and control-Z characters that some programs fill
+/// its end with. Refused, naming it: another encoding than one of bytes, which is UTF-16 or UTF-32.
+[[nodiscard]] Result<std::string_view> plainText(std::string_view file);
+
+}  // namespace haptics
