@@ -6,8 +6,10 @@
 #include <fstream>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include "common/credentials/openssl_handles.h"
+#include "common/text/plain_text.h"
 
 namespace haptics {
 namespace {
@@ -29,7 +31,7 @@ Result<std::string> readSmallFile(const fs::path& file) {
   std::string text(size, '\0');
   in.read(text.data(), static_cast<std::streamsize>(size));
   if (!in) return refused(file.string(), "cannot be read");
-  return text;
+  return plainLines(text).map_error([&](Error bad) { return Error{file.string(), std::move(bad.reason)}; });
 }
 
 std::optional<std::string> bytesOfHex(std::string_view digits) {
@@ -96,15 +98,19 @@ Result<ClientCredentials> readClientCredentials(const fs::path& file) {
   credentials.serverCertificatePem = text->substr(begin, end + kPemEnd.size() - begin) + "\n";
   if (!isCertificate(credentials.serverCertificatePem)) return refused(file.string(), "holds a damaged certificate");
   std::istringstream lines(*text);
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with(kTokenKey)) continue;
-    std::istringstream rest(line.substr(kTokenKey.size()));
+  std::string where = file.string();
+  int number = 1;
+  for (std::string line; std::getline(lines, line); ++number) {
+    const std::size_t begin = line.find_first_not_of(" \t");
+    if (begin == line.npos || line.compare(begin, kTokenKey.size(), kTokenKey) != 0) continue;
+    std::istringstream rest(line.substr(begin + kTokenKey.size()));
     std::string digits;
     rest >> digits;
     credentials.token = bytesOfHex(digits).value_or("");
+    where = file.string() + ':' + std::to_string(number);
   }
   if (credentials.token.size() != kTokenBytes) {
-    return refused(file.string(), "holds no line \"token: \" with 64 hexadecimal digits");
+    return refused(where, "holds no \"token: \" with 64 hexadecimal digits");
   }
   return credentials;
 }
@@ -114,10 +120,12 @@ Result<std::vector<ServerCredentials::KnownToken>> readTokens(const fs::path& fi
   if (!list) return tl::unexpected(list.error());
   std::vector<ServerCredentials::KnownToken> tokens;
   std::istringstream lines(*list);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.empty() || line.front() == '#') continue;
+  int number = 1;
+  for (std::string line; std::getline(lines, line); ++number) {
+    const std::size_t begin = line.find_first_not_of(" \t");
+    if (begin == line.npos || line[begin] == '#') continue;
     const auto token = knownToken(line);
-    if (!token) return refused(file.string(), token.error().reason);
+    if (!token) return refused(file.string() + ':' + std::to_string(number), token.error().reason);
     tokens.push_back(*token);
   }
   return tokens;

@@ -6,15 +6,20 @@
 #include <string_view>
 #include <vector>
 
+#include "common/text/plain_text.h"
+
 namespace haptics {
 
 Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file) {
   std::ifstream stream(file);
   if (!stream) return refused(file.string(), "cannot be read");
+  const auto text = plainLines(std::string{std::istreambuf_iterator<char>(stream), {}});
+  if (!text) return refused(file.string(), text.error().reason);
+  std::istringstream lines(*text);
   NatsCredentials credentials;
   constexpr std::string_view kUser = "user: ", kPassword = "password: ";
   bool inCertificate = false;
-  for (std::string line; std::getline(stream, line);) {
+  for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("-----BEGIN ")) {
       if (line != "-----BEGIN CERTIFICATE-----") return refused(file.string(), "holds PEM that is no certificate");
       inCertificate = true;

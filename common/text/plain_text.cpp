@@ -33,4 +33,16 @@ Result<std::string_view> plainText(std::string_view file) {
   return withoutByteOrderMark(file.substr(0, last == file.npos ? 0 : last + 1));
 }
 
+Result<std::string> plainLines(std::string_view file) {
+  return plainText(file).map([](std::string_view text) {
+    std::string lines;
+    lines.reserve(text.size());
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (text[i] == '\r' && text.substr(i + 1).starts_with('\n')) continue;
+      lines += text[i] == '\r' ? '\n' : text[i];
+    }
+    return lines;
+  });
+}
+
 }  // namespace haptics

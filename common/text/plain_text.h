@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "common/error/error.h"
@@ -12,5 +13,8 @@ namespace haptics {
 /// What a text file says: without a byte order mark, and without the NUL and control-Z characters that some programs fill
 /// its end with. Refused, naming it: another encoding than one of bytes, which is UTF-16 or UTF-32.
 [[nodiscard]] Result<std::string_view> plainText(std::string_view file);
+
+/// The same, with a line feed at the end of each line, which may be a carriage return or both in the file.
+[[nodiscard]] Result<std::string> plainLines(std::string_view file);
 
 }  // namespace haptics

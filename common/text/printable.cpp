@@ -6,13 +6,27 @@
 namespace haptics {
 namespace {
 
-struct Character {
-  char32_t code = 0;
-  std::size_t bytes = 0;  // 0: not UTF-8
-};
+bool isSafe(char32_t code) {
+  struct Range {
+    char32_t first, last;
+  };
+  constexpr Range kUnsafe[] = {{0, 0x1f},        {0x7f, 0x9f},     {0x61c, 0x61c},
+                               {0x200e, 0x200f}, {0x2028, 0x202e}, {0x2066, 0x2069}};
+  for (const Range& range : kUnsafe) {
+    if (code >= range.first && code <= range.last) return false;
+  }
+  return true;
+}
 
-/// The first of the text.
-Character firstOf(std::string_view text) {
+void appendEscaped(std::string& out, char32_t code) {
+  char text[16];
+  std::snprintf(text, sizeof text, code <= 0xff ? "\\x%02x" : "\\u%04x", static_cast<unsigned>(code));
+  out += text;
+}
+
+}  // namespace
+
+Utf8Character firstCharacterOf(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   struct Form {
     unsigned char mask, lead;
@@ -34,31 +48,11 @@ Character firstOf(std::string_view text) {
   return {};
 }
 
-bool isSafe(char32_t code) {
-  struct Range {
-    char32_t first, last;
-  };
-  constexpr Range kUnsafe[] = {{0, 0x1f},        {0x7f, 0x9f},     {0x61c, 0x61c},
-                               {0x200e, 0x200f}, {0x2028, 0x202e}, {0x2066, 0x2069}};
-  for (const Range& range : kUnsafe) {
-    if (code >= range.first && code <= range.last) return false;
-  }
-  return true;
-}
-
-void appendEscaped(std::string& out, char32_t code) {
-  char text[16];
-  std::snprintf(text, sizeof text, code <= 0xff ? "\\x%02x" : "\\u%04x", static_cast<unsigned>(code));
-  out += text;
-}
-
-}  // namespace
-
 std::string printable(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
-    const Character character = firstOf(text);
+    const Utf8Character character = firstCharacterOf(text);
     const std::size_t bytes = character.bytes == 0 ? 1 : character.bytes;
     if (character.bytes == 0) {
       appendEscaped(out, static_cast<unsigned char>(text[0]));

@@ -74,9 +74,9 @@ void toWire(const ToolState& tool, v1::ToolContact& message);
 [[nodiscard]] std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message);
 void toWire(const ObjectDent& dent, v1::Dent& message);
 
-/// A message in text format; a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a
+/// A message in text format, in a file of plainLines(); a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a
 /// field is unknown, the fields that there are. Only the form is checked; fromWire checks the values.
-[[nodiscard]] Result<void> parseMessageText(const std::string& text, const std::string& origin,
+[[nodiscard]] Result<void> parseMessageText(const std::string& file, const std::string& origin,
                                             google::protobuf::Message& message);
 [[nodiscard]] Result<void> readMessageFile(const std::string& path, google::protobuf::Message& message);
 [[nodiscard]] Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin);

@@ -290,7 +290,11 @@ class PythonClient(harness.EndToEnd):
         with self.assertRaises(Refused) as refusal, client:
             pass
         self.assertIn("--credentials", str(refusal.exception))
-        self.client(credentials=self.folder / "keys" / "editor.credentials").apply(BALL)
+        editor = self.folder / "keys" / "editor.credentials"
+        saved = self.folder / "saved.credentials"
+        saved.write_bytes(("\ufeff# für\r\n" + editor.read_text().replace("\n", " \r\n")).encode())
+        saved.chmod(0o600)
+        self.client(credentials=saved).apply(BALL)
         with self.assertRaises(Rejected) as rejected:
             self.client(credentials=self.folder / "keys" / "viewer.credentials").apply(BALL)
         self.assertEqual(rejected.exception.field, "role")

@@ -28,19 +28,35 @@ def connect(server, credentials, timeout_s):
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     if not credentials:
         return connection
-    context = ssl.create_default_context(cafile=credentials)
+    context = ssl.create_default_context(cadata=certificate_in(credentials))
     return context.wrap_socket(connection, server_hostname="haptic_server")
+
+
+def text_of(credentials):
+    """The file's text, of which editors may have changed line ends and put a byte order mark in front."""
+    with open(credentials, "rb") as file:
+        text = file.read()
+    if text.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise ConnectionLost(f"{credentials}: is in UTF-16; save it in UTF-8")
+    return re.sub("\r\n?", "\n", text.decode("utf-8-sig", errors="replace"))
+
+
+def certificate_in(credentials):
+    """The server's certificate, as PEM."""
+    pem = re.search("-----BEGIN CERTIFICATE-----.*?-----END CERTIFICATE-----", text_of(credentials), re.DOTALL)
+    if not pem:
+        raise ConnectionLost(f"{credentials}: holds no certificate of a server; give what hapticctl credentials made")
+    return pem[0]
 
 
 def token_in(credentials):
     """Bytes for the Hello; none without a file of credentials."""
     if not credentials:
         return b""
-    with open(credentials, encoding="ascii") as file:
-        token = re.search(r"^token: ([0-9a-f]{64})$", file.read(), re.MULTILINE)
-    if not token:
+    lines = re.findall(r"^[ \t]*token:[ \t]*(\S*)", text_of(credentials), re.MULTILINE)
+    if not lines or not re.fullmatch("[0-9a-f]{64}", lines[-1]):
         raise ConnectionLost(f"{credentials}: has no token; give what hapticctl credentials made")
-    return bytes.fromhex(token[1])
+    return bytes.fromhex(lines[-1])
 
 
 def send_frame(connection, number, **body):

@@ -156,8 +156,32 @@ TEST_F(Credentials, OfATornClientFileAreRefused) {
     write(torn, text);
     const auto client = readClientCredentials(torn);
     ASSERT_FALSE(client) << text;
-    EXPECT_EQ(client.error().field, torn.string());
+    EXPECT_THAT(client.error().field, testing::StartsWith(torn.string()));
   }
+}
+
+TEST_F(Credentials, MayBeSavedByAnyEditor) {
+  const std::string editor = read(folder / kEditorFile), tokens = read(folder / kTokensFile);
+  const std::string token = readClientCredentials(folder / kEditorFile)->token;
+  const auto saved = [](const std::string& text, const std::string& end) {
+    return "\xef\xbb\xbf" + std::regex_replace("# f\u00fcr\n\n \n" + text, std::regex("\n"), end);
+  };
+  for (const std::string end : {"\n", "\r\n", " \r\n", "\r"}) {
+    write(folder / kEditorFile, saved(editor, end));
+    write(folder / kTokensFile, saved(tokens, end));
+    const auto client = readClientCredentials(folder / kEditorFile);
+    ASSERT_TRUE(client) << client.error().text();
+    EXPECT_EQ(client->token, token);
+    const auto server = readServerCredentials(folder);
+    ASSERT_TRUE(server) << server.error().text();
+    EXPECT_EQ(roleOf(*server, token), Role::kEdit);
+  }
+  write(folder / kEditorFile, std::regex_replace(editor, std::regex("token: "), "token:\u00a0"));
+  EXPECT_EQ(readClientCredentials(folder / kEditorFile).error().field, (folder / kEditorFile).string() + ":2");
+  write(folder / kTokensFile, std::regex_replace(tokens, std::regex("edit "), "edit\u00a0"));
+  EXPECT_EQ(readServerCredentials(folder).error().field, (folder / kTokensFile).string() + ":3");
+  write(folder / kTokensFile, "\xff\xfe#");
+  EXPECT_THAT(readServerCredentials(folder).error().reason, HasSubstr("UTF-16"));
 }
 
 }  // namespace

@@ -65,6 +65,47 @@ TEST(SceneText, NamesThePlaceOfATruncatedScene) {
   EXPECT_THAT(errorOf("operations { add {\n name: 'a'\n").field, testing::StartsWith("demo.scene:"));
 }
 
+TEST(SceneText, MayHaveAByteOrderMarkAndAnyLineEnds) {
+  const std::string ends[] = {"\n", "\r\n", "\r"};
+  for (const std::string& end : ends) {
+    const std::string text = "\xef\xbb\xbf# one" + end + "operations { remove { object { id: 1 } } }" + end + "# two" +
+                             end + "operations { remove { object { id: 2 } } }" + end + '\x1a' + std::string(3, '\0');
+    const auto transaction = parseSceneText(text, "demo.scene");
+    ASSERT_TRUE(transaction) << transaction.error().text();
+    EXPECT_EQ(transaction->operations_size(), 2);
+    EXPECT_THAT(errorOf(end + end + "operations { ad {} }").field, testing::StartsWith("demo.scene:3:"));
+  }
+  using namespace std::string_literals;
+  EXPECT_THAT(errorOf("\xff\xfeo\0p\0"s).reason, HasSubstr("UTF-16"));
+  EXPECT_THAT(errorOf("\0o\0p\0e"s).reason, HasSubstr("UTF-16"));
+  EXPECT_THAT(errorOf("\xff\xfe\0\0o\0\0\0"s).reason, HasSubstr("UTF-32"));
+}
+
+TEST(SceneText, NamesACharacterThatOnlyLooksRight) {
+  EXPECT_TRUE(parseSceneText("# \u201c\u00a0\xa0\noperations { add { name: '\u201c\u00a0' } }", "demo.scene"));
+  EXPECT_THAT(errorOf("operations {\n\t\tadd\u00a0{ } }").text(),
+              HasSubstr("demo.scene:2:20: holds U+00A0, a special blank"));
+  EXPECT_THAT(errorOf("operations { add { name: \u201ca\u201d } }").reason,
+              HasSubstr("U+201C, a typographic quotation"));
+  EXPECT_THAT(errorOf("\u00fc { }").reason, HasSubstr("U+00FC; only strings and comments"));
+  EXPECT_THAT(errorOf("operations\xa0{ }").reason, HasSubstr("the byte 0xa0, which is no UTF-8"));
+}
+
+TEST(SceneText, NamesTheBraceThatIsOpen) {
+  const std::string text =
+      "operations {\n  add {\n    name: '}{'  # }{\n    pose {\n      position { x: 1 }\n    }\n    material {\n"
+      "      damping_Ns_per_m: 1\n    }\n  }\n}\noperations {\n  remove { object { id: 1 } }\n}\n";
+  ASSERT_TRUE(parseSceneText(text, "demo.scene"));
+  const int opened[] = {5, 4, 7, 2, 1, 13, 13, 12};  // lines, in the order in which they are closed
+  std::size_t at = text.find("}{\n");
+  for (const int line : opened) {
+    at = text.find('}', at + 1);
+    EXPECT_THAT(errorOf(std::string(text).erase(at, 1)).reason,
+                HasSubstr("the \"{\" of line " + std::to_string(line) + " ("));
+  }
+  EXPECT_THAT(errorOf(text + "}").reason, testing::Not(HasSubstr("open at the end")));
+}
+
 TEST(SceneText, SurvivesBinaryRubbish) {
   std::string rubbish;
   for (int i = 0; i < 5'000; ++i) rubbish += static_cast<char>(i * 7919 >> 3);

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/text/plain_text.h"
 #include "common/wire/convert.h"
 #include "graphics_client/editing/scene_file.h"
 #include "haptic_server/scene/asset_folders.h"
@@ -66,7 +67,7 @@ Span spanOf(const std::string& text, const Tree& tree, const pb::FieldDescriptor
 /// A scene file: what it says, and where.
 class SceneText {
  public:
-  explicit SceneText(const fs::path& file) : text_(readText(file)) {
+  explicit SceneText(const fs::path& file) : text_(orThrow(plainLines(readText(file)))) {
     pb::TextFormat::Parser parser;
     parser.WriteLocationsTo(&tree_);
     if (!parser.ParseFromString(text_, &scene_)) throw std::runtime_error(file.string() + ": is no scene file");
