@@ -12,6 +12,7 @@
 #include "common/importer/import_request.h"
 #include "common/importer/inventor_gather.h"
 #include "common/importer/sandbox.h"
+#include "common/importer/unpacked.h"
 #include "common/mesh/file_bytes.h"
 #include "common/mesh/mesh_asset.h"
 #include "common/process/passed_descriptor.h"
@@ -70,6 +71,7 @@ struct Carrier {
 
   Result<Answer> operator()(const MeshFileRequest& request) const {
     return readFile(file)
+        .and_then(unpacked)
         .and_then([&](const std::string& bytes) -> Result<ImportedMesh> {
           if (request.format != MeshFormat::kInventor) return importMesh(bytes, request.format, request.options);
           return gatherInventor(bytes, askFor).and_then([&](PolygonSoup soup) {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "common/mesh/mesh_readers.h"
+#include "common/mesh/text_scan.h"
 #include "common/mesh/topology.h"
 
 namespace haptics {
@@ -58,13 +58,13 @@ double float32Step(const PolygonSoup& soup) {
 }  // namespace
 
 Result<MeshFormat> meshFormatOf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::string ending = inLowerCase(file.extension().string());
+  if (ending == ".gz") ending = inLowerCase(file.stem().extension().string());
   for (const auto& [format, name] : kFormats) {
     if (ending == std::string(".") + name) return format;
   }
-  return refused("", "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om or .iv");
+  return refused(
+      "", "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om or .iv, packed in .gz or not");
 }
 
 Result<ImportedMesh> importMesh(std::string_view file, MeshFormat format, const ImportOptions& options) {

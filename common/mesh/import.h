@@ -66,7 +66,7 @@ struct ImportedMesh {
 
 enum class MeshFormat : std::uint8_t { kObj, kPly, kStl, kOff, kOm, kInventor };
 
-/// By the ending of the file's name, in any case.
+/// By the ending of the file's name, in any case; before ".gz" if the file is packed.
 [[nodiscard]] Result<MeshFormat> meshFormatOf(const std::filesystem::path& file);
 
 /// A file's bytes in any format but kInventor: welds, drops what cannot be felt, scales, puts into canonical order,

@@ -1,4 +1,3 @@
-#include <cctype>
 #include <string>
 #include <utility>
 
@@ -59,7 +58,7 @@ class ObjReader {
  private:
   Result<void> takeStatement() {
     const TextScan atStart = scan_;
-    const std::string_view keyword = nextWord();
+    const std::string_view keyword = withoutByteOrderMark(nextWord());  // of files put together
     switch (statementOf(keyword)) {
       case Statement::kVertex:
         return takeVertex();
@@ -102,7 +101,7 @@ class ObjReader {
   Result<void> skipNumbers() {
     const std::uint64_t line = scan_.line();
     for (std::string_view word = nextWord(); !word.empty(); word = nextWord()) {
-      if (scan_.line() == line || std::isalpha(static_cast<unsigned char>(word.front())) == 0) continue;
+      if (scan_.line() == line || statementOf(word) == Statement::kUnknown) continue;
       return refusedAt(scan_,
                        inQuotes(word) + " where a number should be, because the line before ends with a backslash");
     }

@@ -98,7 +98,7 @@ class OffBody {
       : scan_(scan), header_(header), layout_(layout) {}
 
   Result<void> read() {
-    if (layout_.hasEdges) (void)scan_.word();
+    if (layout_.hasEdges && !asInteger(scan_.word())) isLikely_ = false;
     for (std::uint64_t i = 0; i < header_.vertices; ++i) {
       if (auto ok = takeVertex(i); !ok) return ok;
     }
@@ -112,6 +112,8 @@ class OffBody {
 
   /// Nothing speaks against the layout: all words are used, and vertices and faces look alike.
   [[nodiscard]] bool isLikely() const { return isLikely_ && soup_.bytesAtEnd == 0; }
+  /// What was read so far has its words where it should.
+  [[nodiscard]] bool looksAlike() const { return isLikely_; }
   [[nodiscard]] PolygonSoup take() && { return std::move(soup_); }
 
  private:
@@ -145,8 +147,9 @@ class OffBody {
     }
     soup_.vertices.push_back(*point);
     const int words = skip(layout_.valuesOfVertex);
+    constexpr int kMost = 12;  // words that are known: texture coordinates, normal, colour
     if (i == 0) wordsAfterFirst_ = words;
-    if (words != wordsAfterFirst_) leaveOut();
+    if (words != wordsAfterFirst_ || words > kMost) leaveOut();
     return {};
   }
 
@@ -204,6 +207,14 @@ std::vector<OffLayout> layoutsByWords(const OffHeader& header) {
   return layouts;
 }
 
+/// Refused, naming its line, if a word after the header is no number.
+Result<void> checkOffNumbers(TextScan scan) {
+  for (std::string_view word = scan.word(); !word.empty(); word = scan.word()) {
+    if (!asNumber(word)) return refusedAt(scan, inQuotes(word) + " where a number should be");
+  }
+  return {};
+}
+
 }  // namespace
 
 // Line by line, as almost all files are written; where that leaves something over or comes short, by words, if one way of
@@ -222,12 +233,24 @@ Result<PolygonSoup> readOff(std::string_view file) {
   OffBody lines(scan, *header, {.byLine = true, .hasEdges = edgesAlone});
   const auto byLine = lines.read();
   if (byLine && lines.isLikely()) return std::move(lines).take();
+  std::optional<PolygonSoup> even;
+  std::optional<Error> byWords;
   for (const OffLayout& layout : layoutsByWords(*header)) {
     OffBody words(scan, *header, layout);
-    if (words.read() && words.isLikely()) return std::move(words).take();
+    const auto read = words.read();
+    if (!read && !byWords) byWords = read.error();
+    if (!read || !words.isLikely()) continue;
+    if (even) {
+      return refused("",
+                     "can be read in more than one way; it should have each vertex and each face in a line of its own");
+    }
+    even = std::move(words).take();
   }
-  if (!byLine) return tl::unexpected(byLine.error());
-  return std::move(lines).take();
+  if (even) return *std::move(even);
+  if (byLine && lines.looksAlike()) return std::move(lines).take();
+  if (auto ok = checkOffNumbers(scan); !ok) return tl::unexpected(std::move(ok).error());
+  if (byLine) return std::move(lines).take();
+  return tl::unexpected(lines.looksAlike() || !byWords ? byLine.error() : *byWords);
 }
 
 }  // namespace haptics

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/mesh/face_list.h"
@@ -154,25 +155,35 @@ std::uint64_t minSize(const Element& element, Format format) {
 
 bool isFloat32(Scalar type) { return type.kind == 'f' && type.size == sizeof(float); }
 
+/// In text: lines of comments, which should be in the header only.
+void skipCommentLines(TextScan& scan) {
+  for (TextScan ahead = scan;;) {
+    const std::string_view word = ahead.word();
+    if (!isWord(word, "comment") && !isWord(word, "obj_info")) return;
+    ahead.skipLine();
+    scan = ahead;
+  }
+}
+
 /// Reads the body's values one after the other.
 class Values {
  public:
-  Values(const TextScan& body, Format format) : text_(body), rest_(body.rest()), format_(format) {}
+  /// @param byLine  In text, an item's values are in one line, and what the line has more is left out.
+  Values(const TextScan& body, Format format, bool byLine)
+      : text_(body), rest_(body.rest()), format_(format), byLine_(byLine) {}
 
   [[nodiscard]] std::size_t bytesLeft() const { return isText() ? text_.size() : rest_.size(); }
   [[nodiscard]] bool isText() const { return format_ == Format::kText; }
   /// Where the last value was; 0 in a binary file.
   [[nodiscard]] std::uint64_t line() const { return isText() ? text_.line() : 0; }
-  /// What text has where the last value should be.
-  [[nodiscard]] std::string_view badWord() const { return badWord_; }
+  /// In text, the last value as it is written; empty at the end.
+  [[nodiscard]] std::string_view word() const { return word_; }
 
   /// Nothing at the end of the file and where text is not a number.
   [[nodiscard]] std::optional<double> next(Scalar type) {
     if (isText()) {
-      const std::string_view word = text_.word();
-      const auto value = asNumber(word);
-      if (!value) badWord_ = word;
-      return value;
+      word_ = std::exchange(isInLine_, byLine_) ? text_.wordOfLine() : text_.word();
+      return asNumber(word_);
     }
     if (rest_.size() < type.size) return std::nullopt;
     std::uint64_t bits = 0;
@@ -184,23 +195,16 @@ class Values {
     return valueOf(bits, type);
   }
 
-  /// Lines of comments, which should be in the header only.
   void skipComments() {
-    if (!isText()) return;
-    for (TextScan ahead = text_;;) {
-      const std::string_view word = ahead.word();
-      if (!isWord(word, "comment") && !isWord(word, "obj_info")) return;
-      ahead.skipLine();
-      text_ = ahead;
-    }
+    if (isText()) skipCommentLines(text_);
   }
 
-  /// Whether something was there.
-  bool skipRestOfLine() {
-    if (!isText()) return false;
-    const bool isThere = !text_.wordOfLine().empty();
-    if (isThere) text_.skipLine();
-    return isThere;
+  /// Whether the line had more.
+  bool endItem() {
+    isInLine_ = false;
+    if (!byLine_ || text_.wordOfLine().empty()) return false;
+    text_.skipLine();
+    return true;
   }
 
   /// Bytes after the last value; 0 where only blanks are.
@@ -220,7 +224,8 @@ class Values {
   TextScan text_;
   std::string_view rest_;  ///< Of a binary file.
   Format format_;
-  std::string_view badWord_;
+  bool byLine_, isInLine_ = false;
+  std::string_view word_;
 };
 
 /// Of a vertex's property: 0, 1 or 2; nothing if it is no coordinate.
@@ -240,9 +245,8 @@ struct Geometry {
 /// Reads the body, element by element.
 class Body {
  public:
-  /// @param byLine  In text, each item begins a line, and what a line has more than its item is left out.
   Body(const PlyHeader& header, const Geometry& geometry, bool byLine)
-      : header_(header), geometry_(geometry), values_(header.body, header.format), byLine_(byLine) {
+      : header_(header), geometry_(geometry), values_(header.body, header.format, byLine) {
     soup_.headerLinesSkipped = header.linesSkipped;
   }
 
@@ -267,17 +271,17 @@ class Body {
                          : index == geometry_.faces ? takeFace(element)
                                                     : skip(element);
       if (!taken) return tl::unexpected(cutOff(element, i));
-      if (byLine_ && values_.skipRestOfLine()) ++soup_.linesSkipped;
+      if (values_.endItem()) ++soup_.linesSkipped;
     }
     return {};
   }
 
   [[nodiscard]] Error cutOff(const Element& element, std::uint64_t i) const {
     const std::string where = element.name + ' ' + std::to_string(i) + " (from 0) of " + std::to_string(element.count);
-    const std::string_view word = values_.badWord();
+    const std::string_view word = values_.word();
     if (word.empty()) return {"", "is cut off or damaged: it ends in " + where};
     return {"", "line " + std::to_string(values_.line()) + ": " + where + " has " + inQuotes(word) +
-                    " where a number should be"};
+                    " as the length of a list"};
   }
 
   /// The values of one property: one, or the list's. Nothing at the end of the file.
@@ -351,7 +355,6 @@ class Body {
   const PlyHeader& header_;
   Geometry geometry_;
   Values values_;
-  bool byLine_;
   PolygonSoup soup_;
   FaceList faces_;
   std::vector<double> list_;
@@ -414,6 +417,17 @@ Result<Geometry> geometryOf(const PlyHeader& header) {
   return geometry;
 }
 
+/// Refused, naming its line, if the body of a text has a word that is no number.
+Result<void> checkPlyNumbers(TextScan scan) {
+  for (;; scan.skipLine()) {
+    skipCommentLines(scan);
+    for (std::string_view word = scan.word(); !word.empty(); word = scan.wordOfLine()) {
+      if (!asNumber(word)) return refusedAt(scan, inQuotes(word) + " where a number should be");
+    }
+    if (scan.size() == 0) return {};
+  }
+}
+
 Result<void> checkCounts(const PlyHeader& header) {
   const std::size_t size = header.body.size() + 1;
   for (const Element& element : header.elements) {
@@ -443,9 +457,12 @@ Result<PolygonSoup> readPly(std::string_view file) {
   if (auto ok = checkCounts(*header); !ok) return tl::unexpected(std::move(ok).error());
   Body words(*header, *geometry, false);
   const auto byWords = words.read();
-  if (byWords && (words.usedAll() || header->format != Format::kText)) return std::move(words).finish();
+  const bool isText = header->format == Format::kText;
+  if (!isText && !byWords) return tl::unexpected(byWords.error());
+  if (!isText || (byWords && words.usedAll())) return std::move(words).finish();
+  if (auto ok = checkPlyNumbers(header->body); !ok) return tl::unexpected(std::move(ok).error());
   Body lines(*header, *geometry, true);
-  if (lines.read() && lines.usedAll() && header->format == Format::kText) return std::move(lines).finish();
+  if (lines.read() && lines.usedAll()) return std::move(lines).finish();
   if (!byWords) return tl::unexpected(byWords.error());
   return std::move(words).finish();
 }

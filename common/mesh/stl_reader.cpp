@@ -63,7 +63,8 @@ class StlText {
       }
     }
     const std::string triangles = std::to_string(soup_.triangles.size()) + " triangles";
-    if (!isEnded_) return refused("", "is cut off: it ends after " + triangles + " without \"endsolid\"");
+    if (!isEnded_)
+      return refused("", "ends after " + triangles + " without \"endsolid\": it is cut off, or needs that line");
     if (soup_.triangles.empty())
       return refused("", "holds no face: no \"facet\" is between \"solid\" and \"endsolid\"");
     return std::move(soup_);

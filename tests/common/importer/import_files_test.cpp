@@ -62,6 +62,23 @@ TEST_F(ImportFiles, ThatAreNoReadableFilesAreRefused) {
   EXPECT_THAT(refusal("t.off", "OFF\n"), HasSubstr("header"));
 }
 
+TEST_F(ImportFiles, AreUnpacked) {
+  // gzip -n of kTetrahedronOff
+  using namespace std::string_literals;
+  const std::string packed =
+      "\037\213\010\000\000\000\000\000\002\003\363\167\163\343\062\121\060\121\060\343\062\120\000\102\056\103\060\151\240\140\010\046\201\064\227\061\220\064\202\322\206\012\306\100\332\020\310\007\321\106\100\021\143\056\000\045\024\331\075\102\000\000\000"s;
+  EXPECT_EQ(import("t.off.gz", packed)->mesh, tetrahedron());
+  EXPECT_EQ(import("T.OFF.GZ", packed)->mesh, tetrahedron());
+  EXPECT_EQ(import("t.off", packed)->mesh, tetrahedron()) << "packed under its plain name";
+  for (std::size_t size = 2; size < packed.size(); size += 3) {
+    EXPECT_THAT(refusal("t.off.gz", packed.substr(0, size)), HasSubstr("gzip file that is cut off"));
+  }
+  std::string claims = packed;
+  claims.replace(claims.size() - 4, 4, "\xff\xff\xff\xff");
+  EXPECT_THAT(refusal("t.off.gz", claims), HasSubstr("gzip file that is cut off"));
+  EXPECT_THAT(refusal("t.gz", packed), HasSubstr("unknown format"));
+}
+
 TEST_F(ImportFiles, ReadImages) {
   const auto bytes = importImage(std::filesystem::path(SCENES_FOLDER) / "sprinkles.png");
   ASSERT_TRUE(bytes) << bytes.error().text();

@@ -153,7 +153,8 @@ TEST_F(ImportOff, RefusesAFileThatIsCutOff) {
 TEST_F(ImportOff, NamesTheVertexOrFaceThatIsWrong) {
   EXPECT_THAT(refusal("t.off", "OFF\n3 1 0\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"), HasSubstr("vertex 1 (from 0)"));
   EXPECT_THAT(refusal("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 10 11\n"), HasSubstr("face 0 (from 0) has fewer"));
-  EXPECT_THAT(refusal("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n"), HasSubstr("\"x\" as a corner"));
+  EXPECT_THAT(refusal("t.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n"),
+              HasSubstr("line 6: \"x\" where a number should be"));
   EXPECT_THAT(refusal("t.off", "PNG\n"), HasSubstr("begins with \"PNG\""));
   EXPECT_THAT(refusal("t.off", "OFF BINARY\n"), HasSubstr("binary OFF"));
 }

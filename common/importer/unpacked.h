@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "common/error/error.h"
+
+namespace haptics {
+
+/// The file, or what it holds if it is a gzip file. Refused: damaged, cut off, of several parts, larger than kMaxFileSize.
+[[nodiscard]] Result<std::string> unpacked(std::string file);
+
+}  // namespace haptics
