@@ -45,6 +45,7 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"header_lines_skipped", r.headerLinesSkipped},
               {"lines_skipped", r.linesSkipped},
               {"bytes_at_end", r.bytesAtEnd},
+              {"counts_ignored", r.countsIgnored},
               {"boundary_edges", r.boundaryEdges},
               {"t_junctions", r.tJunctions},
               {"t_junctions_searched", r.tJunctionsSearched},

@@ -95,6 +95,7 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   report.headerLinesSkipped = soup.headerLinesSkipped;
   report.linesSkipped = soup.linesSkipped;
   report.bytesAtEnd = soup.bytesAtEnd;
+  report.countsIgnored = soup.countsIgnored;
   const Vec3 size_m = report.boxMax_m - report.boxMin_m;
   const double farthest_m = options.keepCrossings ? 0 : kMaxRepairDistance * std::max({size_m.x, size_m.y, size_m.z});
   report.repair = repairSelfIntersections(imported->mesh, report.closed(), farthest_m);

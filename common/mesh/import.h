@@ -31,6 +31,7 @@ struct MeshReport {
   std::uint64_t headerLinesSkipped = 0;  ///< PolygonSoup::headerLinesSkipped.
   std::uint64_t linesSkipped = 0;        ///< PolygonSoup::linesSkipped.
   std::uint64_t bytesAtEnd = 0;          ///< PolygonSoup::bytesAtEnd.
+  std::uint64_t countsIgnored = 0;       ///< PolygonSoup::countsIgnored.
   std::uint64_t boundaryEdges = 0;       ///< One face.
   std::uint64_t tJunctions = 0;          ///< Boundary edges with a vertex of other boundary edges on them.
   std::uint64_t nonManifoldEdges = 0;    ///< More than two faces.

@@ -20,9 +20,10 @@ struct PolygonSoup {
   std::uint64_t outOfRange = 0;  ///< Triangles of polygons that name a vertex that is not there.
   std::uint64_t shapesSkipped = 0;
   std::uint64_t headerLinesSkipped = 0;
-  std::uint64_t linesSkipped = 0;  ///< After the header: lines, or ends of lines, that the format does not have.
-  std::uint64_t bytesAtEnd = 0;    ///< After the last face.
-  bool isFloat32 = false;          ///< The file holds its coordinates so.
+  std::uint64_t linesSkipped = 0;   ///< After the header: lines, or ends of lines, that the format does not have.
+  std::uint64_t bytesAtEnd = 0;     ///< After the last face.
+  std::uint64_t countsIgnored = 0;  ///< Numbers of triangles, because they are wrong.
+  bool isFloat32 = false;           ///< The file holds its coordinates so.
 
   /// For addPolygon(), of a file's number from 0: one that is not in `vertices` where it is not.
   [[nodiscard]] std::uint32_t numbered(std::int64_t vertex) const {

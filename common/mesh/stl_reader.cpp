@@ -1,6 +1,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <limits>
 
 #include "common/mesh/face_list.h"
 #include "common/mesh/mesh_readers.h"
@@ -29,17 +30,54 @@ void addTriangle(PolygonSoup& soup) {
 
 std::string numbered(std::uint64_t vertex) { return "vertex " + std::to_string(vertex) + " (from 0) "; }
 
-Result<PolygonSoup> readBinary(std::string_view file) {
-  const std::uint64_t triangles = claimedTriangles(file);
+std::array<Vec3, 3> triangleAt(std::string_view file, std::uint64_t triangle) {
+  std::array<std::array<float, 3>, 3> points;
+  std::memcpy(points.data(), file.data() + kHeader + triangle * kRecord + kNormal, sizeof points);
+  std::array<Vec3, 3> corners;
+  for (std::size_t k = 0; k < corners.size(); ++k) corners[k] = Vec3(points[k][0], points[k][1], points[k][2]);
+  return corners;
+}
+
+/// Whether what follows the triangles that a header counts is more of them: they have an area, and are near those.
+bool areTriangles(std::string_view file, std::uint64_t counted, std::uint64_t held) {
+  constexpr double kNear = 10;  // sizes of the box of those that are counted
+  Vec3 low(std::numeric_limits<double>::infinity()), high(-low);
+  for (std::uint64_t i = 0; i < counted; ++i) {
+    for (const Vec3& corner : triangleAt(file, i)) {
+      low = glm::min(low, corner);
+      high = glm::max(high, corner);
+    }
+  }
+  const Vec3 reach(kNear * glm::length(high - low));
+  for (std::uint64_t i = counted; i < held; ++i) {
+    const auto corners = triangleAt(file, i);
+    for (const Vec3& corner : corners) {
+      if (!glm::all(glm::lessThanEqual(glm::abs(corner - low), reach))) return false;
+    }
+    if (!hasArea(Vec3f(corners[0]), Vec3f(corners[1]), Vec3f(corners[2]))) return false;
+  }
+  return true;
+}
+
+/// Some programs write the header before they know the count, and never fill it in: 0, the largest number, or too few of
+/// them. The length then says it, if it comes out even.
+std::uint64_t countedTriangles(std::string_view file) {
+  const std::uint64_t claimed = claimedTriangles(file), held = (file.size() - kHeader) / kRecord;
+  if (claimed == held || (file.size() - kHeader) % kRecord != 0) return claimed;
+  const bool isOpen = claimed == 0 || claimed == std::numeric_limits<std::uint32_t>::max();
+  return isOpen || (claimed < held && areTriangles(file, claimed, held)) ? held : claimed;
+}
+
+Result<PolygonSoup> readBinary(std::string_view file, std::uint64_t triangles) {
   PolygonSoup soup;
   soup.isFloat32 = true;
-  for (std::uint64_t corner = 0; corner < 3 * triangles; ++corner) {
-    std::array<float, 3> point;
-    const std::size_t at = kHeader + corner / 3 * kRecord + kNormal + corner % 3 * sizeof point;
-    std::memcpy(point.data(), file.data() + at, sizeof point);
-    soup.vertices.emplace_back(point[0], point[1], point[2]);
-    if (const char* fault = faultOf(soup.vertices.back())) return refused("", numbered(corner) + fault);
-    if (corner % 3 == 2) addTriangle(soup);
+  soup.countsIgnored = triangles != claimedTriangles(file) ? 1 : 0;
+  for (std::uint64_t i = 0; i < triangles; ++i) {
+    for (const Vec3& corner : triangleAt(file, i)) {
+      if (const char* fault = faultOf(corner)) return refused("", numbered(soup.vertices.size()) + fault);
+      soup.vertices.push_back(corner);
+    }
+    addTriangle(soup);
   }
   soup.bytesAtEnd = file.size() - (kHeader + triangles * kRecord);
   return soup;
@@ -147,11 +185,14 @@ bool isText(std::string_view text) {
 
 // The length decides whether a file is binary. Other programs leave notes of their own after the last triangle.
 Result<PolygonSoup> readStl(std::string_view file) {
-  const bool isWhole = file.size() >= kHeader && file.size() >= kHeader + kRecord * claimedTriangles(file);
-  if (isWhole && (claimedTriangles(file) > 0 || file.size() == kHeader)) return readBinary(file);
+  const std::uint64_t triangles = file.size() < kHeader ? 0 : countedTriangles(file);
+  const bool isWhole = file.size() >= kHeader && file.size() >= kHeader + kRecord * triangles;
+  const bool isCounted = isWhole && triangles == claimedTriangles(file);
+  if (isCounted && (triangles > 0 || file.size() == kHeader)) return readBinary(file, triangles);
   const auto text = plainText(file);
   if (!text) return tl::unexpected(text.error());
   if (isText(*text)) return StlText(*text).read();
+  if (isWhole && triangles > 0) return readBinary(file, triangles);
   if (file.size() < kHeader) {
     return refused("", "is cut off: the header of a binary STL file alone takes " + std::to_string(kHeader) + " bytes");
   }

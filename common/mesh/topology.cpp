@@ -177,6 +177,7 @@ std::string MeshReport::text() const {
   mention(headerLinesSkipped, "header lines skipped that begin with no keyword");
   mention(linesSkipped, "lines, or ends of lines, skipped that the format does not have");
   mention(bytesAtEnd, "bytes after the last triangle left out");
+  mention(countsIgnored, "wrong count of triangles ignored, the file's length says how many there are");
   mention(droppedDegenerate, "degenerate triangles dropped");
   mention(droppedOutOfRange, "triangles dropped for naming a vertex that is not there");
   mention(duplicateFaces, "duplicate faces kept");

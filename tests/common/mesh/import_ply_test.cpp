@@ -144,6 +144,38 @@ TEST_F(ImportPly, SkipsHeaderLinesThatBeginWithNoKeyword) {
   EXPECT_THAT(imported->report.text(), HasSubstr("2 header lines skipped"));
 }
 
+TEST_F(ImportPly, TakesALineFeedAfterAHeaderOfCarriageReturnsForTheBodys) {
+  std::string head = header("binary_little_endian", "float", "uchar int");
+  head.replace(head.find("property float x"), 0, "property uchar red\n");
+  std::replace(head.begin(), head.end(), '\n', '\r');
+  std::string body;
+  for (const auto& point : kPoints) {
+    body += '\n';
+    for (const float x : point) body += raw(x);
+  }
+  const std::string vertices = binaryBody<float, std::uint8_t, std::int32_t>(false);
+  EXPECT_EQ(import("t.ply", head + body + vertices.substr(4 * 12))->mesh, tetrahedron());
+}
+
+TEST_F(ImportPly, ReadsStripsOfTriangles) {
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element tristrips 2\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  const TriMesh expected =
+      canonicalise({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {1, 2, 3}, {1, 3, 0}, {3, 2, 0}}, {})
+          ->mesh;
+  EXPECT_EQ(import("t.ply", head + "5 0 2 1 3 0\n4 -1 3 2 0\n")->mesh.triangles.size(), 4U);
+  EXPECT_EQ(import("t.ply", head + "8 0 2 1 -1 1 2 3 -1\n7 1 3 0 -1 3 2 0\n")->mesh, expected);
+  EXPECT_TRUE(import("t.ply", head + "5 0 2 1 3 0\n4 -1 3 2 0\n")->report.closed());
+}
+
+TEST_F(ImportPly, NamesTheListThatItCannotChoose) {
+  std::string ply = textPly();
+  ply.replace(ply.find("vertex_indices"), 14, "corners\nproperty list uchar int neighbours");
+  EXPECT_THAT(refusal("t.ply", ply),
+              HasSubstr("no list \"vertex_indices\"; its properties are \"corners\", \"neighbours\""));
+}
+
 TEST_F(ImportPly, RefusesHeadersThatMakeNoMesh) {
   const auto without = [](const std::string& line) {
     std::string ply = textPly();

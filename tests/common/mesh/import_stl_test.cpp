@@ -66,12 +66,25 @@ TEST_F(ImportStl, ReadsSeveralSolidsInOneFile) {
 
 TEST_F(ImportStl, RefusesACountThatTheLengthDoesNotBear) {
   const std::string good = binaryStl(tetrahedron());
-  for (const std::uint32_t count : {0U, 5U, 300'000'000U, std::numeric_limits<std::uint32_t>::max()}) {
-    std::string bad = good;
+  for (const std::uint32_t count : {5U, 300'000'000U, std::numeric_limits<std::uint32_t>::max()}) {
+    std::string bad = count > 5 ? good + 'x' : good;
     bad.replace(80, 4, raw(count));
     EXPECT_THAT(refusal("t.stl", bad), HasSubstr("claims " + std::to_string(count) + " triangles")) << count;
   }
   EXPECT_THAT(refusal("t.stl", binaryStl({}).substr(0, 84)), HasSubstr("no face"));
+}
+
+TEST_F(ImportStl, IgnoresACountThatWasNotFilledIn) {
+  const std::string good = binaryStl(tetrahedron());
+  for (const std::uint32_t count : {0U, 1U, 3U, std::numeric_limits<std::uint32_t>::max()}) {
+    std::string open = good;
+    open.replace(80, 4, raw(count));
+    const auto imported = import("t.stl", open);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron());
+    EXPECT_THAT(imported->report.text(), HasSubstr("1 wrong count of triangles ignored"));
+    EXPECT_EQ(import("t.stl", good)->report.countsIgnored, 0U);
+  }
 }
 
 TEST_F(ImportStl, LeavesOutWhatFollowsTheLastTriangle) {
@@ -79,6 +92,7 @@ TEST_F(ImportStl, LeavesOutWhatFollowsTheLastTriangle) {
     const auto imported = import("t.stl", binaryStl(tetrahedron()) + std::string(size, 'x'));
     EXPECT_EQ(imported->mesh, tetrahedron());
     EXPECT_EQ(imported->report.bytesAtEnd, size);
+    EXPECT_EQ(import("t.stl", binaryStl(tetrahedron()) + std::string(size, '\0'))->report.bytesAtEnd, size);
     EXPECT_THAT(imported->report.text(), HasSubstr(std::to_string(size) + " bytes after the last triangle"));
   }
 }

@@ -2,6 +2,10 @@
 
 #include <sys/stat.h>
 
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <random>
 
 #include "common/mesh/mesh_asset.h"
@@ -13,6 +17,7 @@ namespace {
 using fixture::kTetrahedronOff;
 using fixture::tetrahedron;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 using Import = fixture::MeshFiles;
 using ImportObj = fixture::MeshFiles;
@@ -54,6 +59,129 @@ TEST_F(Import, OfADamagedTextFileIsRefusedOrReportedButNeverFails) {
         EXPECT_TRUE(checkMesh(imported->mesh));
       }
     }
+  }
+}
+
+TEST_F(Import, NamesAnotherEncoding) {
+  using namespace std::string_literals;
+  for (const std::string name : {"t.obj", "t.off", "t.ply", "t.stl"}) {
+    for (const std::string& text : {"\xff\xfev\0 \0"s, "\xfe\xff\0v\0 "s, "v\0 \0"s, "\0v\0 "s}) {
+      EXPECT_THAT(refusal(name, text), HasSubstr("is in UTF-16")) << name;
+    }
+    EXPECT_THAT(refusal(name, "\xff\xfe\0\0v\0\0\0"s), HasSubstr("is in UTF-32")) << name;
+  }
+}
+
+/// A prism of 24 sides, radius 0.5 and height 1, away from the origin, in each format that holds float64.
+class ImportFarAway : public fixture::MeshFiles {
+ protected:
+  static constexpr int kSides = 24;
+
+  static Vec3 corner(int i, Vec3 at) {
+    const double angle = 2 * std::numbers::pi * (i % kSides) / kSides;
+    return at + Vec3(0.5 * std::cos(angle), 0.5 * std::sin(angle), i < kSides ? 0 : 1);
+  }
+  static std::vector<std::array<int, 3>> triangles() {
+    std::vector<std::array<int, 3>> all;
+    for (int i = 0; i < kSides; ++i) {
+      const int next = (i + 1) % kSides;
+      all.push_back({i, next, next + kSides});
+      all.push_back({i, next + kSides, i + kSides});
+    }
+    return all;
+  }
+  static std::string words(Vec3 v) {
+    char text[100];
+    std::snprintf(text, sizeof text, "%.10f %.10f %.10f\n", v.x, v.y, v.z);
+    return text;
+  }
+
+  static std::vector<std::pair<std::string, std::string>> files(Vec3 at) {
+    std::string vertices, obj, faces, bytes, list, stl = "solid\n";
+    for (int i = 0; i < 2 * kSides; ++i) {
+      const Vec3 v = corner(i, at);
+      vertices += words(v);
+      obj += "v " + words(v);
+      bytes += fixture::raw(v.x) + fixture::raw(v.y) + fixture::raw(v.z);
+    }
+    for (const auto& [a, b, c] : triangles()) {
+      const auto number = [](int i) { return ' ' + std::to_string(i); };
+      faces += '3' + number(a) + number(b) + number(c) + '\n';
+      obj += 'f' + number(a + 1) + number(b + 1) + number(c + 1) + '\n';
+      list += '\3' + fixture::raw(a) + fixture::raw(b) + fixture::raw(c);
+      stl += "facet normal 0 0 0 outer loop vertex " + words(corner(a, at)) + "vertex " + words(corner(b, at)) +
+             "vertex " + words(corner(c, at)) + "endloop endfacet\n";
+    }
+    const auto ply = [](const std::string& format) {
+      return "ply\nformat " + format +
+             " 1.0\nelement vertex 48\nproperty double x\nproperty double y\nproperty double z\n"
+             "element face 48\nproperty list uchar int vertex_indices\nend_header\n";
+    };
+    return {{"t.obj", obj},
+            {"t.off", "OFF\n48 48 0\n" + vertices + faces},
+            {"t.ply", ply("ascii") + vertices + faces},
+            {"t.ply", ply("binary_little_endian") + bytes + list},
+            {"t.stl", stl + "endsolid\n"}};
+  }
+};
+
+TEST_F(ImportFarAway, KeepsTheShapeThatIsCentred) {
+  for (const Vec3 at :
+       {Vec3(0), Vec3(691234.5, 5334567.25, 512), Vec3(4177000.25, 855000.5, 4727000.125), Vec3(-2e7, 7e6, 3)}) {
+    for (const auto& [name, file] : files(at)) {
+      const auto imported = import(name, file, {.largestExtent_m = 0.1});
+      ASSERT_TRUE(imported) << imported.error().text();
+      ASSERT_EQ(imported->mesh.vertices.size(), 48U);
+      for (const Vec3f& v : imported->mesh.vertices) {
+        EXPECT_NEAR(std::hypot(static_cast<double>(v.x), static_cast<double>(v.y)), 0.05, 1e-7) << name;
+        EXPECT_NEAR(std::abs(static_cast<double>(v.z)), 0.05, 1e-7) << name;
+      }
+      EXPECT_THAT(imported->report.text(), Not(HasSubstr("so far from the origin")));
+    }
+  }
+}
+
+TEST_F(ImportFarAway, SaysWhatFloat32LeavesOfIt) {
+  const Vec3 utm(691234.5, 5334567.25, 512);
+  for (const auto& [name, file] : files(utm)) {
+    const auto imported = import(name, file);
+    EXPECT_NEAR(imported->report.rounding_m, 0.25, 0.05) << name;
+    EXPECT_THAT(imported->report.text(), HasSubstr("so far from the origin that float32 puts vertices up to 2"))
+        << name;
+  }
+  std::string stl(84, '\0');
+  stl.replace(80, 4, fixture::raw(48));
+  for (const auto& triangle : triangles()) {
+    stl += std::string(12, '\0');
+    for (const int i : triangle) stl += fixture::raw(Vec3f(corner(i, utm)));
+    stl += std::string(2, '\0');
+  }
+  EXPECT_EQ(import("t.stl", stl, {.largestExtent_m = 0.1})->report.rounding_m,
+            0.25 * import("t.stl", stl, {.largestExtent_m = 0.1})->report.scale_m);
+}
+
+TEST_F(ImportObj, GoesOnAfterABackslash) {
+  const std::string triangle = "v 0 0 0\nv 1 0 \\\n0\nv 0\\ \r\n 1 0\nf 1\\\n 2 \\\n\\\n 3\n";
+  EXPECT_EQ(import("t.obj", triangle)->mesh, import("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")->mesh);
+  EXPECT_THAT(refusal("t.obj", "v 0 0 0 \\\nv 1 0 0\n"), HasSubstr("line 2: vertex 0 (from 0) has \"v\""));
+  EXPECT_THAT(refusal("t.obj", "vt 0 0 \\\nv 1 0 0\n"), HasSubstr("line 2: \"v\" where a number should be"));
+  EXPECT_THAT(refusal("t.obj", "f 1 2 3 \\\nf 2 3 4\n"), HasSubstr("line 2: \"f\""));
+}
+
+TEST_F(ImportObj, SaysWhatItHoldsInPlaceOfFaces) {
+  EXPECT_THAT(refusal("t.obj", "v 0 0 0\nl 1 2\np 1\nsurf 0 1 0 1 1 2 3\nface 1 2 3\nface 1 2 3\n"),
+              HasSubstr("holds 1 vertices and no face (\"f\"), 2 lines and points, which have no surface, 1 free-form "
+                        "shapes, which are not read, 2 lines that begin with no keyword of OBJ, the first is line 5: "
+                        "\"face\"; a mesh needs at least one face"));
+}
+
+TEST_F(ImportObj, TakesAnythingAsAVertexThatNoFaceNames) {
+  const std::string unused = "v nan 0 0\nv 1e300 0 0\nv 1e999 0 0\nv 0 -1.#IND 0\n";
+  for (const ImportOptions& options : {ImportOptions{}, ImportOptions{.largestExtent_m = 0.1}}) {
+    const auto imported = import("t.obj", std::string(kTetrahedronObj) + unused, options);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->mesh, import("t.obj", kTetrahedronObj, options)->mesh);
+    EXPECT_EQ(imported->report.verticesUnused + imported->report.verticesWelded, 4U);
   }
 }
 
@@ -132,6 +260,12 @@ TEST_F(ImportOff, LeavesOutColoursAndNormals) {
                    "0 0 1 0 0 1 9 9 9 9 0 0\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n")
                 ->mesh,
             tetrahedron());
+}
+
+TEST_F(ImportOff, RefusesNumbersThatCanBeReadInTwoWays) {
+  // The first 0 is the number of edges, and "3 0 1 2" the face; or it is a coordinate, and "4 3 0 1 2" is.
+  EXPECT_THAT(refusal("t.off", "OFF\n4 1\n0 0 0 1 0 0 1 1 0 0 1 0 4 3 0 1 2\n"), HasSubstr("in more than one way"));
+  EXPECT_EQ(import("t.off", "OFF\n3 1 0\n0 0 0 1 0 0 0 1 0 3 0 1 2")->report.kept, 1U);
 }
 
 TEST_F(ImportOff, RefusesAHeaderThatClaimsMoreThanTheFileHolds) {

@@ -1,5 +1,4 @@
 #include <cstdlib>
-#include <fstream>
 
 #include "mesh_files.h"
 #include "spelling.h"
@@ -11,9 +10,6 @@ namespace {
 using fixture::PlainSolid;
 using fixture::Spelling;
 using fixture::SpeltFile;
-using ::testing::HasSubstr;
-
-using Spellings = fixture::MeshFiles;
 
 constexpr std::uint64_t kSpellings = 5000;
 
@@ -46,7 +42,6 @@ class SpellingsOf : public fixture::MeshFiles {
                     << (imported ? imported->report.text() : imported.error().text()) << "\n"
                     << file.bytes.substr(0, 3000);
     }
-    std::cerr << "ambiguous " << ambiguous << std::endl;
     EXPECT_LT(ambiguous, kSpellings / 100);
   }
 
