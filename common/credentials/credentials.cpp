@@ -101,9 +101,9 @@ Result<ClientCredentials> readClientCredentials(const fs::path& file) {
   std::string where = file.string();
   int number = 1;
   for (std::string line; std::getline(lines, line); ++number) {
-    const std::size_t begin = line.find_first_not_of(" \t");
-    if (begin == line.npos || line.compare(begin, kTokenKey.size(), kTokenKey) != 0) continue;
-    std::istringstream rest(line.substr(begin + kTokenKey.size()));
+    const std::size_t key = line.find_first_not_of(" \t");
+    if (key == line.npos || line.compare(key, kTokenKey.size(), kTokenKey) != 0) continue;
+    std::istringstream rest(line.substr(key + kTokenKey.size()));
     std::string digits;
     rest >> digits;
     credentials.token = bytesOfHex(digits).value_or("");
