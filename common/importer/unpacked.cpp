@@ -23,11 +23,11 @@ Result<std::string> unpacked(std::string file) {
   const auto bad = [] {
     return refused("", "is a gzip file that is cut off, damaged, or of several parts; unpack it by gunzip");
   };
-  std::uint32_t size = 0;                                // little-endian, at the end
-  constexpr std::size_t kLeast = 18, kMostRatio = 1032;  // bytes of an empty file; of what each byte can stand for
-  if (file.size() < kLeast) return bad();
+  std::uint32_t size = 0;                                 // little-endian, at the end
+  constexpr std::size_t kMinSize = 18, kMaxRatio = 1032;  // bytes of an empty file; of what each byte can stand for
+  if (file.size() < kMinSize) return bad();
   std::memcpy(&size, file.data() + file.size() - sizeof size, sizeof size);
-  if (size / kMostRatio > file.size()) return bad();
+  if (size / kMaxRatio > file.size()) return bad();
   if (size > kMaxFileSize) {
     return refused("", "unpacks to more than the " + std::to_string(kMaxFileSize) + " bytes that are taken");
   }

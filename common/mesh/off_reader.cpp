@@ -147,9 +147,9 @@ class OffBody {
     }
     soup_.vertices.push_back(*point);
     const int words = skip(layout_.valuesOfVertex);
-    constexpr int kMost = 12;  // words that are known: texture coordinates, normal, colour
+    constexpr int kMaxWords = 12;  // words that are known: texture coordinates, normal, colour
     if (i == 0) wordsAfterFirst_ = words;
-    if (words != wordsAfterFirst_ || words > kMost) leaveOut();
+    if (words != wordsAfterFirst_ || words > kMaxWords) leaveOut();
     return {};
   }
 
