@@ -15,6 +15,8 @@ constexpr std::size_t kFew = 64;
 constexpr double kLong = 1.0 / 16;
 /// Times as long as nearly all others: such triangles say nothing of how large a mesh is.
 constexpr float kGiant = 4;
+/// Above 0, for triangles that a deformation has brought to one place.
+constexpr double kFinest_m = std::numeric_limits<float>::min();
 
 struct Bounds {
   Vec3 low{std::numeric_limits<double>::infinity()};
@@ -48,11 +50,11 @@ class Grid {
  public:
   using Place = std::array<std::int32_t, 3>;
 
-  Grid(const Bounds& bounds, int along) : low_(bounds.low), cell_m_(bounds.longest() / along) {
+  Grid(const Bounds& bounds, int along) : low_(bounds.low), cell_m_(std::max(bounds.longest() / along, kFinest_m)) {
     const Vec3 size = bounds.size();
     for (int d = 0; d < 3; ++d) {
       count_[static_cast<std::size_t>(d)] =
-          std::clamp(static_cast<std::int32_t>(std::ceil(size[d] / cell_m_)), 1, along);
+          static_cast<std::int32_t>(std::clamp<double>(std::ceil(size[d] / cell_m_), 1, along));
     }
   }
   [[nodiscard]] std::size_t cells() const {

@@ -126,6 +126,19 @@ TEST(LongTriangles, AreRefittedToWhereTheyHaveMoved) {
   EXPECT_EQ(again->hierarchy().nodes().size(), refitted->hierarchy().nodes().size());
 }
 
+TEST(LongTriangles, MayCollapse) {
+  for (const shapes::Shape& shape : {soupOf(500), mixed()}) {
+    const auto before = shape.build();
+    for (const Vec3 scale : {Vec3(0), Vec3(1, 0, 0), Vec3(0, 1, 1), Vec3(1e-30), Vec3(1e-38), Vec3(1e-43),
+                             Vec3(1, 1e-43, 0), Vec3(1e4), Vec3(1e4, 0, 1e-44)}) {
+      const auto collapsed = refitCollisionMesh(*before, shape.mapped([&](Vec3 v) { return scale * v; }).vertices);
+      ASSERT_TRUE(collapsed->hierarchy().hasCells());
+      expectQueriesOfBruteForce(*collapsed);
+      expectQueriesOfBruteForce(*refitCollisionMesh(*collapsed, shape.vertices));
+    }
+  }
+}
+
 /// Without any other triangle there is no hierarchy but that of the cells.
 TEST(LongTriangles, AreDentedWhereThereIsNothingElse) {
   const Falloff falloff(0.03, 2);
