@@ -76,6 +76,8 @@ Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double st
   }
   auto mesh = unsimplified(source);
   if (!mesh) return mesh;
+  if (auto ok = checkSimplifiable(*mesh->asset->surface, stiffness_N_per_m); !ok)
+    return tl::unexpected(std::move(ok).error());
   reportProgress(WorkStage::kMaking, 0);
   const TriMesh& all = *mesh->asset->mesh;
   auto simpler = simplify(all, *mesh->asset->surface, *source.simplifyError, stiffness_N_per_m);

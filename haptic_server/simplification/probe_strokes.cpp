@@ -30,8 +30,18 @@ double areaOf(const TriMesh& mesh, const TriangleIndices& t) {
 
 /// Without its end.
 void addLine(ProbeStroke& stroke, Vec3 from, Vec3 to, double step_m) {
-  const int steps = std::max(1, static_cast<int>(std::ceil(glm::distance(from, to) / step_m)));
-  for (int i = 0; i < steps; ++i) stroke.push_back(glm::mix(from, to, static_cast<double>(i) / steps));
+  const double steps = std::max(1.0, std::ceil(glm::distance(from, to) / step_m));
+  for (double i = 0; i < steps; ++i) stroke.push_back(glm::mix(from, to, i / steps));
+}
+
+struct Measures {
+  double depth_m, length_m, step_m;
+};
+
+Measures measuresFor(const CollisionMesh& surface, double stiffness_N_per_m) {
+  const Vec3 size = surface.high() - surface.low();
+  const double length_m = std::min(kLongest_m, kLongest_of_side * std::max({size.x, size.y, size.z}));
+  return {kStrokePress_N / stiffness_N_per_m, length_m, std::min(kStep_m, length_m / kFewestSteps)};
 }
 
 bool isFree(const CollisionMesh& surface, Vec3 place) {
@@ -43,20 +53,23 @@ bool isFree(const CollisionMesh& surface, Vec3 place) {
 
 }  // namespace
 
+double placesOfAStroke(const CollisionMesh& surface, double stiffness_N_per_m) {
+  const auto [depth_m, length_m, step_m] = measuresFor(surface, stiffness_N_per_m);
+  return std::ceil((4 * depth_m + length_m) / step_m);
+}
+
 Probes probeStrokes(const TriMesh& mesh, const CollisionMesh& surface, double stiffness_N_per_m, std::size_t count,
                     std::uint64_t seed) {
-  const double depth_m = kStrokePress_N / stiffness_N_per_m;
+  const auto [depth_m, length_m, step_m] = measuresFor(surface, stiffness_N_per_m);
   std::mt19937_64 engine(seed);
   std::vector<double> areaUpTo;
   areaUpTo.reserve(mesh.triangles.size());
   double area = 0;
   for (const TriangleIndices& t : mesh.triangles) areaUpTo.push_back(area += areaOf(mesh, t));
 
-  const Vec3 size = surface.high() - surface.low();
-  const double length_m = std::min(kLongest_m, kLongest_of_side * std::max({size.x, size.y, size.z}));
-  const double step_m = std::min(kStep_m, length_m / kFewestSteps);
   std::vector<ProbeStroke> strokes;
   for (std::size_t i = 0; i < count; ++i) {
+    interruptionPoint();
     const double at = area * (static_cast<double>(i) + drawn(engine)) / static_cast<double>(count);
     const double u = std::sqrt(drawn(engine)), v = drawn(engine), turn = 2 * std::numbers::pi * drawn(engine);
     const auto found = std::min(std::ranges::upper_bound(areaUpTo, at), areaUpTo.end() - 1);

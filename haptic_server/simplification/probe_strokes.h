@@ -21,6 +21,10 @@ struct Probes {
   std::vector<Forces> forces;  ///< On the mesh itself.
 };
 
+/// About how many places a stroke has: more the softer and the smaller the mesh is. What it costs, 48 bytes and one contact
+/// for each and each copy that is judged.
+[[nodiscard]] double placesOfAStroke(const CollisionMesh& surface, double stiffness_N_per_m);
+
 /// Strokes over all of a mesh, as many to an area wherever it is, but none from within it: down onto a triangle, as deep as
 /// 1 N presses there, straight on for an eighth of the longest side or 20 mm, and up again. Straight, so that they cross
 /// edges, leave the surface and enter it again; each ends where it takes 2 N, since a hand that presses with 1 N gives way

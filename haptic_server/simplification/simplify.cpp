@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstdint>
 #include <future>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -106,6 +107,16 @@ class Judge {
 };
 
 }  // namespace
+
+Result<void> checkSimplifiable(const CollisionMesh& surface, double stiffness_N_per_m) {
+  const double places = static_cast<double>(kStrokes) * placesOfAStroke(surface, stiffness_N_per_m);
+  if (places <= kMaxPlaces) return {};
+  std::ostringstream text;
+  text << "takes strokes of " << places << " places, since 1 N presses " << kPress_N / stiffness_N_per_m
+       << " m into the object; at most " << kMaxPlaces
+       << " are tried: give a stiffer material or a larger mesh, or leave it out";
+  return refused("simplify", text.str());
+}
 
 std::optional<SimplifiedMesh> simplify(const TriMesh& mesh, const CollisionMesh& surface, double error_jnd,
                                        double stiffness_N_per_m) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "common/error/error.h"
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/engine/geometry/collision_mesh.h"
 
@@ -14,6 +15,11 @@ struct SimplifiedMesh {
   std::shared_ptr<const CollisionMesh> surface;  ///< Of it.
   double error_jnd = 0;  ///< Of the force, not exceeded in 99 % of the ticks on the strokes it was judged by.
 };
+
+/// Refused: to press 1 N into it takes so long a way that the strokes have too many places, in all kMaxPlaces.
+[[nodiscard]] Result<void> checkSimplifiable(const CollisionMesh& surface, double stiffness_N_per_m);
+/// 100 MB and some 20 s. Larger lets softer and smaller meshes be simplified.
+inline constexpr double kMaxPlaces = 2e6;
 
 /// The fewest triangles found with which a mesh feels the same (common/maths/perception.h): of a series of copies by
 /// Decimation, each of 0.7 times the triangles of the one before, fitted to the mesh and mended where they pass through
@@ -28,6 +34,7 @@ struct SimplifiedMesh {
 ///
 /// Works in two threads, some 5 s for 870,430 triangles, in which the calling one may be interrupted. Allocates.
 /// @param error_jnd  > 0; 1 is just noticeable.
+/// @param surface, stiffness_N_per_m  Of which checkSimplifiable() approves.
 [[nodiscard]] std::optional<SimplifiedMesh> simplify(const TriMesh& mesh, const CollisionMesh& surface,
                                                      double error_jnd, double stiffness_N_per_m);
 

@@ -1,5 +1,6 @@
 #include "haptic_server/simplification/simplify.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -86,6 +87,24 @@ TEST(Simplify, OfTheSameMeshIsTheSame) {
   const auto first = simplified(sphere), second = simplified(sphere);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->mesh, second->mesh);
+}
+
+TEST(Simplify, HasAPriceThatIsKnownBefore) {
+  for (const double radius_m : {1e-6, 1e-4, 1e-3, 0.03, 1.0, 500.0}) {
+    const TriMesh sphere = makeSphere(radius_m, 2).value();
+    const auto surface = surfaceOf(sphere);
+    for (const double stiffness_N_per_m : {1e-300, 0.1, 1.0, 10.0, 100.0, 800.0, 1e5}) {
+      const bool isSimplifiable = checkSimplifiable(*surface, stiffness_N_per_m).has_value();
+      const double each = placesOfAStroke(*surface, stiffness_N_per_m);
+      EXPECT_EQ(isSimplifiable, 1000 * each <= kMaxPlaces);
+      if (!isSimplifiable) continue;
+      for (const ProbeStroke& stroke : probeStrokes(sphere, *surface, stiffness_N_per_m, 4, 5).strokes)
+        EXPECT_LE(static_cast<double>(stroke.size()), each + 3);
+    }
+  }
+  const auto usual = surfaceOf(makeSphere(0.03, 4).value());
+  EXPECT_TRUE(checkSimplifiable(*usual, 40));
+  EXPECT_THAT(checkSimplifiable(*usual, 5).error().text(), testing::HasSubstr("1 N presses 0.2 m"));
 }
 
 TEST(Simplify, MayBeInterrupted) {
