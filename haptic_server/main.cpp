@@ -1,6 +1,8 @@
 #include <google/protobuf/stubs/logging.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
@@ -20,6 +22,8 @@ namespace haptics {
 namespace {
 
 constexpr int kExitFailed = 1;
+/// From the signal on, whatever a plug-in, an importer or a disk does.
+constexpr std::chrono::milliseconds kEndsWithin{1800};
 
 [[nodiscard]] int fail(const Error& error) {
   logError(error.text());
@@ -51,6 +55,18 @@ class StopSignals {
   sigset_t set_;
 };
 
+std::atomic<int> codeIfLate{kExitFailed};
+
+/// Ends the process kEndsWithin from now as it is. The watchdog then takes the force away.
+void endSoon() {
+  std::thread([] {
+    std::this_thread::sleep_for(kEndsWithin);
+    std::thread([] { logError("something does not end: the server goes without waiting for it"); }).detach();
+    std::this_thread::sleep_for(kEndsWithin / 20);  // the log may be what does not end
+    std::_Exit(codeIfLate);
+  }).detach();
+}
+
 bool rereadsTokens(int signal, const ServerOptions& options) {
   return signal == SIGHUP && !options.credentials.empty();
 }
@@ -62,7 +78,9 @@ Result<std::unique_ptr<ServerApp>> startServer(const ServerOptions& options, con
   const std::jthread watch([&](const std::stop_token& started) {
     while (!started.stop_requested() && !early.stop_requested()) {
       const int signal = signals.wait(monotonicNow_ns() + kLookEvery_ns);
-      if (signal != 0 && !rereadsTokens(signal, options)) early.request_stop();
+      if (signal == 0 || rereadsTokens(signal, options)) continue;
+      endSoon();
+      early.request_stop();
     }
   });
   const Interruptible work(early.get_token());
@@ -78,11 +96,14 @@ int run(const ServerOptions& options) {
   if (!early.stop_requested()) {
     const std::uint64_t end_ns =
         options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0;
-    while (rereadsTokens(stopSignals.wait(end_ns), options)) (*app)->refreshTokens();
+    int signal = 0;
+    while (rereadsTokens(signal = stopSignals.wait(end_ns), options)) (*app)->refreshTokens();
+    if (signal != 0) endSoon();
   }
   logInfo("stopping");
   const auto stopped = (*app)->stop();
   const int code = stopped ? 0 : fail(stopped.error());
+  codeIfLate = code;
   if ((*app)->isStillBuilding()) std::_Exit(code);
   return code;
 }

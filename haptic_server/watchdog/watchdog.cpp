@@ -22,8 +22,10 @@
 namespace haptics {
 namespace {
 
-constexpr std::uint64_t kSoon_ns = 1'000'000'000;  // one that ends sooner after its start is not started again
-constexpr int kPatience_ms = 1'000;                // one that has not polled for so long hangs
+/// Before another one is started: nothing at first, then from the one to the other, each time twice as long.
+constexpr int kFirstPause_ms = 50, kLongestPause_ms = 1'000;
+constexpr std::uint64_t kWell_ns = 10'000'000'000;  // one that lives so long is well
+constexpr int kPatience_ms = 1'000;                 // one that has not polled for so long hangs
 static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 
 [[nodiscard]] SharedMemory newPage() {
@@ -58,7 +60,8 @@ Watchdog::Watchdog(Options options, const FlightRing& ring)
       page_(newPage()),
       ring_(copyOf(ring.descriptor())),
       quit_(::eventfd(0, EFD_CLOEXEC)) {
-  if (startProgram()) guard_ = std::thread([this] { guard(); });
+  (void)startProgram();
+  guard_ = std::thread([this] { guard(); });
 }
 
 Watchdog::~Watchdog() { dismiss(); }
@@ -84,10 +87,12 @@ bool Watchdog::startProgram() {
   alive_ = process.has_value();
   if (alive_) {
     ++started_;
+    saidWhy_ = false;
     return true;
   }
+  if (std::exchange(saidWhy_, true)) return false;
   options_.warning("there is no watchdog, and nobody takes the force away should the server hang or be killed: " +
-                   process.error().text());
+                   process.error().text() + "; trying again");
   return false;
 }
 
@@ -160,21 +165,22 @@ void Watchdog::fillStatus(v1::Status& status) const {
   message.set_forces_taken_away(page().trips.load(std::memory_order_acquire));
 }
 
-/// A thread of its own: starts another one each time that one ends.
+/// A thread of its own: starts another one each time that one ends, or does not start.
 void Watchdog::guard() {
-  std::uint64_t started_ns = 0;  // again
-  while (waitForItsEnd()) {
-    endProgram(0);
-    const std::uint64_t now_ns = monotonicNow_ns();
-    if (now_ns - std::exchange(started_ns, now_ns) < kSoon_ns) {
-      options_.warning(
-          "the watchdog ended again at once: there is none from here on, and nobody takes the force away "
-          "should the server hang or be killed");
-      return;
+  int pause_ms = 0;
+  std::uint64_t started_ns = monotonicNow_ns();
+  while (!alive_ || waitForItsEnd()) {
+    if (alive_) {
+      endProgram(0);
+      if (monotonicNow_ns() - started_ns >= kWell_ns) pause_ms = 0;
+      options_.warning("the watchdog has ended, or hangs; another one is started " +
+                       (pause_ms == 0 ? "at once" : "in " + std::to_string(pause_ms) + " ms"));
     }
-    options_.warning("the watchdog has ended, or hangs");
-    if (!startProgram()) return;
-    options_.info("another watchdog was started");
+    pollfd quit{quit_.descriptor(), POLLIN, 0};
+    if (::poll(&quit, 1, pause_ms) > 0) return;
+    pause_ms = std::clamp(2 * pause_ms, kFirstPause_ms, kLongestPause_ms);
+    started_ns = monotonicNow_ns();
+    if (startProgram()) options_.info("another watchdog was started");
   }
 }
 

@@ -22,8 +22,9 @@
 namespace haptics {
 
 /// The server's side of its watchdog, the program haptic_watchdog, which lies beside the server's: starts it, in a session
-/// of its own, tells it which devices are armed, and starts another one when it ends or hangs. As long as there is none, a
-/// warning has said so.
+/// of its own, tells it which devices are armed, and starts another one when it ends or hangs: the first time at once, then
+/// after pauses that grow to a second, and at once again after one that lived for 10 s. As long as there is none, a warning
+/// has said so.
 class Watchdog final {
  public:
   struct Options {
@@ -91,6 +92,7 @@ class Watchdog final {
   FileHandle quit_;  // an event: the guard is to end
   std::atomic<bool> alive_{false};
   std::atomic<std::uint64_t> started_{0};
+  bool saidWhy_ = false;  // there is none; the guard's
   std::thread guard_;
   std::array<WatchedDevice, kMaxHands> devices_{WatchedDevice{*this, 0}, WatchedDevice{*this, 1}};
 

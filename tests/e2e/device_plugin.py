@@ -8,6 +8,7 @@ import math
 import os
 import queue
 import shutil
+import signal
 import subprocess
 import threading
 import time
@@ -53,6 +54,7 @@ static int read_it(void* device, uint64_t timeout_ns, struct haptics_device_stat
   (void)device; (void)timeout_ns;
   if (++calls % 3000 > 2990) usleep(BLOCK_US);
   if (calls == 1500) THROW;
+  if (calls == 1500) FORK;
   const double half = 0.04 * sin(calls / 300.0) + (calls > 1500 ? JUMP : 0);
   *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)},
                                          .orientation = {calls > 1500 ? W : cos(half), 0, sin(half), 0}, .homed = 1};
@@ -77,7 +79,7 @@ const struct haptics_device_functions* NAME(void) {
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -316,6 +318,25 @@ class DevicePlugin(harness.EndToEnd):
         ticks = list(haptic_recording.ticks(record))
         self.assertTrue(any(tick.fault == STALE for tick in ticks))
         self.assertTrue(any(tick.force[2] > 1 for tick in ticks[-3000:]))
+
+    def test_a_call_that_never_returns_does_not_keep_the_server_from_ending(self):
+        server = self.start_server(device=f"plugin:{self.build_plugin(THROW='for (;;) pause()')}")
+        harness.wait_until(lambda: "the device's position is old" in server.text(), 20, server.text)
+        began = time.monotonic()
+        server.send(signal.SIGTERM)
+        server.process.wait(10)
+        self.assertLess(time.monotonic() - began, 2.2)
+        self.assertIn("something does not end", server.text())
+
+    def test_what_it_forks_dies_with_the_server(self):
+        told = self.folder / "child"
+        fork = f'{{ FILE* f = fopen("{told}", "w"); const int child = fork(); if (child == 0) for (;;) pause(); ' \
+               'fprintf(f, "%d", child); fclose(f); }'
+        server = self.start_server(device=f"plugin:{self.build_plugin(FORK=fork)}")
+        child = harness.Path("/proc") / harness.wait_until(lambda: told.exists() and told.read_text(), 20, server.text)
+        self.assertTrue(child.exists())
+        self.stop_and_check(server)
+        harness.wait_until(lambda: not child.exists() or ") Z" in (child / "stat").read_text(), 5, server.text)
 
 
 if __name__ == "__main__":

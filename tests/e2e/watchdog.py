@@ -306,14 +306,19 @@ class TheWatchdogItself(WatchdogTest):
         self.assertEqual(int(self.server.status()["watchdog"]["started"]), 3)
         return self.without_force_after(self.kill())
 
-    def test_one_that_keeps_ending_is_given_up(self):
+    def test_one_that_keeps_ending_is_started_again_after_pauses(self):
         server = self.start_server()
-        for _ in range(2):
+        for _ in range(8):
             [watchdog] = harness.wait_until(lambda: watchdogs_of(server), 10, server.text)
             os.kill(watchdog, signal.SIGKILL)
             harness.wait_until(lambda: watchdogs_of(server) != [watchdog], 10, server.text)
-        harness.wait_until(lambda: "there is none from here on" in server.text(), 10, server.text)
         self.assertFalse(server.status()["watchdog"].get("alive", False))
+        for pause in ("at once", "in 50 ms", "in 800 ms", "in 1000 ms"):
+            self.assertIn("another one is started " + pause, server.text())
+        harness.wait_until(lambda: watchdogs_of(server), 10, server.text)
+        status = harness.wait_until(lambda: server.status()["watchdog"], 10, server.text)
+        self.assertTrue(status["alive"])
+        self.assertEqual(int(status["started"]), 9)
         self.stop_and_check(server)
 
 

@@ -1,6 +1,9 @@
 #include "haptic_server/device/plugin/plugin_link.h"
 
 #include <dlfcn.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/prctl.h>
 
 #include <algorithm>
 #include <chrono>
@@ -192,6 +195,9 @@ class PluginPort final : public UsbPort {
 }  // namespace
 
 Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
+  // What it forks dies with the thread that called it.
+  static const int once = ::pthread_atfork(nullptr, nullptr, [] { ::prctl(PR_SET_PDEATHSIG, SIGKILL); });
+  static_cast<void>(once);
   // With a slash in it dlopen() looks nowhere else.
   const std::string path = file.find('/') == std::string::npos ? "./" + file : file;
   void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
