@@ -95,16 +95,23 @@ void Sequencer::resume(SequencerState state, Assets assets, EditJournal& journal
 }
 
 void Sequencer::show(const SceneVersion& version, Assets assets) {
-  const SceneHistory& before = *state_.history;
-  if (version.root() == before.version.root()) return;
-  auto edit = std::make_shared<AcceptedEdit>();
-  edit->commit = difference(before.version, version);
-  const auto next = before.version.apply(edit->commit);
-  SceneHistory history{.epoch = newEpoch(), .version = version, .edits = {}};
-  const bool fits = answerSizeOf(edit->commit, {}) <= limits_.answer_bytes;
-  if (fits && next && next->root() == version.root()) {
-    history = before;
-    history.append(edit, version);
+  if (version.root() == state_.history->version.root()) return;
+  SceneHistory history = *state_.history;
+  const auto append = [&history](const SceneVersion& to) {
+    auto edit = std::make_shared<AcceptedEdit>();
+    edit->commit = difference(history.version, to);
+    history.append(edit, to);
+  };
+  // Revisions that no servo took up: who watches goes through each.
+  const std::uint64_t last = std::min(version.revision(), history.version.revision() + limits_.remembered_edits);
+  while (history.version.revision() + 1 < last)
+    append(*history.version.apply({.revision = history.version.revision() + 1}));
+  const Commit commit = difference(history.version, version);
+  const auto next = history.version.apply(commit);
+  if (answerSizeOf(commit, {}) <= limits_.answer_bytes && next && next->root() == version.root()) {
+    append(version);
+  } else {
+    history = {.epoch = newEpoch(), .version = version, .edits = {}};
   }
   state_.history = std::make_shared<const SceneHistory>(std::move(history));
   assets_ = std::move(assets);
