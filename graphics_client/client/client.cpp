@@ -1,5 +1,6 @@
 #include "graphics_client/client/client.h"
 
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <optional>
@@ -49,6 +50,7 @@ template <class T>
 struct Answers {
   std::promise<v1::EditReply> reply;
   std::promise<std::optional<v1::EditLive>> live;  // nothing: the server has restarted without it
+  std::atomic<std::uint64_t> heard_ns = monotonicNow_ns();
 };
 
 }  // namespace
@@ -63,14 +65,13 @@ struct Client::Impl {
 
   [[noreturn]] void noConnection(const std::string& what) const { throw NoConnection(what + link.latest()->linkText); }
 
-  /// As long as there is a connection, and for the timeout without one.
+  /// For the timeout since it was last heard of.
   template <class T>
-  [[nodiscard]] T await(std::future<T> answer, const std::string& what) const {
+  [[nodiscard]] T await(std::future<T> answer, const std::atomic<std::uint64_t>& heard_ns,
+                        const std::string& what) const {
     constexpr std::chrono::milliseconds kLook{50};
-    std::uint64_t lastLive_ns = monotonicNow_ns();
     while (answer.wait_for(kLook) != std::future_status::ready) {
-      if (link.latest()->link == LinkState::kLive) lastLive_ns = monotonicNow_ns();
-      if (monotonicNow_ns() - lastLive_ns > static_cast<std::uint64_t>(timeout.count())) noConnection(what);
+      if (monotonicNow_ns() - heard_ns > static_cast<std::uint64_t>(timeout.count())) noConnection(what);
     }
     return answer.get();
   }
@@ -118,8 +119,10 @@ Client::Applied Client::apply(const std::string& edit) {
   impl_->link.submit(*std::move(transaction),
                      {[answers](const v1::EditReply& reply) { answers->reply.set_value(reply); },
                       [answers](const v1::EditLive& live) { answers->live.set_value(live); },
-                      [answers] { answers->live.set_value(std::nullopt); }});
-  const auto accepted = outcomeOf(impl_->await(answers->reply.get_future(), "no answer to the edit: "));
+                      [answers] { answers->live.set_value(std::nullopt); },
+                      [answers](const v1::EditProgress&) { answers->heard_ns = monotonicNow_ns(); }});
+  const auto accepted =
+      outcomeOf(impl_->await(answers->reply.get_future(), answers->heard_ns, "no answer to the edit: "));
   if (!accepted) throw Refused(accepted.error().text());
   const std::string revision = "accepted as revision " + std::to_string(accepted->revision());
   auto heard = answers->live.get_future();

@@ -44,7 +44,7 @@ class Client {
     std::string name = "client";            ///< For the server's log, at most 64 bytes.
     double telemetryRate_Hz = 60;           ///< How often State's motion is news; 0: never.
     std::function<void(const Tick&)> onTick = {};  ///< Gets every tick, on a thread of the client's; has to be quick.
-    double timeout_s = 10;                         ///< Longest time without a connection, or until an edit is felt.
+    double timeout_s = 10;                         ///< Longest time without a connection or news of an edit.
   };
 
   /// A body of the scene.

@@ -22,7 +22,8 @@ namespace {
 /// What is heard of one edit. Shared with the link's thread.
 struct Answers {
   std::mutex mutex;
-  std::optional<v1::EditProgress> progress;  // the newest; guarded by the mutex
+  std::optional<v1::EditProgress> progress;  // the newest; guarded by the mutex, as is the next
+  int told = 0;                              // times that progress came
   std::promise<v1::EditReply> reply;
   std::promise<std::optional<v1::EditLive>> live;  // nothing: the server lost its state
 };
@@ -59,9 +60,10 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  void look() {
+  /// Whether more is known than before.
+  [[nodiscard]] bool look() {
     const std::lock_guard lock(answers_->mutex);
-    if (!answers_->progress) return;
+    if (!answers_->progress) return false;
     const bool builds = answers_->progress->stage() == v1::EditProgress::STAGE_BUILDING;
     const double seconds = 1e-9 * static_cast<double>(monotonicNow_ns() - began_ns_);
     char since[32];
@@ -69,12 +71,14 @@ class ProgressLine {
     showProgress(builds ? "building" : "making", builds ? std::optional(answers_->progress->share()) : std::nullopt,
                  since);
     shown_ = true;
+    return std::exchange(seen_, answers_->told) != answers_->told;
   }
 
  private:
   const std::shared_ptr<Answers> answers_;
   const std::uint64_t began_ns_ = monotonicNow_ns();
   bool shown_ = false;
+  int seen_ = 0;
 };
 
 /// The server's answer. Nothing: Ctrl-C was pressed before.
@@ -82,7 +86,7 @@ Result<std::optional<v1::EditReply>> awaitReply(Connection& connection, const st
   const Interrupt interrupt;
   ProgressLine line(answers);
   return connection.await(
-      answers->reply.get_future(), [&] { line.look(); }, Interrupt::interrupted);
+      answers->reply.get_future(), [&] { return line.look(); }, Interrupt::interrupted);
 }
 
 }  // namespace
@@ -106,6 +110,7 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
                             [answers](const v1::EditProgress& progress) {
                               const std::lock_guard lock(answers->mutex);
                               answers->progress = progress;
+                              ++answers->told;
                             }});
   const auto heard = awaitReply(connection, answers);
   if (!heard) return fail(kNoConnection, heard.error());

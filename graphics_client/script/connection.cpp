@@ -1,6 +1,7 @@
 #include "graphics_client/script/connection.h"
 
 #include <cstdio>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -32,6 +33,15 @@ Result<std::shared_ptr<const MirrorView>> Connection::open() {
 
 tl::unexpected<Error> Connection::noConnection(const MirrorView& view) const {
   return refused("--connect " + options_.server.text(), "no connection: " + view.linkText);
+}
+
+tl::unexpected<Error> Connection::noAnswer() const {
+  const auto view = link_.latest();
+  if (view->link != LinkState::kLive) return noConnection(*view);
+  std::ostringstream seconds;
+  seconds << options_.timeout_s;
+  return refused("--connect " + options_.server.text(),
+                 "no answer within " + seconds.str() + " s; --timeout gives it longer");
 }
 
 std::chrono::nanoseconds Connection::timeout() const noexcept {

@@ -17,7 +17,7 @@ namespace haptics {
 struct CommonOptions {
   Endpoint server{"127.0.0.1", 7654};
   std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
-  double timeout_s = 10;  ///< Longest time without a connection, or without the progress that a verb waits for.
+  double timeout_s = 10;  ///< Longest time without a connection, or without news of what a verb waits for.
   bool json = false;
 };
 
@@ -42,12 +42,12 @@ class Connection {
   /// Waits until the scene is mirrored. Refused: nobody answers in time, or the server turns this client away.
   [[nodiscard]] Result<std::shared_ptr<const MirrorView>> open();
 
-  /// Waits for an answer as long as there is a connection. Refused: none for timeout_s.
+  /// Waits for an answer. Refused: no connection, or nothing of the answer, for timeout_s.
   template <class T>
   [[nodiscard]] Result<T> await(std::future<T> answer) {
-    return await(std::move(answer), [] {});
+    return await(std::move(answer), [] { return false; });
   }
-  /// The same; `look` is called now and then meanwhile.
+  /// The same; `look`, called now and then meanwhile, says whether more is known of the answer than before.
   template <class T, class Look>
   [[nodiscard]] Result<T> await(std::future<T> answer, Look look) {
     auto awaited = await(std::move(answer), std::move(look), [] { return false; });
@@ -57,23 +57,22 @@ class Connection {
   /// The same; nothing once `givesUp` says so.
   template <class T, class Look, class GivesUp>
   [[nodiscard]] Result<std::optional<T>> await(std::future<T> answer, Look look, GivesUp givesUp) {
-    std::uint64_t lastLive_ns = monotonicNow_ns();
+    std::uint64_t heard_ns = monotonicNow_ns();
     while (answer.wait_for(kLook) != std::future_status::ready) {
       if (givesUp()) return std::optional<T>();
-      look();
-      const auto view = link_.latest();
-      if (view->link == LinkState::kLive) lastLive_ns = monotonicNow_ns();
-      if (1e-9 * static_cast<double>(monotonicNow_ns() - lastLive_ns) > options_.timeout_s) return noConnection(*view);
+      if (look()) heard_ns = monotonicNow_ns();
+      if (1e-9 * static_cast<double>(monotonicNow_ns() - heard_ns) > options_.timeout_s) return noAnswer();
     }
     return std::optional<T>(answer.get());
   }
 
   [[nodiscard]] tl::unexpected<Error> noConnection(const MirrorView& view) const;
+  [[nodiscard]] tl::unexpected<Error> noAnswer() const;
   [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept;
   [[nodiscard]] ServerLink& link() noexcept { return link_; }
 
  private:
-  static constexpr std::chrono::milliseconds kLook{50};  // between looks at whether the connection is still there
+  static constexpr std::chrono::milliseconds kLook{50};  // between looks at how far the answer is
 
   CommonOptions options_;
   ServerLink link_;

@@ -37,7 +37,8 @@ void addCommonOptions(Command& app, CommonOptions& common) {
          },
          "Of a server that has some: its viewer.credentials or editor.credentials")
       .typeName("FILE");
-  app.option("--timeout", common.timeout_s, "Give up after this time without a connection")
+  app.option("--timeout", common.timeout_s,
+             "Give up after this time without a connection or news of what is waited for")
       .typeName("SECONDS")
       .range(0.1, kMaxTimeout_s)
       .showDefault();

@@ -1,5 +1,6 @@
 #include "graphics_client/script/upload.h"
 
+#include <atomic>
 #include <cstdio>
 #include <future>
 #include <memory>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/clock/monotonic.h"
 #include "common/importer/importer.h"
 #include "common/surface/field_asset.h"
 #include "common/text/printable.h"
@@ -26,6 +28,8 @@ v1::MeshSource* meshOf(v1::Operation& operation) {
 }
 
 constexpr double kMegabyte = 1e6;
+/// Of an upload, by a slow server: it says nothing of it until it is built.
+constexpr double kBuilt_bytes_per_s = 1e6;
 
 void showUpload(const std::string& name, std::uint64_t sent_bytes, std::uint64_t total_bytes) {
   char total[32];
@@ -54,14 +58,21 @@ Result<void> uploadOne(Connection& connection, const std::string& name, const st
                        LocalAsset asset) {
   const Interrupt interrupt;
   const auto finished = std::make_shared<std::promise<v1::AssetUploadReply>>();
+  const auto moved = std::make_shared<std::atomic<std::uint64_t>>(0);
+  const double building_s = static_cast<double>(asset.bytes.size()) / kBuilt_bytes_per_s;
   connection.link().upload(asset.kind, std::move(asset.bytes),
-                           {[shown = printable(name)](std::uint64_t sent_bytes, std::uint64_t total_bytes) {
+                           {[shown = printable(name), moved](std::uint64_t sent_bytes, std::uint64_t total_bytes) {
+                              *moved = sent_bytes;
                               showUpload(shown, sent_bytes, total_bytes);
                             },
                             [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
-  const auto reply = connection.await(finished->get_future(), [&] {
-    if (Interrupt::interrupted()) connection.link().cancelUpload(asset.hash);
-  });
+  const auto reply =
+      connection.await(finished->get_future(), [&, seen = std::uint64_t{0}, last_ns = monotonicNow_ns()]() mutable {
+        if (Interrupt::interrupted()) connection.link().cancelUpload(asset.hash);
+        const std::uint64_t now_ns = monotonicNow_ns();
+        if (std::exchange(seen, *moved) != *moved) last_ns = now_ns;
+        return static_cast<double>(now_ns - last_ns) < 1e9 * building_s;
+      });
   endProgress();
   if (Interrupt::interrupted()) return refused(file.string(), "the upload was cancelled; nothing was changed");
   if (!reply) return tl::unexpected(reply.error());

@@ -9,6 +9,7 @@
 #include "common/wire/convert.h"
 #include "common/wire/snapshot.h"
 #include "haptic_server/net/scene_messages.h"
+#include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
 namespace {
@@ -66,6 +67,7 @@ void ServerSession::poll() {
   if (const auto stalled = uploads_.poll(now_ns)) send(*stalled);
   if (now_ns >= nextHeartbeat_ns_) {
     sendHeartbeat();
+    for (const auto& [clientSeq, progress] : undecided_) editProgress(clientSeq, progress.stage, progress.share);
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
   }
   pump();
@@ -82,6 +84,7 @@ void ServerSession::adopted(std::uint64_t revision, std::uint64_t tick) {
 }
 
 void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outcome) {
+  undecided_.erase(clientSeq);
   if (phase_ != Phase::kLive) return;
   v1::Envelope envelope;
   v1::EditReply& reply = *envelope.mutable_edit_reply();
@@ -100,6 +103,7 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
 
 void ServerSession::editProgress(std::uint64_t clientSeq, WorkStage stage, double share) {
   if (phase_ != Phase::kLive) return;
+  if (const auto at = undecided_.find(clientSeq); at != undecided_.end()) at->second = {stage, share};
   v1::Envelope envelope;
   v1::EditProgress& progress = *envelope.mutable_edit_progress();
   progress.set_client_seq(clientSeq);
@@ -226,6 +230,7 @@ void ServerSession::handle(const v1::Hello& hello) {
 
   v1::Envelope envelope;
   v1::Welcome& welcome = *envelope.mutable_welcome();
+  epoch_ = history->epoch;
   welcome.set_epoch(history->epoch);
   welcome.set_revision(history->version.revision());
   welcome.set_root(history->version.root().asBytes());
@@ -284,10 +289,14 @@ void ServerSession::handle(const v1::EditRequest& request) {
   }
   auto transaction = fromWire(request.transaction());
   if (!transaction) return editDecided(clientSeq, std::move(transaction).error());
+  if (auto affordable = checkWork(*transaction); !affordable)
+    return editDecided(clientSeq, std::move(affordable).error());
   if (request.epoch() != 0 && request.epoch() != host_.history()->epoch && restsOnState(*transaction)) {
     return editDecided(clientSeq, EditConflict{{}, "it was made from a state that the server has lost"});
   }
+  if (request.progress()) undecided_[clientSeq] = {};
   if (host_.submitEdit(id_, clientSeq, *std::move(transaction), request.progress())) return;
+  undecided_.erase(clientSeq);
   editGate_.retryLater(clientSeq);
   retryLater(clientSeq, {"busy", "the server has too many edits waiting; send it again later"});
 }
@@ -438,6 +447,7 @@ void ServerSession::sendCommits() {
   const auto history = host_.history();
   while (phase_ == Phase::kLive && sentRevision_ < history->version.revision()) {
     const auto edit = history->find(sentRevision_ + 1);
+    if (history->epoch != epoch_) return refuse("", "the scene is another one; connect again for a snapshot");
     if (!edit) return refuse("", "the client reads too slowly: it is more revisions behind than the server remembers");
     if (transport_.backlog() > limits_.sendAhead_bytes) return;
     v1::Envelope envelope;

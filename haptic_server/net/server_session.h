@@ -107,9 +107,16 @@ class ServerSession {
   std::uint64_t started_ns_ = 0;
   std::uint64_t lastByte_ns_ = 0;
   std::uint64_t nextHeartbeat_ns_ = 0;
+  struct Progress {
+    WorkStage stage{};  // none while it waits for its turn
+    double share = 0;
+  };
+  std::map<std::uint64_t, Progress>
+      undecided_;  // by client_seq: edits whose progress is wanted; told with each heartbeat
   std::uint64_t nextMessageId_ = 1;
 
   std::uint64_t sentRevision_ = 0;  // the client has, or is about to have, this
+  std::uint64_t epoch_ = 0;         // of the scene that the client was welcomed with
   AssetSender assets_;
 
   v1::Envelope telemetryEnvelope_;  // reused: encoding a sample allocates only its frame

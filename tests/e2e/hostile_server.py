@@ -60,6 +60,16 @@ class HostileServer(harness.EndToEnd):
                 self.assertEqual(code, 0, said)
                 self.assertIn("\\u001b[2J", said)
 
+    def test_one_that_never_answers_is_given_up(self):
+        server = self.serve(*greeting([an_object(1)]))
+        scene = self.folder / "change.scene"
+        scene.write_text('operations { remove { object { name: "object_1" } } }')
+        for verb in (["status"], ["dump"], ["apply", str(scene)]):
+            with self.subTest(verb=verb):
+                code, said = self.ctl(server, *verb, timeout_s=1)
+                self.assertEqual(code, 3)
+                self.assertIn("no answer within 1 s", said)
+
     def test_a_clients_name_makes_no_line_of_the_log(self):
         server = self.start_server()
         client = harness.WireClient(server)

@@ -136,6 +136,26 @@ TEST_F(SessionLive, AnswersAnEditThenSaysFromWhichTickItIsFelt) {
   EXPECT_EQ(client.got.back().edit_live().tick(), 150U);
 }
 
+TEST_F(SessionLive, SaysWithEachHeartbeatThatAnEditIsNotForgotten) {
+  decides = false;
+  client.moveObject(1, "a", 0.5, true);
+  client.moveObject(2, "a", 0.5);
+  link.settle();
+  client.got.clear();
+  time_ns += ServerSession::kHeartbeat_ns;
+  session.poll();
+  link.settle();
+  ASSERT_EQ(client.count(Kind::kEditProgress), 1U);
+  EXPECT_EQ(client.all(Kind::kEditProgress)[0].edit_progress().client_seq(), 1U);
+  session.editDecided(1, Error{"", "no"});
+  link.settle();
+  client.got.clear();
+  time_ns += ServerSession::kHeartbeat_ns;
+  session.poll();
+  link.settle();
+  EXPECT_EQ(client.count(Kind::kEditProgress), 0U);
+}
+
 TEST_F(SessionLive, SaysHowFarAnEditIsToWhoAskedForIt) {
   client.moveObject(1, "a", 0.5);
   client.moveObject(2, "a", 0.5, true);

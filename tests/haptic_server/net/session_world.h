@@ -139,6 +139,7 @@ class SessionWorld : public SessionHost {
   [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction,
                                 bool wantsProgress) override {
     if (builderIsFull) return false;
+    if (!decides) return true;
     if (wantsProgress) session.editProgress(clientSeq, WorkStage::kBuilding, 0.5);
     session.editDecided(clientSeq, sequencer.submit(id, clientSeq, transaction));
     session.sceneChanged();
@@ -209,6 +210,7 @@ class SessionWorld : public SessionHost {
   bool records = true;  // the last seconds
   int dumpsAsked = 0;
   bool builderIsFull = false;
+  bool decides = true;  ///< At once; else never.
   std::vector<std::pair<AssetName, std::string>> building;
   std::size_t uploadBudget = 64U << 20;
   std::size_t reserved = 0;

@@ -7,6 +7,7 @@
 
 #include "common/mesh/mesh_asset.h"
 #include "haptic_server/engine/step/servo_scene.h"
+#include "haptic_server/scene/scene_limits.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::sequencer_test {
@@ -399,8 +400,43 @@ TEST(Sequencer, ShowsVersionsThatWereMadeElsewhereAsEditsWhereTheyFollow) {
   made.submit(kAlice, 3, edit(moveTo("a", {2, 0, 0})));
   made.submit(kAlice, 4, edit(moveTo("a", {3, 0, 0})));
   shown.show(made.history()->version, {});
-  EXPECT_NE(shown.history()->epoch, epoch) << "no edit leads there";
+  EXPECT_EQ(shown.history()->epoch, epoch);
   EXPECT_EQ(shown.history()->version.root(), made.history()->version.root());
+  const auto passed = shown.history()->find(3), edit4 = shown.history()->find(4);
+  ASSERT_TRUE(passed && edit4) << "who watches goes through each revision";
+  EXPECT_TRUE(passed->commit.put.empty());
+  EXPECT_EQ(passed->commit.root, edit4->commit.prevRoot);
+  EXPECT_EQ(edit4->commit.root, made.history()->version.root());
+
+  Sequencer other(3, resolver);
+  other.submit(kAlice, 1, edit(add("c")));
+  shown.show(other.history()->version, {});
+  EXPECT_NE(shown.history()->epoch, epoch) << "no edit leads there";
+  EXPECT_EQ(shown.history()->version.root(), other.history()->version.root());
+  for (std::uint64_t i = 2; i < 2000; ++i) other.submit(kAlice, i, edit(moveTo("c", {double(i), 0, 0})));
+  shown.show(other.history()->version, {});
+  EXPECT_EQ(shown.history()->version.root(), other.history()->version.root()) << "more than are remembered";
+  EXPECT_FALSE(shown.history()->find(2));
+}
+
+TEST(SceneLimits, KnowWhatAnEditTakesBeforeItBegins) {
+  const auto adds = [](int count, const MeshSource& mesh, const SurfaceEdit& surface = {}) {
+    Transaction all;
+    for (int i = 0; i < count; ++i)
+      all.operations.push_back(AddObject{numbered("o", i), mesh, {}, {.surface = surface}});
+    return all;
+  };
+  MeshSource large{SphereSource{0.05, 1024}}, usual{SphereSource{0.05, 32}}, simplified = usual;
+  simplified.simplifyError = 1;
+  EXPECT_TRUE(checkWork(adds(1000, usual)));
+  EXPECT_TRUE(checkWork(adds(20, large)));
+  EXPECT_TRUE(checkWork(adds(100, simplified)));
+  EXPECT_THAT(checkWork(adds(1000, simplified)).error().text(), HasSubstr("take some 5025 s together"));
+  EXPECT_FALSE(checkWork(adds(1000, large)));
+  SurfaceEdit computed;
+  computed.texture = TextureEdit{{}, {MappedSource{ReactionDiffusionSource{.cells = 32, .resolution = 1024}}}};
+  EXPECT_TRUE(checkWork(adds(100, usual, computed)));
+  EXPECT_FALSE(checkWork(adds(1000, usual, computed)));
 }
 
 TEST(EditDeduplicator, ForgetsTheSessionThatEditedLongestAgo) {
