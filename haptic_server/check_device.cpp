@@ -12,6 +12,7 @@
 #include "common/clock/monotonic.h"
 #include "common/command_line/command_line.h"
 #include "common/telemetry/fault_words.h"
+#include "common/text/printable.h"
 #include "haptic_server/attached_device.h"
 
 namespace haptics {
@@ -231,12 +232,12 @@ int runCheckDevice(int argc, char** argv) {
 
   auto attached = AttachedDevice::attach(options);
   if (!attached) {
-    std::cerr << "check-device: " << attached.error().text() << '\n';
+    std::cerr << "check-device: " << printable(attached.error().text()) << '\n';
     return 1;
   }
   Device& device = (*attached)->device();
   const DeviceInfo& info = device.info();
-  std::cout << info.name << ": at most " << info.maxForce_N << " N\n";
+  std::cout << printable(info.name) << ": at most " << info.maxForce_N << " N\n";
   (*attached)->start();
   Check check(device, options.rate_Hz.value_or(kDefaultRate_Hz));
   if (!check.waitUntilReady()) return 1;

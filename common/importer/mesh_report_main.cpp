@@ -8,6 +8,7 @@
 #include "common/command_line/command_line.h"
 #include "common/importer/importer.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/text/printable.h"
 
 // Exit code: 0 when every file was there, whether it was loaded or refused; 1 when a file does not exist; CLI11's codes
 // (above 100) for wrong usage.
@@ -81,7 +82,8 @@ void printHeading() {
 
 void printRow(const std::string& file, const haptics::Result<EncodedMesh>& imported) {
   if (!imported) {
-    std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | | | | | |\n";
+    std::cout << "| " << file << " | refused: " << haptics::printable(imported.error().reason)
+              << " | | | | | | | | | | | | | | | |\n";
     return;
   }
   const MeshReport& r = imported->report;

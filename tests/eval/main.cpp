@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/command_line/command_line.h"
+#include "common/text/printable.h"
 #include "haptic_server/device/presets.h"
 #include "tests/eval/accuracy.h"
 #include "tests/eval/advise/advise.h"
@@ -540,7 +541,7 @@ int main(int argc, char** argv) {
   try {
     return haptics::eval::run(argc, argv);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "haptic_eval: %s\n", error.what());
+    std::fprintf(stderr, "haptic_eval: %s\n", haptics::printable(error.what()).c_str());
     return haptics::eval::kExitFailed;
   }
 }

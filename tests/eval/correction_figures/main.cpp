@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/command_line/command_line.h"
+#include "common/text/printable.h"
 #include "tests/eval/correction_figures/correction_figures.h"
 
 int main(int argc, char** argv) {
@@ -20,7 +21,7 @@ int main(int argc, char** argv) {
   try {
     haptics::eval::drawCorrections(seed, method, folder);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "contact_figures: %s\n", error.what());
+    std::fprintf(stderr, "contact_figures: %s\n", haptics::printable(error.what()).c_str());
     return 1;
   }
   return 0;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "common/text/printable.h"
 #include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/recording/replay.h"
 #include "tests/eval/replay/telemetry_file.h"
@@ -44,7 +45,8 @@ namespace {
 void print(const ReplayOutcome& outcome, double seconds) {
   const RecordingFacts& facts = outcome.facts;
   const double length_s = static_cast<double>(outcome.ticks + outcome.missed) * facts.config.period_s;
-  std::printf("%s, %s at %.0f Hz, %s\n", facts.server.c_str(), facts.device.c_str(), facts.rate_Hz, facts.why.c_str());
+  std::printf("%s, %s at %.0f Hz, %s\n", printable(facts.server).c_str(), printable(facts.device).c_str(),
+              facts.rate_Hz, printable(facts.why).c_str());
   if (!outcome.sameStep) std::printf("recorded by another version of the step: its forces may differ\n");
   std::printf("%llu ticks (%.1f s, %llu missed), %llu in contact, %llu scenes; replayed in %.1f s\n",
               count(outcome.ticks), length_s, count(outcome.missed), count(outcome.contactTicks), count(outcome.scenes),
@@ -61,7 +63,7 @@ void print(const ReplayOutcome& outcome, double seconds) {
   } else if (outcome.ticks > 0) {
     std::printf("every force is the recorded one, bit for bit\n");
   }
-  if (outcome.refusal) std::printf("not replayed to its end: %s\n", outcome.refusal->text().c_str());
+  if (outcome.refusal) std::printf("not replayed to its end: %s\n", printable(outcome.refusal->text()).c_str());
 }
 
 }  // namespace

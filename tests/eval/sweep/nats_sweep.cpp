@@ -10,6 +10,7 @@
 #include "common/hash/content_hash.h"
 #include "common/nats/nats_credentials.h"
 #include "common/nats/nats_handles.h"
+#include "common/text/printable.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/sweep/sweep_progress.h"
 #include "tests/eval/table1/interruption.h"
@@ -309,7 +310,7 @@ class Worker {
         result["result"] = sweepOf(job["arguments"]).run(job["part"].get<std::size_t>());
         ++done_;
       } catch (const std::exception& error) {
-        std::fprintf(stderr, "part %zu: %s\n", job["part"].get<std::size_t>(), error.what());
+        std::fprintf(stderr, "part %zu: %s\n", job["part"].get<std::size_t>(), printable(error.what()).c_str());
         if (tries < kMaxTries) {
           static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count(), nullptr));
           return;
