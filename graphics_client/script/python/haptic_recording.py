@@ -6,6 +6,7 @@ import hashlib
 import struct
 from collections import namedtuple
 
+from google.protobuf.message import DecodeError
 from haptics.v1 import recording_pb2, telemetry_pb2
 
 HEAD = b"haptics recording 1\n"
@@ -17,6 +18,13 @@ Tick = namedtuple("Tick", "tick time_ns scene device_state fault device_fault ho
 
 class Damaged(Exception):
     """The file is not what was written, from some byte on."""
+
+
+def parsed(kind, payload, file, end):
+    try:
+        return kind.FromString(payload)
+    except DecodeError:
+        raise Damaged(f"{file} holds no {kind.DESCRIPTOR.name} before byte {end}") from None
 
 
 def parts(file):
@@ -35,12 +43,14 @@ def parts(file):
             chain = hashlib.sha256(chain + head + payload).digest()
             if chain != link:
                 raise Damaged(f"{file} is damaged before byte {stream.tell()}")
-            yield recording_pb2.RecordingPart.FromString(payload)
+            yield parsed(recording_pb2.RecordingPart, payload, file, stream.tell())
 
 
 def ticks(file):
     """A Tick for each tick of the recording."""
     for part in parts(file):
+        if len(part.ticks.ticks) % TICK.size:
+            raise Damaged(f"{file} holds a part of a tick: {len(part.ticks.ticks)} bytes, of {TICK.size} each")
         for values in TICK.iter_unpack(part.ticks.ticks):
             yield Tick(*values[:9], values[9], values[11:14], values[14:17])
 
@@ -53,11 +63,15 @@ def telemetry(file):
     while at < len(data):
         length = shift = 0
         while True:
+            if at == len(data) or shift > 28:
+                raise Damaged(f"{file} holds no length of a message before byte {at}")
             byte = data[at]
             at += 1
             length |= (byte & 0x7f) << shift
             shift += 7
             if byte < 0x80:
                 break
-        yield telemetry_pb2.Telemetry.FromString(data[at:at + length])
+        if length > len(data) - at:
+            raise Damaged(f"{file} ends within a message, at byte {len(data)}")
         at += length
+        yield parsed(telemetry_pb2.Telemetry, data[at - length:at], file, at)

@@ -1,6 +1,9 @@
 """The Python client against servers that are hostile, newer, or gone."""
 import concurrent.futures
 import gc
+import hashlib
+import struct
+import tempfile
 import threading
 import time
 import unittest
@@ -10,10 +13,11 @@ from unittest import mock
 import haptic_assets
 import haptic_client
 import haptic_edits
+import haptic_recording
 import haptic_scene
 from haptic_client import Client, Closed, Refused, Rejected
 from haptic_text import printable
-from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2
+from haptics.v1 import envelope_pb2, recording_pb2, scene_pb2, telemetry_pb2
 from scripted_server import (NOTHING, ScriptedServer, an_object, framed, greeting, root_of, say, snapshot, welcome)
 
 SOON_S = 20  # no test's verdict: only how long a broken one takes
@@ -387,6 +391,47 @@ class Text(ClientTest):
 
     def test_long_text_is_shortened(self):
         self.assertEqual(printable("x" * 10, 3), "xxx...")
+
+
+class RecordingTest(unittest.TestCase):
+    """What is in a file is anybody's."""
+
+    def file_of(self, data):
+        file = tempfile.NamedTemporaryFile(suffix=".haptics")
+        self.addCleanup(file.close)
+        file.write(data)
+        file.flush()
+        return file.name
+
+    def recording_of(self, *payloads):
+        data, chain = haptic_recording.HEAD, hashlib.sha256(haptic_recording.HEAD).digest()
+        for payload in payloads:
+            part = struct.pack("<I4x", len(payload)) + payload
+            chain = hashlib.sha256(chain + part).digest()
+            data += part + chain
+        return self.file_of(data)
+
+    def test_what_is_no_part_is_named(self):
+        for payload in (b"\xff" * 8, b"\x0a\xff", b"\x01"):
+            with self.assertRaisesRegex(haptic_recording.Damaged, "holds no RecordingPart before byte"):
+                list(haptic_recording.parts(self.recording_of(payload)))
+
+    def test_a_part_of_a_tick_is_named(self):
+        whole = recording_pb2.RecordingPart()
+        whole.ticks.ticks = bytes(haptic_recording.TICK.size)
+        broken = recording_pb2.RecordingPart()
+        broken.ticks.ticks = bytes(haptic_recording.TICK.size + 1)
+        file = self.recording_of(whole.SerializeToString(), broken.SerializeToString())
+        with self.assertRaisesRegex(haptic_recording.Damaged, "holds a part of a tick"):
+            list(haptic_recording.ticks(file))
+
+    def test_telemetry_that_ends_early_is_named(self):
+        sample = telemetry_pb2.Telemetry(tick=1).SerializeToString()
+        good = bytes([len(sample)]) + sample
+        self.assertEqual([each.tick for each in haptic_recording.telemetry(self.file_of(good * 2))], [1, 1])
+        for bad in (b"\x80", b"\xff" * 9, good[:-1], b"\x03abc", b"\x7f"):
+            with self.assertRaises(haptic_recording.Damaged):
+                list(haptic_recording.telemetry(self.file_of(good + bad)))
 
 
 if __name__ == "__main__":
