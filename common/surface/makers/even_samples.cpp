@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/lattice.h"
 
 namespace haptics {
@@ -99,6 +100,7 @@ Result<Neighborhoods> neighborhoodsOf(const std::vector<MeshSample>& samples, do
   const Cubes cubes(samples, radius_m);
   Neighborhoods result{{0}, {}};
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    interruptionPoint();
     cubes.visitNeighbors(i, [&](std::uint32_t other, double distance_m) {
       result.all.push_back({other, static_cast<float>(distance_m)});
     });
@@ -125,11 +127,13 @@ Result<std::vector<MeshSample>> evenSamples(const TriMesh& mesh, std::size_t cou
     for (std::size_t n = near->first[i]; n < near->first[i + 1]; ++n) each(near->all[n]);
   };
   for (std::uint32_t i = 0; i < all.size(); ++i) {
+    interruptionPoint();
     visit(i, [&](const auto& neighbor) { weights[i] += weightAt(neighbor.distance_m); });
     heaviest.emplace(weights[i], i);
   }
   std::vector<bool> gone(all.size(), false);
   for (std::size_t left = all.size(); left > count;) {
+    interruptionPoint();
     const auto [weight, sample] = heaviest.top();
     heaviest.pop();
     if (weight != weights[sample]) {  // less now: neighbours have gone since

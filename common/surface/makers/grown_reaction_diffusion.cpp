@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/makers/even_samples.h"
 #include "common/surface/makers/reaction.h"
 
@@ -97,6 +98,7 @@ std::vector<Substances> grown(const Diffusion& diffusion, const ReactionStep& st
     at.v = startNear0(random);
   }
   for (int i = 0; i < kGrowthSteps; ++i) {
+    interruptionPoint();
     for (std::size_t s = 0; s < now.size(); ++s) next[s] = reacted(now[s], diffusion.laplacian(now, s), step);
     now.swap(next);
   }

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/lattice.h"
 #include "common/surface/makers/computed_field.h"
 #include "common/surface/makers/reaction.h"
@@ -63,6 +64,7 @@ std::vector<float> grown(std::uint32_t side, Reaction reaction, std::uint32_t se
   Substance u(side, random), v(side, random);
   std::vector<float> spreadU(side), spreadV(side);
   for (int step = 0; step < kReactionSteps; ++step) {
+    interruptionPoint();
     for (std::size_t y = 0; y < side; ++y) {
       u.laplacian(y, spreadU);
       v.laplacian(y, spreadV);

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <vector>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/lattice.h"
 #include "common/surface/makers/computed_field.h"
 
@@ -45,6 +46,7 @@ SampledField spotNoise(const SpotNoiseSource& source) {
   Random random(source.seed);
   std::vector<double> values(std::size_t{source.resolution} * source.resolution);
   for (int i = 0; i < spots; ++i) {
+    interruptionPoint();
     const double x = side * random.uniform(), y = side * random.uniform();
     add({x, y, radiusX, radiusY, 2 * random.uniform() - 1}, source.resolution, values);
   }

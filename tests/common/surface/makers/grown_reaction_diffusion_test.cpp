@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/interruption/interruption.h"
 #include "common/mesh/generators.h"
 #include "common/surface/makers/even_samples.h"
+#include "common/surface/makers/reaction_diffusion.h"
+#include "common/surface/makers/spot_noise.h"
 #include "common/surface/point_field_asset.h"
 #include "tests/common/surface/field_checks.h"
 
@@ -257,6 +261,15 @@ TEST(GrownReactionDiffusion, IsRefusedWhereManySheetsLieAboveEachOther) {
   const auto made = grownReactionDiffusion(stack, {Pattern::kSpots, 0.02, 1});
   ASSERT_FALSE(made);
   EXPECT_THAT(made.error().reason, HasSubstr("shorter"));
+}
+
+TEST(Makers, MayBeInterrupted) {
+  std::stop_source stop;
+  stop.request_stop();
+  const Interruptible work(stop.get_token());
+  EXPECT_THROW(static_cast<void>(grownReactionDiffusion(sphere(), {.wavelength_m = kWavelength_m})), Interrupted);
+  EXPECT_THROW(static_cast<void>(reactionDiffusion({})), Interrupted);
+  EXPECT_THROW(static_cast<void>(spotNoise({})), Interrupted);
 }
 
 }  // namespace
