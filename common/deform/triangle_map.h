@@ -26,14 +26,14 @@ class TriangleMap {
   }
 
   /// Of a field with this gradient on the material, the gradient on the deformed body: along the triangle's edges the field
-  /// changes as it does on the material, across the triangle by the same per metre.
+  /// changes as it does on the material, across the triangle by the same per metre. 0 on a triangle that is as good as gone.
   [[nodiscard]] Vec3 gradient(Vec3 onMaterial) const noexcept {
     const Vec3 edge1 = now_[1] - now_[0], edge2 = now_[2] - now_[0], normal = glm::cross(edge1, edge2);
     const double area2 = squaredLength(normal);
-    if (!(area2 > 0)) return Vec3(0);
     const Vec3 was1 = material_[1] - material_[0], was2 = material_[2] - material_[0],
                wasNormal = glm::cross(was1, was2);
     const double wasArea2 = squaredLength(wasNormal);
+    if (!(area2 > kGone * wasArea2)) return Vec3(0);
     const double across = wasArea2 > 0 ? glm::dot(onMaterial, wasNormal) / std::sqrt(wasArea2 * area2) : 0;
     const Vec3 along =
         glm::cross(edge2, normal) * glm::dot(onMaterial, was1) + glm::cross(normal, edge1) * glm::dot(onMaterial, was2);
@@ -41,6 +41,8 @@ class TriangleMap {
   }
 
  private:
+  static constexpr double kGone = 1e-24;  // squared areas: sides of a millionth
+
   Corners now_, material_;
 };
 

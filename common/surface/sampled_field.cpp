@@ -18,9 +18,9 @@ struct Split {
 };
 Split split(double x, std::uint32_t period, double turnsPerStep) noexcept {
   const double wrapped = x - period * std::floor(x * turnsPerStep);
-  const auto cell = static_cast<std::size_t>(std::max(wrapped, 0.0));
-  return cell < period ? Split{cell, wrapped - static_cast<double>(cell)}
-                       : Split{0, 0};  // rounding may pass either end
+  if (!(wrapped >= 0 && wrapped < period)) return {0, 0};  // rounding may pass either end
+  const auto cell = static_cast<std::size_t>(wrapped);
+  return {cell, wrapped - static_cast<double>(cell)};
 }
 
 }  // namespace

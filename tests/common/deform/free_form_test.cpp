@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "common/deform/triangle_map.h"
+
 namespace haptics::free_form_test {
 namespace {
 
@@ -16,6 +20,25 @@ TEST(FreeForm, ChangesNothingAtRest) {
       const Vec3f rest(kLow + part * kSize);
       EXPECT_LT(glm::length(Vec3(form(rest)) - Vec3(rest)), 1e-8);
     }
+  }
+}
+
+/// Fields are asked at such places, and such gradients become forces.
+TEST(TriangleMap, StaysWithinBoundsOnTrianglesThatCollapse) {
+  std::mt19937_64 random{3};
+  std::uniform_real_distribution<double> part(-1, 1), power(-45, 3);
+  const auto place = [&](Vec3 scale) { return scale * Vec3(part(random), part(random), part(random)); };
+  for (int i = 0; i < 100'000; ++i) {
+    const TriangleMap::Corners rest{place(Vec3(0.1)), place(Vec3(0.1)), place(Vec3(0.1))};
+    Vec3 scale(std::pow(10, power(random)), std::pow(10, power(random)), std::pow(10, power(random)));
+    if (i % 2 == 0) scale = Vec3(scale.x);
+    const Vec3 at = place(Vec3(0.1));
+    TriangleMap::Corners now;
+    for (std::size_t k = 0; k < 3; ++k) now[k] = Vec3(Vec3f(scale * rest[k]));
+    if (i % 5 == 0) now[2] = now[1];
+    const TriangleMap map(now, rest);
+    ASSERT_LT(glm::length(map.place(at)), 1e6) << i;
+    ASSERT_LT(glm::length(map.gradient(Vec3(1e4, 2e4, -1e4))), 1e20) << i;
   }
 }
 
