@@ -134,7 +134,7 @@ struct MeshSource {
   std::optional<double> simplifyError = std::nullopt;
 };
 /// Of MeshSource::simplifyError: ten times what a hand just notices is another shape.
-inline constexpr double kMaxSimplifyError = 10;
+inline constexpr double kMinSimplifyError = 1e-3, kMaxSimplifyError = 10;
 
 struct PoseEdit {
   std::optional<Vec3> position;

@@ -51,9 +51,12 @@ Refusal checkRange(double value, const Range& range, const std::string& field) {
   return outside(field, value, "give " + numberText(range.least) + " to " + numberText(range.most) + range.unit);
 }
 
-Refusal checkAbove0(double value, double most, const char* unit, const std::string& field) {
-  if (value > 0 && value <= most) return std::nullopt;
-  return outside(field, value, "give more than 0 and at most " + numberText(most) + unit);
+Refusal checkAbove0(double value, const Range& range, const std::string& field) {
+  if (value >= range.least && value <= range.most) return std::nullopt;
+  if (value > 0 && value < range.least)
+    return outside(field, value,
+                   "give at least " + numberText(range.least) + range.unit + ": less has no effect that could be felt");
+  return outside(field, value, "give more than 0 and at most " + numberText(range.most) + range.unit);
 }
 
 Refusal checkUnitVector(const v1::Vector3& vector, const std::string& field) {
@@ -99,8 +102,8 @@ Refusal checkRotation(const v1::Quaternion& rotation, const std::string& field) 
 Refusal checkScalar(double value, const google::protobuf::FieldDescriptor& scalar, const std::string& field) {
   const v1::Scalar& says = scalar.options().GetExtension(v1::scalar);
   const std::string unit = " " + says.unit();
-  return says.above_0() ? checkAbove0(value, says.most(), unit.c_str(), field)
-                        : checkRange(value, {0, says.most(), unit.c_str()}, field);
+  const Range range{says.least(), says.most(), unit.c_str()};
+  return range.least > 0 ? checkAbove0(value, range, field) : checkRange(value, range, field);
 }
 
 Refusal checkColor(const v1::Color& color, const std::string& field) {
@@ -110,7 +113,7 @@ Refusal checkColor(const v1::Color& color, const std::string& field) {
 }
 
 Refusal checkLength(double length_m, const std::string& field) {
-  return checkAbove0(length_m, kMaxCoordinate_m, " m", field);
+  return checkAbove0(length_m, {kMinLength_m, kMaxCoordinate_m, " m"}, field);
 }
 
 Refusal checkSize(const v1::Vector3& size_m, const std::string& field) { return checkEach(size_m, field, checkLength); }

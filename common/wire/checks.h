@@ -21,7 +21,8 @@ struct Range {
   const char* unit = "";  ///< " m"
 };
 [[nodiscard]] Refusal checkRange(double value, const Range& range, const std::string& field);
-[[nodiscard]] Refusal checkAbove0(double value, double most, const char* unit, const std::string& field);
+/// What is to be more than 0, and enough to mean something: `range.least` is where it ceases to.
+[[nodiscard]] Refusal checkAbove0(double value, const Range& range, const std::string& field);
 /// Length 1, off by at most 1e-3.
 [[nodiscard]] Refusal checkUnitVector(const v1::Vector3& vector, const std::string& field);
 /// A relative path without steps upwards. That it stays below the folder, whatever links lie there, is for the server
@@ -38,7 +39,7 @@ struct Range {
 [[nodiscard]] Refusal checkScalar(double value, const google::protobuf::FieldDescriptor& scalar,
                                   const std::string& field);
 [[nodiscard]] Refusal checkColor(const v1::Color& color, const std::string& field);
-/// A length: finite, > 0 and at most kMaxCoordinate_m.
+/// A length: kMinLength_m to kMaxCoordinate_m.
 [[nodiscard]] Refusal checkLength(double length_m, const std::string& field);
 /// Each side a length.
 [[nodiscard]] Refusal checkSize(const v1::Vector3& size_m, const std::string& field);

@@ -9,7 +9,7 @@
 namespace haptics {
 namespace {
 
-constexpr double kMaxTissue_N_per_m = 1e6;
+constexpr Range kTissue{1e-3, 1e6, " N/m"};
 constexpr Range kDegree{2, 8};
 constexpr Range kReturn{0, 60, " s"};
 constexpr Range kPlastic{0, 1};
@@ -21,7 +21,7 @@ Result<Softness> softnessFrom(const v1::Softness& message) {
                     .degree = message.has_degree() ? message.degree() : Softness{}.degree,
                     .return_s = message.return_s(),
                     .plastic = message.plastic()};
-  if (auto bad = checkAbove0(softness.stiffness_N_per_m, kMaxTissue_N_per_m, " N/m", "stiffness_N_per_m")) {
+  if (auto bad = checkAbove0(softness.stiffness_N_per_m, kTissue, "stiffness_N_per_m")) {
     return refuse(bad);
   }
   if (auto bad = checkLength(softness.radius_m, "radius_m")) return refuse(bad);

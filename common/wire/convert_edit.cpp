@@ -149,7 +149,8 @@ Result<MeshSource> meshFrom(const v1::MeshSource& message) {
   auto mesh = wholeMeshFrom(message);
   if (!mesh || !message.has_simplify()) return mesh;
   const double error = message.simplify().error();
-  if (auto bad = checkAbove0(error, kMaxSimplifyError, ", where 1 is just noticeable", "simplify.error"))
+  if (auto bad =
+          checkAbove0(error, {kMinSimplifyError, kMaxSimplifyError, ", where 1 is just noticeable"}, "simplify.error"))
     return refuse(bad);
   mesh->simplifyError = error;
   return mesh;

@@ -9,14 +9,15 @@
 namespace haptics {
 namespace {
 
-constexpr double kMaxMass_kg = 1e4;
+constexpr Range kMass{1e-6, 1e4, " kg"};
 constexpr Range kGravity{-100, 100, " m/s^2"};
 constexpr Range kDampingRate{0, 1e4, " /s"};
 constexpr Range kSpring{0, 1e6};
 constexpr Range kFriction{0, 10};
 constexpr Range kRolling{0, 0.1, " m"};
-constexpr double kMaxInertia_kg_m2 = 1e6;
-constexpr double kMaxTorsion_Nm_per_rad = 1e3;
+constexpr Range kMoment{1e-15, 1e6, " kg m^2"};
+constexpr Range kTorsion{1e-6, 1e3, " Nm/rad"};
+constexpr Range kSpacing{1e-6, kMaxCoordinate_m, " m"};
 /// Several whole turns: a knob may have them.
 constexpr double kMaxAngle_rad = 200 * std::numbers::pi;
 constexpr int kMaxPlanesOfABody = 4;
@@ -30,9 +31,9 @@ Result<GivenInertia> inertiaFrom(const v1::Inertia& message) {
   if (auto bad = checkPosition(message.centre_m(), "centre_m")) return refuse(bad);
   const v1::Vector3& m = message.moments();
   for (const auto& [value, field] : {std::pair{m.x(), "moments.x"}, {m.y(), "moments.y"}, {m.z(), "moments.z"}}) {
-    if (auto bad = checkAbove0(value, kMaxInertia_kg_m2, " kg m^2", field)) return refuse(bad);
+    if (auto bad = checkAbove0(value, kMoment, field)) return refuse(bad);
   }
-  const Range products{-kMaxInertia_kg_m2, kMaxInertia_kg_m2, " kg m^2"};
+  const Range products{-kMoment.most, kMoment.most, kMoment.unit};
   if (auto bad = checkVector(message.products(), products, "products")) return refuse(bad);
   return GivenInertia{vectorFrom(message.centre_m()), vectorFrom(m), vectorFrom(message.products())};
 }
@@ -125,9 +126,8 @@ Refusal checkTool(const v1::Motion& message) {
 Result<ToolProperties> toolFrom(const v1::Tool& message) {
   ToolProperties tool{.spacing_m = message.spacing_m()};
   if (message.has_torsion_nm_per_rad()) tool.torsion_Nm_per_rad = message.torsion_nm_per_rad();
-  if (auto bad = checkAbove0(tool.spacing_m, kMaxCoordinate_m, " m", "spacing_m")) return refuse(bad);
-  if (auto bad = checkAbove0(tool.torsion_Nm_per_rad, kMaxTorsion_Nm_per_rad, " Nm/rad", "torsion_Nm_per_rad"))
-    return refuse(bad);
+  if (auto bad = checkAbove0(tool.spacing_m, kSpacing, "spacing_m")) return refuse(bad);
+  if (auto bad = checkAbove0(tool.torsion_Nm_per_rad, kTorsion, "torsion_Nm_per_rad")) return refuse(bad);
   return tool;
 }
 
@@ -151,7 +151,7 @@ Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
     return motion;
   }
   motion.mass_kg = message.mass_kg();
-  if (auto bad = checkAbove0(motion.mass_kg, kMaxMass_kg, " kg", "mass_kg")) return refuse(bad);
+  if (auto bad = checkAbove0(motion.mass_kg, kMass, "mass_kg")) return refuse(bad);
   if (message.has_inertia()) {
     if (auto bad = take(inertiaFrom(message.inertia()), motion.inertia, "inertia.")) return refuse(bad);
   }

@@ -10,13 +10,13 @@ namespace haptics {
 namespace {
 
 constexpr Range kFrictionCoefficient{0, 10};
+constexpr Range kCrease{1e-9, std::numbers::pi, " rad (pi: no line is a crease by its angle)"};
+constexpr Range kHeight{kMinTextureAmplitude_m, kMaxTextureAmplitude_m, " m"};
 constexpr Range kVariation{-10, 10};
 constexpr Range kVertexScale{0, 10};
 
 Result<Shading> shadingFrom(const v1::Shading& message) {
-  if (auto bad = checkAbove0(message.crease_rad(), std::numbers::pi, " rad (pi: no line is a crease by its angle)",
-                             "crease_rad"))
-    return refuse(bad);
+  if (auto bad = checkAbove0(message.crease_rad(), kCrease, "crease_rad")) return refuse(bad);
   if (message.creases_size() > static_cast<int>(kMaxCreases)) {
     return refused("creases", "has " + std::to_string(message.creases_size()) + " entries; at most " +
                                   std::to_string(kMaxCreases) + " lines can be named, more by crease_rad");
@@ -137,8 +137,8 @@ Result<TextureEdit> textureFrom(const v1::Texture& message) {
   texture.amplitude_m = message.amplitude_m();
   texture.literal = message.literal();
   if (message.has_gain_k()) texture.gain_K = message.gain_k();
-  if (auto bad = checkAbove0(texture.amplitude_m, kMaxTextureAmplitude_m, " m", "amplitude_m")) return refuse(bad);
-  if (auto bad = checkAbove0(texture.gain_K, kMaxGainK, "", "gain_K")) return refuse(bad);
+  if (auto bad = checkAbove0(texture.amplitude_m, kHeight, "amplitude_m")) return refuse(bad);
+  if (auto bad = checkAbove0(texture.gain_K, {kMinGainK, kMaxGainK}, "gain_K")) return refuse(bad);
   FieldEdit field;
   if (auto bad = take(fieldFrom(message.field()), field, "field.")) return refuse(bad);
   texture.family = std::move(field.family);

@@ -14,6 +14,9 @@ namespace {
 /// Edges of the mesh that a falloff's radius should span: fewer show a dent as a few corners.
 constexpr double kEdgesInRadius = 3;
 
+/// As an edit may give it (checkLength()).
+constexpr double kFlat_m = 1e-9;
+
 /// A flat mesh has no thickness, and a mapping's box needs one.
 constexpr double kMinMappingSide_m = 1e-6;
 
@@ -51,7 +54,7 @@ std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh&
   if (!properties.lattice) return std::nullopt;
   Lattice& lattice = *properties.lattice;
   if (latticeOfMesh) {
-    if (!(size.x > 0 && size.y > 0 && size.z > 0)) {
+    if (std::min({size.x, size.y, size.z}) < kFlat_m) {
       return Error{"lattice.size_m", "is missing, and the box of the mesh is flat; give low_m and size_m"};
     }
     lattice.low_m = low;

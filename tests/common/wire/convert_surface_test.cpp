@@ -89,6 +89,8 @@ INSTANTIATE_TEST_SUITE_P(
         {texture(kGrain, "amplitude_m: inf"), "texture.amplitude_m", "inf"},
         {texture(kGrain, "amplitude_m: 0.2"), "texture.amplitude_m", "at most 0.1 m"},
         {texture(kGrain, "amplitude_m: 1e-3 gain_K: 0"), "texture.gain_K", "more than 0"},
+        {texture(kGrain, "amplitude_m: 1e-3 gain_K: 1e-300"), "texture.gain_K", "at least 0.001: less has no effect"},
+        {texture(kGrain, "amplitude_m: 1e-10"), "texture.amplitude_m", "at least 1e-09 m"},
         {texture(kGrain, "amplitude_m: 1e-3 gain_K: 2.1"), "texture.gain_K", "at most 2"},
         {texture(kGrain, "amplitude_m: 1e-3 law: 9"), "texture.law", "give TEXTURE_LAW_HO1999"},
         {"texture { amplitude_m: 1e-3 }", "texture.field.family", "give fourier"},
