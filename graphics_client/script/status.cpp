@@ -90,6 +90,11 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   std::printf("fault      %s%s, %llu since start\n",
               faultInWords(static_cast<Fault>(status.fault()), static_cast<DeviceFault>(status.device_fault())),
               waitInWords(status.wait_s()).c_str(), count(status.faults()));
+  if (status.has_watchdog()) {
+    std::printf("watchdog   %s; started %llu times\n",
+                status.watchdog().alive() ? "watches" : "MISSING: nobody takes the force away should the server hang",
+                count(status.watchdog().started()));
+  }
   if (status.depenetrated() > 0) {
     std::printf("inside     %llu times that the IHIP was depenetrated, the last time from %s\n",
                 count(status.depenetrated()), objectInWords(status.depenetrated_from(), scene).c_str());
