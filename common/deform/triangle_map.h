@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -20,9 +21,12 @@ class TriangleMap {
 
   TriangleMap(const Corners& now, const Corners& onMaterial) noexcept : now_(now), material_(onMaterial) {}
 
+  /// On the plane of the triangle on the material; near enough to be a place for triangles that are as good as gone too.
   [[nodiscard]] Vec3 place(Vec3 point) const noexcept {
     const Vec3 share = barycentric(now_[0], now_[1], now_[2], point);
-    return material_[0] * share[0] + material_[1] * share[1] + material_[2] * share[2];
+    const double second = std::clamp(share[1], -kMaxShare, kMaxShare);
+    const double third = std::clamp(share[2], -kMaxShare, kMaxShare);
+    return material_[0] * (1 - second - third) + material_[1] * second + material_[2] * third;
   }
 
   /// Of a field with this gradient on the material, the gradient on the deformed body: along the triangle's edges the field
@@ -42,6 +46,7 @@ class TriangleMap {
 
  private:
   static constexpr double kGone = 1e-24;  // squared areas: sides of a millionth
+  static constexpr double kMaxShare = 1e6;
 
   Corners now_, material_;
 };

@@ -41,12 +41,12 @@ constexpr std::uint32_t kSamples = 4096;
 }
 
 /// Sides of a nanometre: a deformation may leave next to nothing of a triangle.
-constexpr double kLeastArea2_m4 = 1e-36;
+constexpr double kMinArea2_m4 = 1e-36;
 
 [[nodiscard]] Vec3 gradientOf(const std::vector<float>& values, const TriangleRecord& triangle) noexcept {
   const Vec3 normal = triangle.areaNormal();
   const double area2 = squaredLength(normal);
-  if (!(area2 > kLeastArea2_m4)) return Vec3(0);
+  if (!(area2 > kMinArea2_m4)) return Vec3(0);
   const double first = values[triangle.vertexAt(0)];
   const double along1 = values[triangle.vertexAt(1)] - first, along2 = values[triangle.vertexAt(2)] - first;
   const Vec3 edge1 = triangle.corner(1) - triangle.corner(0), edge2 = triangle.corner(2) - triangle.corner(0);
