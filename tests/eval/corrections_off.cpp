@@ -13,6 +13,10 @@ bool entersByRay(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided
   return MoellerTrumbore(from, to).enters(record, twoSided, crossing);
 }
 
+bool entersAlone(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided, Crossing& crossing) noexcept {
+  return Segment(from, to).enters(record, twoSided, crossing);
+}
+
 ClosestPoint closestInFloat(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
   const Vec3f at(h);
   const Vec3f normal = glm::cross(corner(record, 1) - corner(record, 0), corner(record, 2) - corner(record, 0));

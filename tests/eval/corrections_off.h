@@ -9,6 +9,9 @@ namespace haptics::eval {
 /// MoellerTrumbore::enters().
 [[nodiscard]] bool entersByRay(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided,
                                Crossing& crossing) noexcept;
+/// Segment::enters(), without the rims that close gaps.
+[[nodiscard]] bool entersAlone(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided,
+                               Crossing& crossing) noexcept;
 /// closestOn() with every operation in float, in the body's frame.
 [[nodiscard]] ClosestPoint closestInFloat(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
 
@@ -24,6 +27,7 @@ inline constexpr Corrections kWithoutBudget{.boundedSearch = false};
 inline constexpr Corrections kWithoutScaleFreeTolerances{.scaleFreeTolerances = false};
 inline constexpr Corrections kWithoutSubsteps{.substeps = false};
 inline constexpr Corrections kWithoutWatertightTest{.segmentTest = entersByRay};
+inline constexpr Corrections kWithoutClosedGaps{.segmentTest = entersAlone};
 inline constexpr Corrections kInFloat{.regionSteps = false, .closestPoint = closestInFloat};
 
 /// The contact core with these corrections, and the spring. The rest of the step is left out: an edit may make the force
@@ -45,6 +49,7 @@ class AblatedMethod final : public Renderer {
     place(hip);
   }
   void place(Vec3 hip) override { haptics::resetContact(contact_, hip); }
+  [[nodiscard]] bool turnsMirroredOver() const override { return true; }
   /// Of surfaces: the bodies stay the same.
   void edit(const EditedScene& scene, Vec3 /*hip*/) override {
     std::vector<BodyOrigin> origins;

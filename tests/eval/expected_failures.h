@@ -34,7 +34,10 @@ struct Expectation {
 /// Among long triangles that cross (S21) the published pseudocode, the methods without memory and those without a path that
 /// is tested go through walls; a ray test that loses segments, and a first contact without force, now and then.
 /// Among 256 boxes that overlap (S22) only ours is judged.
-/// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17); nor of bodies that move (S31),
+/// Between surfaces that are flush but for rounding they lose the surface (S33 to S35), at once where the HIP is exactly over the
+/// seam; the sphere of 1 mm does not fit in, but is of another size where the scene is scaled.
+/// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17, S38); nor of bodies that move (S31, S36),
+/// nor of samples, so that a block is held where the last one was (S37); take the triangles that a lattice mirrors as they are (S39);
 ///   nor of a mesh that passes through itself: its faces within have no outside (S32).
 /// surface_as_printed: rings on a grating that Eq. (4) alone leaves too stiff for a device (S13); its shading turns the
 ///   force where the IHIP jumps from facet to facet, and knows no depth that is too deep (S14); it chatters (S15).
@@ -45,7 +48,9 @@ struct Expectation {
 ///   feels that much less; mostly it slips out of the hand aside, where its surface is nearest (S27). Momentum it keeps to
 ///   the last digits (S28). Whether one of 32 bodies sinks too deep into the bowl, or gets through, depends on how they
 ///   fall (S30).
-/// ours_without_*: what the correction is for.
+///   What an edit has put into others by more than a tick's way it takes for apart (S40).
+/// ours_without_*: what the correction is for; on seams (S33 to S35) whatever brings the IHIP out of its surface in the tick in
+///   which a wall is in its way.
 ///   feature_codes: as pseudocode_closed but for the corrections that it has (S1, S2, S6, S7, S10, S11, S12).
 ///   pseudonormals: falls out at the bottom of a gash or a pit when the HIP goes about below it (S12).
 ///   same_tick_search: wherever the tick of first contact is looked at (S3, S4, S5, S7, S9, S11, S12, S31, S32).
@@ -58,38 +63,50 @@ struct Expectation {
 ///   budget: fans (S6).
 ///   scale_free_tolerances: scaled scenes (S12).
 ///   substeps: is not where a slow hand would be (S7).
+///   closed_gaps: segments pass between what is flush or cracked (S33 to S35): of 20 seeds S33 caught 18 with six floors each.
 ///   gain_clamp: gratings (S13).
+///   reprojection: edits of what is touched (S17, S38). turning_over: mirrored bodies (S39). ways_between_samples: a block that
+///   jumps from sample to sample (S37). overlaps: bodies that were put into each other stay so (S40).
 ///   watertight_test: segments through edges and vertices (S5); elsewhere the first contact alone needs a segment, and of 50
 ///     seeds 5 came in by such a one (S1).
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
     Expectation{"ours_shaded", "", ""},
-    Expectation{"ours_float", "", "S2 S12 S22 S32 "},
-    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", "S22 "},
+    Expectation{"ours_float", "", "S2 S12 S22 S32 S33 S35 "},
+    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 S33 S34 S35 ", "S22 "},
     Expectation{"ours_without_pseudonormals", "S12 ", "S22 "},
-    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", "S21 S22 S31 S32 "},
+    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 S33 S34 S35 ", "S21 S22 S31 S32 "},
     Expectation{"ours_without_exit_retest", "S3 ", "S22 "},
-    Expectation{"ours_without_object_frames", "S4 S31 S32 ", "S22 "},
+    Expectation{"ours_without_object_frames", "S4 S31 S32 S35 S36 S37 ", "S22 "},
     Expectation{"ours_without_containment", "S31 ", "S22 "},
-    Expectation{"ours_without_guard", "S2 S21 ", "S22 S32 "},
-    Expectation{"ours_without_several_surfaces", "S2 S11 ", "S22 "},
+    Expectation{"ours_without_guard", "S2 S21 S33 S35 ", "S22 S32 S34 "},
+    Expectation{"ours_without_several_surfaces", "S2 S11 S33 S34 S35 ", "S22 "},
     Expectation{"ours_without_budget", "S6 ", "S22 "},
-    Expectation{"ours_without_scale_free_tolerances", "S12 ", "S22 "},
+    Expectation{"ours_without_scale_free_tolerances", "S12 ", "S22 S33 S34 S35 "},
     Expectation{"ours_without_substeps", "S7 ", "S22 "},
-    Expectation{"ours_without_watertight_test", "S5 ", "S1 S22 "},
+    Expectation{"ours_without_watertight_test", "S5 S34 S35 ", "S1 S22 S33 "},
+    Expectation{"ours_without_closed_gaps", "S34 S35 ", "S22 S33 "},
+    Expectation{"ours_without_reprojection", "S17 S38 ", ""},
+    Expectation{"ours_without_turning_over", "S39 ", ""},
+    Expectation{"ours_without_ways_between_samples", "S37 ", ""},
+    Expectation{"ours_without_overlaps", "S40 ", ""},
     Expectation{"ours_without_gain_clamp", "S13 ", ""},
     Expectation{"surface_as_printed", "S13 S14 S15 ", ""},
     Expectation{"bump_mapping", "S13 S14 S15 ", ""},
     Expectation{"surface_after_contact", "S16 ", ""},
-    Expectation{"springs_between_bodies", "S26 S27 ", "S30 "},
-    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
-    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S1 S8 S22 "},
-    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 S21 S31 S32 ", "S22 "},
-    Expectation{"god_object", "S4 S7 S17 S31 S32 ", "S22 "},
-    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 S31 S32 ", "S12 S21 S22 "},
-    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 S31 S32 ", "S22 "},
-    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
-    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
+    Expectation{"springs_between_bodies", "S26 S27 S40 ", "S30 "},
+    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 S33 S34 S35 S36 S37 S38 S39 ",
+                "S22 "},
+    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 S33 S34 S35 S36 S37 S38 S39 ",
+                "S1 S8 S22 "},
+    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 S21 S31 S32 S33 S34 S35 S36 S37 S38 S39 ", "S22 "},
+    Expectation{"god_object", "S4 S7 S17 S31 S32 S33 S34 S35 S36 S37 S38 S39 ", "S22 "},
+    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 S31 S32 S33 S34 S35 S36 S37 S38 S39 ", "S12 S21 S22 "},
+    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 S31 S32 S35 S36 S37 S38 S39 ", "S22 S33 S34 "},
+    Expectation{"intermediate_plane_30Hz",
+                "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 S33 S34 S35 S36 S37 S38 S39 ", "S22 "},
+    Expectation{"intermediate_plane_100Hz",
+                "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 S33 S34 S35 S36 S37 S38 S39 ", "S22 "},
 };
 
 }  // namespace haptics::eval

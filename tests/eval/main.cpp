@@ -117,9 +117,9 @@ void addFailures(Command& app, Arguments& arguments) {
   Command verb = addVerb(
       app,
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
-       "The scenes are S1 to S32; S13 to S15 are for methods that have surface properties, S16\n"
-       "for those whose bodies yield, S18 to S20, S23 to S30 for ours, of these S26 to S28 and S30 for\n"
-       "springs_between_bodies too. Ten seeds wander a million ticks in S20."},
+       "The scenes are S1 to S40; S13 to S15 are for methods that have surface properties, S16\n"
+       "for those whose bodies yield, S18 to S20, S23 to S30 and S40 for ours, of these S26 to S28, S30\n"
+       "and S40 for springs_between_bodies too. Ten seeds wander a million ticks in S20."},
       arguments.failures.out);
   FailuresOptions& options = arguments.failures;
   addSeed(verb, options.seed);
@@ -339,8 +339,9 @@ void addFuzzContact(Command& fuzz, Arguments& arguments) {
       fuzz,
       {"contact", "The contact core among random bodies: is the IHIP ever inside one, or through a sheet?",
        "--scenes 40000 --out results",
-       "A scene has 2,000 ticks. Bodies at rest and moving, at up to 1 and 4 m/s, come by turns: 40,000 scenes are\n"
-       "10,000 of each of the four, 80 million ticks. Ctrl-C ends it early: what was found is written."},
+       "A scene has 2,000 ticks. Bodies at rest and moving, at up to 1 and 4 m/s, in five kinds of worlds, come by\n"
+       "turns: 40,000 scenes are 2,000 of each of the twenty, 80 million ticks. Ctrl-C ends it early: what was found "
+       "is written."},
       arguments.out, "fuzz contact");
   addFuzzScenes(verb, arguments);
   verb.option(
@@ -355,6 +356,18 @@ void addFuzzContact(Command& fuzz, Arguments& arguments) {
   verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
       .typeName("V")
       .check(moreThanZero());
+  verb.option(
+          "--world",
+          [&arguments](const std::string& name) -> Result<void> {
+            const auto* const world = std::ranges::find(kContactWorlds, name);
+            arguments.fuzz.world = static_cast<ContactWorld>(world - kContactWorlds.begin());
+            return {};
+          },
+          "Bodies of any kind, floors of flush boxes or cracked meshes, mirrored bodies, or thin plates; all by turns "
+          "when "
+          "left out")
+      .oneOf({kContactWorlds.begin(), kContactWorlds.end()})
+      .typeName("WORLD");
   setRun(verb, [&arguments] { arguments.good = runFuzzContact(arguments.fuzz, arguments.out); });
 }
 

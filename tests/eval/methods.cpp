@@ -24,19 +24,23 @@ std::unique_ptr<Renderer> make() {
   return std::make_unique<Type>();
 }
 
+constexpr Method published(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
+  return {.name = name, .about = about, .make = maker, .streams = true};
+}
+
 constexpr std::array kMethods{
-    Method{kOurs, "the production step", make<RuntimeMethod>, true, true, true, true, true, true},
+    Method{kOurs, "the production step", make<RuntimeMethod>, true, true, true, true, true, true, true},
     Method{"ours_shaded", "the same with force shading on every body", make<ShadedMethod>, true, true, true},
     Method{"ours_float", "its contact core with the search in float", oursUnder<kInFloat>, true, false},
-    Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
-           make<Pseudocode<Primitives::kClosed>>},
-    Method{"pseudocode_open", "as printed; a polygon is its interior only", make<Pseudocode<Primitives::kOpen>>},
-    Method{"global_closest", "penalty towards the closest point of the whole surface", make<GlobalClosest>},
-    Method{"god_object", "up to three active planes by Lagrange multipliers", make<GodObject>},
-    Method{"god_object_by_rays", "the same over a ray test that is not watertight", make<GodObjectByRays>},
-    Method{"finite_proxy_1mm", "a sphere among offset faces, cylinders and spheres", make<FiniteProxy>},
-    Method{"intermediate_plane_30Hz", "tangent plane, put anew 30 times a second", make<IntermediatePlane<30>>},
-    Method{"intermediate_plane_100Hz", "tangent plane, put anew 100 times a second", make<IntermediatePlane<100>>},
+    published("pseudocode_closed", "as printed; a polygon holds its edges and vertices",
+              make<Pseudocode<Primitives::kClosed>>),
+    published("pseudocode_open", "as printed; a polygon is its interior only", make<Pseudocode<Primitives::kOpen>>),
+    published("global_closest", "penalty towards the closest point of the whole surface", make<GlobalClosest>),
+    published("god_object", "up to three active planes by Lagrange multipliers", make<GodObject>),
+    published("god_object_by_rays", "the same over a ray test that is not watertight", make<GodObjectByRays>),
+    published("finite_proxy_1mm", "a sphere among offset faces, cylinders and spheres", make<FiniteProxy>),
+    published("intermediate_plane_30Hz", "tangent plane, put anew 30 times a second", make<IntermediatePlane<30>>),
+    published("intermediate_plane_100Hz", "tangent plane, put anew 100 times a second", make<IntermediatePlane<100>>),
 };
 
 constexpr std::array kAblatedMethods{
@@ -44,7 +48,11 @@ constexpr std::array kAblatedMethods{
     Method{"ours_without_pseudonormals", "sign by the polygon's normal", oursUnder<kWithoutPseudonormals>, true, false},
     Method{"ours_without_same_tick_search", "first force a tick late", oursUnder<kWithoutSameTickSearch>, true, false},
     Method{"ours_without_exit_retest", "free at once when it leaves", oursUnder<kWithoutExitRetest>, true, false},
-    Method{"ours_without_object_frames", "segments in the world", oursUnder<kWithoutObjectFrames>, true, false},
+    Method{.name = "ours_without_object_frames",
+           .about = "segments in the world",
+           .make = oursUnder<kWithoutObjectFrames>,
+           .edits = false,
+           .streams = true},
     Method{"ours_without_containment", "an IHIP that is inside a body is not noticed", oursUnder<kWithoutContainment>,
            true, false},
     Method{"ours_without_guard", "the path is tested against nothing", oursUnder<kWithoutGuard>, true, false},
@@ -54,6 +62,8 @@ constexpr std::array kAblatedMethods{
            false},
     Method{"ours_without_substeps", "a tick is a step", oursUnder<kWithoutSubsteps>, true, false},
     Method{"ours_without_watertight_test", "the usual ray test", oursUnder<kWithoutWatertightTest>, true, false},
+    Method{"ours_without_closed_gaps", "segments pass between flush surfaces", oursUnder<kWithoutClosedGaps>, true,
+           false},
 };
 
 constexpr Method forSurfaces(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
@@ -70,6 +80,26 @@ constexpr std::array kSingleConcernMethods{
            .contact = false,
            .edits = false,
            .softness = true},
+    Method{.name = "ours_without_reprojection",
+           .about = "an edit lets go of the contact",
+           .make = make<MethodThatAttachesAnew>,
+           .contact = false},
+    Method{.name = "ours_without_turning_over",
+           .about = "mirrored triangles as they are",
+           .make = make<MethodThatTurnsNothingOver>,
+           .contact = false},
+    Method{.name = "ours_without_ways_between_samples",
+           .about = "what is driven is at its last sample",
+           .make = make<MethodThatHoldsSamples>,
+           .contact = false,
+           .edits = false,
+           .streams = true},
+    Method{.name = "ours_without_overlaps",
+           .about = "what is put into others is taken for apart",
+           .make = make<MethodThatOverlooksPutBodies>,
+           .contact = false,
+           .edits = false,
+           .bodies = true},
     Method{.name = "springs_between_bodies",
            .about = "bodies that meet pushed apart by springs and dampers",
            .make = make<SpringsBetweenBodies>,

@@ -19,6 +19,7 @@ struct Method {
   bool motion = false;
   bool softness = false;
   bool bodies = false;
+  bool streams = false;
 
   [[nodiscard]] constexpr bool isFor(Concern concern) const {
     switch (concern) {
@@ -34,6 +35,8 @@ struct Method {
         return softness;
       case Concern::kBodies:
         return bodies;
+      case Concern::kStreams:
+        return streams;
     }
     return false;
   }

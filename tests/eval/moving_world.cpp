@@ -66,6 +66,9 @@ TelemetrySample MovingWorld::tick(Vec3 hip) {
   if (!waiting_.empty() && adoptScene(*waiting_.back(), state_, tick_)) {
     scene_ = waiting_.back();
     waiting_.clear();
+    if (overlooksPut_) {
+      for (std::size_t i = 0; i < state_.collidingCount; ++i) state_.colliding[i].isPut = false;
+    }
   }
   return hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
 }

@@ -22,6 +22,8 @@ struct MovingSolid {
 /// The production step on bodies that it moves by itself, under a HIP that a scene leads. SI, world frame.
 class MovingWorld final : public BodyWorld {
  public:
+  /// @param overlooksPut  What an edit has put into others is taken for apart.
+  explicit MovingWorld(bool overlooksPut = false) : overlooksPut_(overlooksPut) {}
   std::uint64_t add(const MovingSolid& solid, const Pose& pose, bool moves = true) override;
   [[nodiscard]] ServoObject& object(std::uint64_t id) override;
   void setBody(std::uint64_t id, const RigidBody& body) { object(id).motion = std::make_shared<RigidBody>(body); }
@@ -50,6 +52,7 @@ class MovingWorld final : public BodyWorld {
   [[nodiscard]] std::uint64_t waitedTicks() const override { return state_.report.allowanceSpent; }
 
  private:
+  bool overlooksPut_;
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
   HapticState state_{config_};
   std::unique_ptr<HapticState> second_;

@@ -52,8 +52,8 @@ struct EditedScene {
   double spring_N_per_m;
 };
 
-/// What a scene is about, and a method made for. Bodies: that meet one another.
-enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion, kSoftness, kBodies };
+/// What a scene is about, and a method made for. Bodies: that meet one another. Streams: of samples that drive bodies.
+enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion, kSoftness, kBodies, kStreams };
 
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {
@@ -77,6 +77,9 @@ class Renderer {
   }
   /// One tick. A pose other than the last is motion.
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
+  /// The same of bodies that a client drives by samples of their poses, which have come in this tick or not. A method that
+  /// knows nothing of samples has the bodies where the last one was.
+  virtual Felt drive(std::span<const Pose> samples, bool /*haveCome*/, Vec3 hip) { return tick(samples, hip); }
   /// Of a body, in the order of the poses, in its frame, after the last tick.
   [[nodiscard]] virtual std::vector<Dent> dents(std::size_t /*body*/) const { return {}; }
   /// The smooth surface of force shading is nowhere farther off the body's polygons (m).
@@ -84,6 +87,11 @@ class Renderer {
 
   /// How bodies that meet are kept apart: by springs, not by the production step.
   [[nodiscard]] virtual bool pushesBodiesBySprings() const { return false; }
+  /// The production step's world does not look for bodies that an edit has put into each other.
+  [[nodiscard]] virtual bool overlooksPutBodies() const { return false; }
+  /// Gets bodies that a lattice mirrors with their faces turned over, as the scene service makes them. The published
+  /// methods take the triangles as they are.
+  [[nodiscard]] virtual bool turnsMirroredOver() const { return false; }
 
  protected:
   [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }

@@ -119,6 +119,19 @@ Felt RuntimeMethod::tick(std::span<const Pose> poses, Vec3 hip) {
   return step(hip);
 }
 
+Felt RuntimeMethod::drive(std::span<const Pose> samples, bool haveCome, Vec3 hip) {
+  adopt();
+  if (haveCome) {
+    auto scene = std::make_unique<ServoScene>(*scene_);
+    ++samples_;
+    scene->kinematic.clear();
+    for (const Pose& sample : samples) scene->kinematic.push_back({samples_, sample});
+    next_ = std::move(scene);
+    adopt();
+  }
+  return step(hip);
+}
+
 Felt RuntimeMethod::step(Vec3 hip) {
   const std::span<const Body> bodies = state_.allBodies();
   if (contactOnly_) return feelContact(bodies, hip);

@@ -24,6 +24,8 @@ class RuntimeMethod : public Renderer {
   /// keeps them.
   void edit(const EditedScene& scene, Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
+  Felt drive(std::span<const Pose> samples, bool haveCome, Vec3 hip) override;
+  [[nodiscard]] bool turnsMirroredOver() const override { return true; }
   [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override;
   [[nodiscard]] double highestBulge_m(std::size_t body) const override;
 
@@ -31,6 +33,7 @@ class RuntimeMethod : public Renderer {
   StepConfig& config() noexcept { return config_; }
   /// Of all bodies from the next begin() on, whatever they are dressed with.
   void shade(const Shading& shading) { shading_ = shading; }
+  void letGo(Vec3 hip) { haptics::resetContact(state_.contact, hip); }
 
  private:
   void adopt();
@@ -49,6 +52,7 @@ class RuntimeMethod : public Renderer {
   std::vector<std::uint64_t> ids_;                    // of the bodies in the order of `poses`
   std::map<std::uint64_t, std::uint64_t> removedAt_;  // tick, by id
   std::vector<Pose> poses_;                           // of the last tick or edit
+  std::uint64_t samples_ = 0;                         // that have come
   HapticState state_{config_};
   std::uint64_t tick_ = 0;
   bool contactOnly_ = false;
@@ -58,6 +62,33 @@ class RuntimeMethod : public Renderer {
 class ShadedMethod final : public RuntimeMethod {
  public:
   ShadedMethod() { shade({std::numbers::pi / 3, {}}); }
+};
+
+/// What is driven is at its last sample, and there at once.
+class MethodThatHoldsSamples final : public RuntimeMethod {
+ public:
+  Felt drive(std::span<const Pose> samples, bool /*haveCome*/, Vec3 hip) override { return tick(samples, hip); }
+};
+
+/// An edit of what is touched lets go of the contact, and it begins anew from the HIP.
+class MethodThatAttachesAnew final : public RuntimeMethod {
+ public:
+  void edit(const EditedScene& scene, Vec3 hip) override {
+    RuntimeMethod::edit(scene, hip);
+    letGo(hip);
+  }
+};
+
+/// Mirrored triangles stay as they are.
+class MethodThatTurnsNothingOver final : public RuntimeMethod {
+ public:
+  [[nodiscard]] bool turnsMirroredOver() const override { return false; }
+};
+
+/// Bodies that are put into each other are taken for apart.
+class MethodThatOverlooksPutBodies final : public RuntimeMethod {
+ public:
+  [[nodiscard]] bool overlooksPutBodies() const override { return true; }
 };
 
 /// K of Eq. (4) as it was set, whatever the device can bear.

@@ -30,7 +30,15 @@ void Stage::remove(int body) {
 
 Felt Stage::tick(Vec3 hip) {
   ++ticks_;
-  Felt felt = method_.tick(poses_, toWorld(frame_, hip));
+  return inFrame(method_.tick(poses_, toWorld(frame_, hip)));
+}
+
+Felt Stage::drive(Vec3 hip, bool samplesHaveCome) {
+  ++ticks_;
+  return inFrame(method_.drive(poses_, samplesHaveCome, toWorld(frame_, hip)));
+}
+
+Felt Stage::inFrame(Felt felt) const {
   felt.ihip = toLocal(frame_, felt.ihip);
   felt.force_N = glm::conjugate(frame_.rotation) * felt.force_N;
   if (felt.written_N) felt.written_N = glm::conjugate(frame_.rotation) * *felt.written_N;

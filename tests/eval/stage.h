@@ -34,6 +34,7 @@ class Stage {
   void place(Vec3 hip) { method_.place(toWorld(frame_, hip)); }
   void move(int body, const Pose& pose) { poses_[static_cast<std::size_t>(body)] = inWorld(pose); }
   Felt tick(Vec3 hip);
+  Felt drive(Vec3 hip, bool samplesHaveCome);  ///< move() is of samples.
 
   /// Ticks of at most `step` metres along a straight line; calls check(felt, hip) after each.
   template <class Check>
@@ -54,6 +55,7 @@ class Stage {
   [[nodiscard]] int ticks() const noexcept { return ticks_; }
 
  private:
+  [[nodiscard]] Felt inFrame(Felt felt) const;
   [[nodiscard]] Pose inWorld(const Pose& pose) const {
     return {frame_.rotation * pose.rotation, toWorld(frame_, pose.position)};
   }

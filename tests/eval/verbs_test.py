@@ -240,7 +240,7 @@ class Fuzz(Verb):
                 self.assertIsInstance(value, (bool, int, float, str), key)
 
     def test_counts_every_tick_of_the_kinds_that_were_asked_for(self):
-        run("fuzz", "contact", "--scenes", "6", "--moving", "no", "--out", str(self.out))
+        run("fuzz", "contact", "--scenes", "6", "--moving", "no", "--world", "wild", "--out", str(self.out))
         kinds = [r for r in self.records("fuzz") if "ticks" in r]
         self.check_flat(self.records("fuzz"))
         self.assertEqual(sorted((r["scene"], r["ticks"]) for r in kinds),
@@ -248,6 +248,13 @@ class Fuzz(Verb):
         for record in kinds:
             self.assertGreater(record["contact_ticks"], 0)
             self.assertGreater(record["tick_max_ns"], 0)
+
+    def test_takes_all_worlds_by_turns(self):
+        run("fuzz", "contact", "--scenes", "20", "--out", str(self.out))
+        kinds = [r["scene"] for r in self.records("fuzz") if "ticks" in r]
+        self.assertEqual(sorted(kinds),
+                         sorted(f"{world}{motion}_{speed}_m_per_s" for motion in ("rest", "moving") for speed in (1, 4)
+                                for world in ("", "flush_", "cracked_", "mirrored_", "thin_")))
 
     def test_counts_edits_by_kind(self):
         run("fuzz", "edits", "--scenes", "3", "--out", str(self.out))
@@ -299,7 +306,7 @@ class Failures(Verb):
     def test_writes_flat_records_of_every_scene_for_each_seed(self):
         self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours")
         records = self.records("failures")
-        names = [f"S{i}" for i in range(1, 33)]
+        names = [f"S{i}" for i in range(1, 41)]
         self.assertEqual([(r["seed"], r["scene"]) for r in records], [(seed, name) for seed in (3, 4) for name in names])
         for record in records:
             self.assertEqual(record["method"], "ours")
@@ -315,7 +322,9 @@ class Failures(Verb):
                             ("S15", "encoder_toggles_per_s"), ("S16", "false_exit_ticks"), ("S17", "nan_ticks"),
                             ("S17", "at_rest_nan_ticks"), ("S23", "non_finite_ticks"), ("S26", "awake_after_60_s"), ("S30", "through_the_bowl"),
                             ("S31", "non_finite_ticks"),
-                            ("S32", "dented_non_finite_ticks")):
+                            ("S32", "dented_non_finite_ticks"), ("S33", "wrong_ticks"), ("S34", "wrong_ticks"),
+                            ("S35", "wrong_ticks"), ("S36", "wrong_ticks"), ("S37", "wrong_ticks"), ("S38", "wrong_ticks"),
+                            ("S39", "inside_ticks"), ("S40", "non_finite_ticks")):
             self.assertEqual(by_name[scene][zero], 0, zero)
 
 

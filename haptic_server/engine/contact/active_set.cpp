@@ -254,14 +254,16 @@ std::optional<ContactSurface> across(const TickContext& tick, const ContactSurfa
 }
 
 /// Both ends of the move as they would be without the skin, which lifts them over edges. As far beyond its edge counts
-/// as over a triangle as makes clear that it is left.
+/// as over a triangle as makes clear that it is left; at an edge that bends away, to within rounding, what is beyond it may
+/// have room: the side of what is flush but for rounding is no step.
 SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurface> surfaces,
                           const Constraints& constraints) noexcept {
   SupportLimit limit;
   const Vec3 optimum = constraints.optimum.point;
   const Vec3 lowered = optimum - constraints.lift();
   const double edgeTolerance_m = kEdgeTolerance * tick.skin;
-  const Double4 squaredTolerance = broadcast(edgeTolerance_m * edgeTolerance_m);
+  const double rounding_m = kDepthTolerance * tick.skin;
+  const Double4 squaredRounding = broadcast(rounding_m * rounding_m);
   const double supportMargin_m = kSupportMargin * tick.skin;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const NearBodies::Near& near = tick.nearOf(surfaces[i]);
@@ -269,11 +271,13 @@ SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurfac
     const Prism prism(record);
     const Double4 ends = prism.coordinates(broadcast(near.frame.toLocal(lowered))).scaledDistance;
     const Double4 squaredScales = squaredLength(prism.normals());
-    const unsigned within = (ends > broadcast(0)).bits() & (ends * ends >= squaredTolerance * squaredScales).bits();
+    const unsigned within = (ends > broadcast(0)).bits() & (ends * ends >= squaredRounding * squaredScales).bits();
     for (int k = 0; k < 3; ++k) {
       if ((within >> k & 1) != 0) continue;  // nearly always
       const double squaredScale = squaredScales[k];
       double end = ends[k];
+      const auto bends = [&]() noexcept { return bendsAway(*near.surface, surfaces[i].triangle, k); };
+      if (end > 0 && end * end >= edgeTolerance_m * edgeTolerance_m * squaredScale && !bends()) continue;
       limit.insideSupport = false;
       if (!(squaredScale > 0)) continue;
       const double scale = std::sqrt(squaredScale);
@@ -281,13 +285,14 @@ SupportLimit supportLimit(const TickContext& tick, std::span<const ContactSurfac
       const auto endAt = [&](double time) noexcept {
         limit = {.ends = true, .insideSupport = false, .time = time, .surface = i, .edge = k};
       };
-      if (end >= 0 && leavesRoomAcross(tick, surfaces[i], k, constraints)) endAt(1);
+      const bool isOnEdge = end >= 0 || (end >= -rounding_m && bends());
+      if (isOnEdge && leavesRoomAcross(tick, surfaces[i], k, constraints)) endAt(1);
       const double speed = glm::dot(prism.normals()[k], near.frame.toLocal(optimum) - near.from) / scale;
       const double inside = end - speed;
       if (inside < -supportMargin_m || end >= 0 || speed >= 0) continue;
       const double time = std::min((inside + supportMargin_m) / -speed, 1.0);
       // A gap may be there, and be closed.
-      if (time == 1 && bendsAway(*near.surface, surfaces[i].triangle, k)) continue;
+      if (time == 1 && bends()) continue;
       if (!limit.ends || time < limit.time) endAt(time);
     }
   }

@@ -138,6 +138,8 @@ void updateMode(TickContext& tick, Vec3 hip, const Round& last) noexcept {
 
 /// The solver starts, in the contacted body's frame, off the triangle by a lift, and a little of the way to the
 /// triangle's middle, which puts it above the neighbours across a valley too. Other bodies' frames keep their starts.
+/// From there straight up by a skin, where nothing is above: on the way along a surface it would run into the side of one
+/// that is flush with it but for rounding.
 void takeOver(TickContext& tick, Vec3 hip) noexcept {
   if (!tick.corrections.severalSurfaces) return stayInPlace(tick);
   // From the largest pull that meets no other body, in steps of 8.
@@ -155,6 +157,7 @@ void takeOver(TickContext& tick, Vec3 hip) noexcept {
   }
   own.from = inner + s.faceNormal(t) * (tick.held().side * tick.startOffset);
   tick.state.ihip = own.frame.toWorld(own.from);
+  static_cast<void>(tryMoveTo(tick, own.frame.toWorld(inner + s.faceNormal(t) * (tick.held().side * tick.skin))));
   solvePlanes(tick, hip);
 }
 

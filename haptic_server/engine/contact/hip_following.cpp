@@ -90,7 +90,7 @@ double timeInRegion(const CollisionMesh& surface, const ClosestPoint& foot, cons
       const TriangleRecord& other = surface.triangle(record.neighbour(foot.index));
       time = std::min(time, timeBeside(other, across, -1, motion));
     }
-    return std::max(now, time);
+    return time;
   }
   int polygons = 0;
   const auto staysBehindLines = [&](const TriangleRecord& r, int corner) noexcept {
@@ -103,19 +103,32 @@ double timeInRegion(const CollisionMesh& surface, const ClosestPoint& foot, cons
   staysBehindLines(record, foot.index);
   visitFan(surface, foot.triangle, foot.index,
            [&](std::uint32_t t, int corner) noexcept { return staysBehindLines(surface.triangle(t), corner); });
-  return polygons < kMaxPolygons ? std::max(now, time) : now;
+  return polygons < kMaxPolygons ? time : now;
+}
+
+/// The same of a polygon's prism.
+[[nodiscard]] double timeInPrism(const TriangleRecord& record, const HipMotion& motion) noexcept {
+  return std::min(
+      {timeBeside(record, 0, 1, motion), timeBeside(record, 1, 1, motion), timeBeside(record, 2, 1, motion)});
 }
 
 double leaveRegion(const CollisionMesh& surface, const HipMotion& motion, int side, double now, int number,
                    SearchResult& found, SearchPath* path, int& spent, int budget) noexcept {
   found.converged = false;
+  const double before = now;
+  double along = 0;
   if (found.foot.feature != Feature::kPolygon) {
-    now = timeInRegion(surface, found.foot, motion, now);
+    const double left = timeInRegion(surface, found.foot, motion, now);
+    now = std::max(now, left);
+    along = kAlongBoundary * (now - left);
   } else if (followOverPolygons(surface, motion, side, found.foot, now, path, spent, budget)) {
     found.converged = true;
     return 1;
+  } else if (now == before) {
+    along = kAlongBoundary * (now - timeInPrism(surface.triangle(found.foot.triangle), motion));
   }
-  return std::min(1.0, now + (number <= kMaxSteps / 2 ? kMinStep : kLongStep));
+  const double least = number <= kMaxSteps / 2 ? kMinStep : kLongStep;
+  return std::min(1.0, now + std::max(least, along));
 }
 
 HipStep followHip(const CollisionMesh& surface, const HipMotion& motion, int side, const ClosestPoint& foot, double now,

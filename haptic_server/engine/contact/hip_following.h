@@ -15,6 +15,10 @@ inline constexpr double kMinStep = 0x1p-12;
 /// The same once a tick has taken half of its steps, so that the others reach its end.
 inline constexpr double kLongStep = 2.0 / kMaxSteps;
 
+/// A primitive whose region the HIP has left, and that is found again some time later, is left along its boundary, by rounding
+/// alone. The next step is so many times as long as that.
+inline constexpr double kAlongBoundary = 7;
+
 /// The HIP's path in a tick, in the frame of the body that holds the IHIP, metres.
 struct HipMotion {
   Vec3 from;
@@ -44,9 +48,9 @@ struct HipStep {
                                       ClosestPoint& foot, double& now, SearchPath* path, int& spent,
                                       int budget) noexcept;
 
-/// The time, not before `now`, at which the HIP leaves the region for which the line or vertex of the foot is a local
+/// The time at which the HIP leaves the region for which the line or vertex of the foot is a local
 /// minimum of the distance: over a line the wedge between the prisms beside it, over a vertex the cone between the
-/// planes at the ends of its lines. 1 when it stays.
+/// planes at the ends of its lines. 1 when it stays; `now` where that is not known.
 [[nodiscard]] double timeInRegion(const CollisionMesh& surface, const ClosestPoint& foot, const HipMotion& motion,
                                   double now) noexcept;
 

@@ -84,7 +84,7 @@ class NearBodies {
       const double rim_m = kRim * surface.extent_m();
       const Crossing rimmed =
           surface.firstCrossing<RimmedSegment>(near.from, to, !surface.closed(), work.allowance, skip, rim_m);
-      if (!rimmed.isBeside || isInGap(near, to, rimmed, work)) return rimmed;
+      return rimmed.isBeside ? inGapOrEntered(near, to, rimmed, work, skip) : rimmed;
     }
     if (test_ != nullptr) [[unlikely]]
       return surface.firstCrossing<AblatedSegment>(near.from, to, !surface.closed(), work.allowance, skip, test_);
@@ -119,9 +119,18 @@ class NearBodies {
     }
   };
 
+  template <class Skip>
+  [[nodiscard, gnu::noinline]] Crossing inGapOrEntered(const Near& near, Vec3 to, const Crossing& rimmed,
+                                                       ContactWork& work, Skip skip) const noexcept {
+    const Crossing entered = near.surface->firstCrossing(near.from, to, !near.surface->closed(), work.allowance, skip);
+    return isInGap(near, to, rimmed, entered, work) ? rimmed : entered;
+  }
+
   void admit(const Body& body, int index, double gap, ContactWork& work) noexcept;
-  /// Is there something else beyond the gap, which the segment would enter two rims farther from the triangle's edge?
-  [[nodiscard]] bool isInGap(const Near& near, Vec3 to, const Crossing& rimmed, ContactWork& work) const noexcept;
+  /// Is there something else beyond the gap, which the segment would enter two rims farther from the triangle's edge? Not
+  /// what it enters where it is: one that goes over the upper edge of a wall onto the top passes no gap.
+  [[nodiscard]] bool isInGap(const Near& near, Vec3 to, const Crossing& rimmed, const Crossing& entered,
+                             ContactWork& work) const noexcept;
 
   std::array<Near, kMaxNear> near_;   // those beyond the count are not written
   std::array<double, kMaxNear> gap_;  // m^2 from the HIP to the box; -1 for a body that holds the IHIP

@@ -24,6 +24,7 @@ bool failsSo(const ContactMotion& motion, ContactFailure failure) {
 }
 
 void dropBodies(ContactMotion& motion, ContactFailure failure) {
+  if (motion.flat) return;  // which they make together
   for (std::size_t i = motion.meshes.size(); i-- > 0 && motion.meshes.size() > 1;) {
     ContactMotion less = withoutBody(motion, i);
     if (failsSo(less, failure)) motion = std::move(less);
@@ -50,6 +51,7 @@ std::optional<ContactFinding> findFailure(const ContactMotion& motion, ContactTa
   std::optional<ContactFinding> first;
   ContactDrive drive(motion.meshes, motion.frames.front());
   ContactJudge judge(motion.meshes, motion.frames.front());
+  if (motion.flat) judge.expect(*motion.flat);
   ContactRule rule;
   for (std::size_t i = 1; i < motion.frames.size(); ++i) {
     const ContactResult& result = drive.tick(motion.frames[i]);

@@ -24,7 +24,8 @@ struct ContactFinding {
 [[nodiscard]] ContactMotion reduced(ContactMotion motion, const ContactFinding& finding);
 
 /// Writes motion.csv (tick, the HIP's x y z, then of every body the quaternion's w x y z and the position), body<i>.obj
-/// and, where the mesh is not closed, gap<i>.obj with what would close it. Nothing is rounded. Throws std::runtime_error
+/// and, where the mesh is not closed, gap<i>.obj with what would close it, of a plate upper<i>.obj, of a FlatTop flat.csv (its
+/// pose in the first body, least x and y, largest x and y). Nothing is rounded. Throws std::runtime_error
 /// naming the file that cannot be written.
 void writeMotion(const ContactMotion& motion, const std::filesystem::path& folder);
 

@@ -18,22 +18,26 @@ constexpr std::array kSpeeds_m_per_s{1.0, 4.0};
 
 std::string nameOf(ContactSceneKind kind) {
   std::ostringstream name;
+  if (kind.world != ContactWorld::kWild) name << kContactWorlds[static_cast<std::size_t>(kind.world)] << '_';
   name << (kind.moving ? "moving_" : "rest_") << kind.speed_m_per_s << "_m_per_s";
   return name.str();
 }
 
 /// All kinds by turns, from seed to seed, of those that were asked for.
 ContactSceneKind kindOf(std::uint64_t seed, const FuzzOptions& options) {
-  return {options.moving.value_or(seed % 2 == 1), options.speed_m_per_s.value_or(kSpeeds_m_per_s[seed / 2 % 2])};
+  const auto world = static_cast<ContactWorld>(seed / 4 % kContactWorlds.size());
+  return {options.moving.value_or(seed % 2 == 1), options.speed_m_per_s.value_or(kSpeeds_m_per_s[seed / 2 % 2]),
+          options.world.value_or(world)};
 }
 
 /// A scene and how the HIP went in it.
 ContactMotion record(std::uint64_t seed, ContactSceneKind kind, ContactTally& tally,
                      std::optional<ContactFinding>& finding) {
   ContactScene scene(seed, kind);
-  ContactMotion motion{scene.meshes(), {scene.frame()}};
+  ContactMotion motion{scene.meshes(), {scene.frame()}, scene.flat()};
   ContactDrive drive(motion.meshes, scene.frame());
   ContactJudge judge(motion.meshes, scene.frame());
+  if (motion.flat) judge.expect(*motion.flat);
   ContactRule rule;
   Vec3 ihip = scene.frame().hip;
   for (int tick = 1; tick <= kTicks; ++tick) {

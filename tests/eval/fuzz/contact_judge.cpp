@@ -11,6 +11,15 @@ std::vector<TriangleIndices> allTriangles(const FuzzMesh& mesh) {
   return all;
 }
 
+/// Of a plate its upper face alone, as a sheet.
+FuzzMesh upperFace(const FuzzMesh& plate) {
+  FuzzMesh sheet;
+  sheet.vertices = plate.vertices;
+  sheet.triangles.assign(plate.triangles.begin(), plate.triangles.begin() + static_cast<std::ptrdiff_t>(plate.upper));
+  sheet.missing = coneOverBoundary(sheet.vertices, sheet.triangles);
+  return sheet;
+}
+
 }  // namespace
 
 ContactJudge::Sheet::Sheet(const FuzzMesh& mesh, Vec3 hip)
@@ -45,8 +54,11 @@ ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFra
     Judged& judged = bodies_.emplace_back();
     if (meshes[i].closed()) {
       judged.solid.emplace(meshes[i].vertices, meshes[i].triangles);
+      if (meshes[i].upper > 0) judged.sheet.emplace(upperFace(meshes[i]), toLocal(first.poses[i], first.hip));
     } else {
       judged.sheet.emplace(meshes[i], toLocal(first.poses[i], first.hip));
+    }
+    if (judged.sheet) {
       rounding_m_ = std::max(rounding_m_, judged.sheet->rounding_m());
     }
   }
@@ -63,7 +75,25 @@ ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool de
     if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local, depenetrated))
       verdict.crossed = true;
   }
+  if (flat_) verdict.aside_m = asideOnFlat(frame, ihip);
   return verdict;
+}
+
+double ContactJudge::asideOnFlat(const ContactFrame& frame, Vec3 ihip) {
+  constexpr double kOn_m = 2e-6;
+  constexpr double kDeepest_m = 0.012;  // of a HIP: bodies are thicker
+  constexpr double kRim = 1.5;          // of its depth: else the rim is as near
+  const Pose& first = frame.poses.front();
+  const Vec3 hip = toLocal(flat_->inFirst, toLocal(first, frame.hip)),
+             at = toLocal(flat_->inFirst, toLocal(first, ihip));
+  const auto isWithin = [&](Vec3 p, double rim_m) {
+    return p.x > flat_->low.x + rim_m && p.x < flat_->high.x - rim_m && p.y > flat_->low.y + rim_m &&
+           p.y < flat_->high.y - rim_m;
+  };
+  const bool isKnown = wasOnFlat_ && hip.z < 0 && hip.z > -kDeepest_m && isWithin(hip, -kRim * hip.z);
+  const double aside_m = std::hypot(at.x - hip.x, at.y - hip.y);
+  wasOnFlat_ = at.z > -kOn_m && isWithin(at, kOn_m) && isWithin(hip, std::abs(hip.z));
+  return isKnown ? aside_m : 0;
 }
 
 bool ContactJudge::isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame) {

@@ -13,6 +13,7 @@ struct ContactVerdict {
   double inside_m = 0;   ///< Depth in a closed body, judged by its winding number; 0 outside of all.
   bool crossed = false;  ///< It is on the other side of a sheet and has not gone round its rim.
   bool finite = true;
+  double aside_m = 0;  ///< From the exact place on a FlatTop, along it; 0 where none is known.
 };
 
 /// Judges the IHIP of each tick by triangles alone: solid angles and distances. Of the contact core it knows nothing.
@@ -22,6 +23,8 @@ class ContactJudge {
 
   /// @param depenetrated  The core says that it put the IHIP outside: the sides that it is on now are taken as they are.
   [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip, bool depenetrated = false);
+  /// Judges the place on it, too: of an IHIP that was on it in the last tick, the one right above the HIP.
+  void expect(const FlatTop& flat) { flat_ = flat; }
   /// Is no closed body around a point of the world?
   [[nodiscard]] static bool isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame);
 
@@ -43,11 +46,15 @@ class ContactJudge {
     Vec3 hip_;                // of the last tick, as is the next
     Vec3 ihip_;
   };
+  [[nodiscard]] double asideOnFlat(const ContactFrame& frame, Vec3 ihip);
+
   struct Judged {
     std::optional<SolidOracle> solid;
     std::optional<Sheet> sheet;
   };
   std::vector<Judged> bodies_;
+  std::optional<FlatTop> flat_;
+  bool wasOnFlat_ = false;
   double rounding_m_ = 0;  // of the largest sheet's vertices: an IHIP that it holds is as deep in what touches it there
 };
 

@@ -37,6 +37,23 @@ TEST(ContactJudge, NoticesAnIhipThatIsInsideOfACube) {
   EXPECT_NEAR(judge.judge(frameAt({0, 0, 0.015}, {0, 0, 0.001}), {0, 0, 0.02}).inside_m, 0.001, 1e-8);
 }
 
+TEST(ContactJudge, NoticesAnIhipThatIsBesideItsExactPlaceOnAFlatTop) {
+  ContactJudge judge(cube(), frameAt({0, 0, 0.05}));
+  judge.expect({Pose{{1, 0, 0, 0}, {0, 0, kHalf_m}}, Vec3(-kHalf_m), Vec3(kHalf_m)});
+  EXPECT_EQ(judge.judge(frameAt({0, 0, 0.021}), {0, 0, 0.021}).aside_m, 0);
+  EXPECT_NEAR(judge.judge(frameAt({0.003, 0, 0.019}), {0.0032, 0, 0.02}).aside_m, 0.0002, 1e-12);
+  EXPECT_EQ(judge.judge(frameAt({0.0193, 0, 0.019}), {0.02, 0, 0.019}).aside_m, 0) << "the side is as near";
+  EXPECT_EQ(judge.judge(frameAt({0, 0, 0.019}), {0.02, 0, 0.019}).aside_m, 0) << "it was not on the top";
+}
+
+TEST(ContactJudge, NoticesAnIhipThatHasPassedAPlate) {
+  Random random(3);
+  const std::vector<FuzzMesh> plate{makeMesh(MeshKind::kPlate, random)};
+  ContactJudge judge(plate, frameAt({0, 0, 0.03}));
+  EXPECT_FALSE(judge.judge(frameAt({0, 0, 0}), {0, 0, 0.02}).crossed);
+  EXPECT_TRUE(judge.judge(frameAt({0, 0, -0.02}), {0, 0, -0.02}).crossed);
+}
+
 TEST(ContactJudge, NoticesAnIhipThatIsNoNumber) {
   ContactJudge judge(cube(), frameAt({0, 0, 0.05}));
   EXPECT_TRUE(judge.judge(frameAt({0, 0, 0.05}), {0, 0, 0.05}).finite);

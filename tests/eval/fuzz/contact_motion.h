@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "haptic_server/engine/contact/contact.h"
@@ -15,10 +16,17 @@ struct ContactFrame {
   std::vector<Pose> poses;  ///< Of the bodies.
 };
 
+/// Where the surface of several bodies together is one plane: what is right above a HIP that is below it is known exactly.
+struct FlatTop {
+  Pose inFirst;  ///< Its frame in that of the first body, with which all others move; its plane is z = 0.
+  Vec3 low{0}, high{0};
+};
+
 /// A HIP among bodies, tick by tick: all that the contact core is given. It begins free, at the first frame.
 struct ContactMotion {
   std::vector<FuzzMesh> meshes;
   std::vector<ContactFrame> frames;
+  std::optional<FlatTop> flat = std::nullopt;
 };
 
 /// The contact core under such a motion.

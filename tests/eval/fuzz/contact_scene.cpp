@@ -11,6 +11,10 @@ namespace {
 
 constexpr int kMaxBodies = 5;
 
+Pose poseIn(const Pose& frame, const Pose& local) {
+  return {glm::normalize(frame.rotation * local.rotation), toWorld(frame, local.position)};
+}
+
 MeshKind someKind(bool plain, Random& random) {
   const int draw = random.below(20);
   if (!plain && draw < 3) return MeshKind::kFolded;
@@ -24,9 +28,28 @@ MeshKind someKind(bool plain, Random& random) {
 
 ContactScene::ContactScene(std::uint64_t seed, ContactSceneKind kind)
     : kind_(kind), random_(seed), speed_m_per_s_(kind.speed_m_per_s) {
-  const bool plain = random_.below(2) == 0;
-  const int bodies = 1 + random_.below(kMaxBodies);
-  for (int i = 0; i < bodies; ++i) addBody(someKind(plain, random_));
+  switch (kind.world) {
+    case ContactWorld::kWild: {
+      const bool plain = random_.below(2) == 0;
+      const int bodies = 1 + random_.below(kMaxBodies);
+      for (int i = 0; i < bodies; ++i) addBody(someKind(plain, random_));
+      break;
+    }
+    case ContactWorld::kFlush:
+      addFloor(flushBoxes(1, random_));
+      break;
+    case ContactWorld::kCracked:
+      addFloor(crackedMesh(1, random_));
+      break;
+    case ContactWorld::kMirrored:
+      for (int i = 1 + random_.below(3); i > 0; --i) addBody(MeshKind::kMirrored);
+      if (random_.below(2) == 0) addBody(someKind(true, random_));
+      break;
+    case ContactWorld::kThin:
+      for (int i = 1 + random_.below(2); i > 0; --i) addBody(MeshKind::kPlate);
+      if (random_.below(2) == 0) addBody(someKind(true, random_));
+      break;
+  }
   frame_.hip = somewhereOutside();
 }
 
@@ -40,19 +63,38 @@ Vec3 ContactScene::somewhereOutside() {
 }
 
 void ContactScene::addBody(MeshKind kind) {
-  constexpr double kSpread_m = 0.02;
   constexpr double kMovingPart = 0.7;
   meshes_.push_back(makeMesh(kind, random_));
+  swings_.push_back(someSwing(kind_.moving && random_.between(0, 1) < kMovingPart));
+  frame_.poses.push_back(swings_.back().middle);
+}
+
+/// Its bodies keep where they are to one another.
+void ContactScene::addFloor(const Floor& floor) {
+  swings_.push_back(someSwing(kind_.moving));
+  for (const Tile& tile : floor.tiles) {
+    FuzzMesh mesh{tile.shape.vertices, tile.shape.triangles, {}};
+    mesh.missing = coneOverBoundary(mesh.vertices, mesh.triangles);
+    meshes_.push_back(std::move(mesh));
+    inFloor_.push_back(tile.pose);
+    frame_.poses.push_back(poseIn(swings_.front().middle, tile.pose));
+  }
+  const Quat back = glm::conjugate(inFloor_.front().rotation);
+  flat_ = {{back, back * -inFloor_.front().position}, floor.low, floor.high};
+}
+
+ContactScene::Swing ContactScene::someSwing(bool moves) {
+  constexpr double kSpread_m = 0.02;
   Swing swing;
-  swing.middle = {random_.rotation(), kSpread_m * normalVector(random_)};
-  if (kind_.moving && random_.between(0, 1) < kMovingPart) {
+  swing.middle.rotation = random_.rotation();
+  swing.middle.position = kSpread_m * normalVector(random_);
+  if (moves) {
     swing.amplitude_m = kSpread_m * normalVector(random_);
     swing.axis = random_.direction();
     swing.rate_rad_per_s = random_.between(2, 12);
     swing.spin_rad_per_s = random_.between(0, 5);
   }
-  swings_.push_back(swing);
-  frame_.poses.push_back(swing.middle);
+  return swing;
 }
 
 Pose ContactScene::poseAt(const Swing& swing) const {
@@ -85,7 +127,8 @@ const ContactFrame& ContactScene::next(Vec3 ihip) {
   constexpr double kTremor = 0.08;
   constexpr double kDrawBack = 1.5;
   time_s_ += kPeriod_s;
-  for (std::size_t i = 0; i < swings_.size(); ++i) frame_.poses[i] = poseAt(swings_[i]);
+  for (std::size_t i = 0; i < meshes_.size(); ++i)
+    frame_.poses[i] = inFloor_.empty() ? poseAt(swings_[i]) : poseIn(poseAt(swings_.front()), inFloor_[i]);
   if (ticksToTarget_-- <= 0) chooseTarget();
   const Vec3 way = target_ - frame_.hip;
   Vec3 wanted = way * (speed_m_per_s_ / std::max(glm::length(way), 1e-4));

@@ -1,20 +1,37 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "tests/eval/floors.h"
 #include "tests/eval/fuzz/contact_motion.h"
 
 namespace haptics::eval {
 
+enum class ContactWorld : std::uint8_t {
+  kWild,      ///< One to five bodies of any kind, overlapping.
+  kFlush,     ///< A floor of boxes side by side (flushBoxes()).
+  kCracked,   ///< A floor of one mesh (crackedMesh()).
+  kMirrored,  ///< One to three bodies that a lattice mirrors, overlapping, among them plain ones.
+  kThin,      ///< A plate or two, and a body.
+};
+inline constexpr std::array kContactWorlds{"wild", "flush", "cracked", "mirrored", "thin"};  ///< Their names.
+
 struct ContactSceneKind {
-  bool moving;           ///< Some bodies move and turn.
+  bool moving;           ///< Some bodies move and turn, a floor as one.
   double speed_m_per_s;  ///< The HIP's top speed.
+  ContactWorld world = ContactWorld::kWild;
 };
 
-/// Bodies drawn from a seed, one to five, overlapping, and a HIP that wanders among them, presses, and stands still.
+/// Bodies drawn from a seed, and a HIP that wanders among them, presses, and stands still.
 class ContactScene {
  public:
   ContactScene(std::uint64_t seed, ContactSceneKind kind);
 
   [[nodiscard]] const std::vector<FuzzMesh>& meshes() const noexcept { return meshes_; }
+  [[nodiscard]] const std::optional<FlatTop>& flat() const noexcept { return flat_; }
   /// The next tick's; the HIP is led by where the IHIP was in the last one.
   [[nodiscard]] const ContactFrame& next(Vec3 ihip);
   [[nodiscard]] const ContactFrame& frame() const noexcept { return frame_; }  ///< Of the last; first of the beginning.
@@ -28,6 +45,8 @@ class ContactScene {
     double spin_rad_per_s = 0;  ///< 0: it stays where it is.
   };
   void addBody(MeshKind kind);
+  void addFloor(const Floor& floor);
+  [[nodiscard]] Swing someSwing(bool moves);
   [[nodiscard]] Vec3 somewhereOutside();
   void chooseTarget();
   [[nodiscard]] Pose poseAt(const Swing& swing) const;
@@ -35,7 +54,9 @@ class ContactScene {
   ContactSceneKind kind_;
   Random random_;
   std::vector<FuzzMesh> meshes_;
-  std::vector<Swing> swings_;
+  std::vector<Swing> swings_;  // of each body; of a floor, one
+  std::vector<Pose> inFloor_;  // none: there is no floor
+  std::optional<FlatTop> flat_;
   ContactFrame frame_;
   double time_s_ = 0;
   Vec3 velocity_m_per_s_{0};

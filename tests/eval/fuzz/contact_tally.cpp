@@ -12,6 +12,8 @@ std::string_view nameOf(ContactFailure failure) {
       return "crossing";
     case ContactFailure::kNotFinite:
       return "not-finite";
+    case ContactFailure::kAside:
+      return "aside";
   }
   return "";
 }
@@ -21,6 +23,7 @@ std::optional<ContactFailure> ContactRule::apply(const ContactVerdict& verdict, 
   if (!verdict.finite) return ContactFailure::kNotFinite;
   if (insideInARow_ > 1 || (insideInARow_ == 1 && !work.depenetrated)) return ContactFailure::kInside;
   if (verdict.crossed && !work.depenetrated) return ContactFailure::kCrossing;
+  if (verdict.aside_m > kFeltAside_m && !work.allowanceSpent) return ContactFailure::kAside;
   return std::nullopt;
 }
 
@@ -38,6 +41,8 @@ void ContactTally::add(const ContactResult& result, const ContactVerdict& verdic
   crossings_ += verdict.crossed && !work.depenetrated ? 1 : 0;
   crossingsDepenetrated_ += verdict.crossed && work.depenetrated ? 1 : 0;
   notFinite_ += verdict.finite ? 0 : 1;
+  (work.allowanceSpent ? asideWaiting_ : aside_) += verdict.aside_m > kFeltAside_m ? 1 : 0;
+  waiting_ += work.allowanceSpent ? 1 : 0;
   deepest_m_ = std::max(deepest_m_, verdict.inside_m);
   maxTriangles_ = std::max(maxTriangles_, work.triangles);
   maxSegments_ = std::max(maxSegments_, work.segments);
@@ -62,6 +67,9 @@ Record ContactTally::record() const {
           {"sheet_crossings", crossings_},
           {"sheet_crossings_depenetrated", crossingsDepenetrated_},
           {"nan_ticks", notFinite_},
+          {"aside_ticks", aside_},
+          {"aside_waiting_ticks", asideWaiting_},
+          {"waiting_ticks", waiting_},
           {"most_triangles", maxTriangles_},
           {"most_segments", maxSegments_},
           {"most_solver_rounds", maxSolverRounds_},

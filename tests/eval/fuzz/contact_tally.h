@@ -15,7 +15,10 @@ enum class ContactFailure {
   kInside,    ///< In a tick that does not say that it put the IHIP out, or in a second tick running.
   kCrossing,  ///< Of a sheet, in a tick that does not say that it put the IHIP out.
   kNotFinite,
+  kAside,  ///< Where the surface is flat, by what is felt as a force along it (kFeltAside_m), though the tick's allowance lasted.
 };
+/// 0.01 N of a spring of 1,000 N/m.
+inline constexpr double kFeltAside_m = 1e-5;
 [[nodiscard]] std::string_view nameOf(ContactFailure failure);
 
 /// Says of a run of verdicts, tick by tick, which of them fail.
@@ -55,6 +58,9 @@ class ContactTally {
   std::int64_t crossings_ = 0;
   std::int64_t crossingsDepenetrated_ = 0;
   std::int64_t notFinite_ = 0;
+  std::int64_t aside_ = 0;
+  std::int64_t asideWaiting_ = 0;
+  std::int64_t waiting_ = 0;
   double deepest_m_ = 0;
   int maxTriangles_ = 0;
   int maxSegments_ = 0;

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "tests/eval/fuzz/contact_scene.h"
+
 namespace haptics::eval {
 
 struct FuzzOptions {
@@ -11,6 +13,7 @@ struct FuzzOptions {
   std::uint64_t scenes = 1000;
   std::optional<bool> moving;           ///< Only scenes whose bodies move, or rest; else by turns.
   std::optional<double> speed_m_per_s;  ///< Top speed of the HIP; else 1 and 4 by turns.
+  std::optional<ContactWorld> world;    ///< Only such ones; else all by turns.
 };
 
 /// The contact core among random bodies, judged in every tick by winding numbers. Prints a table, writes DIR/fuzz.json and

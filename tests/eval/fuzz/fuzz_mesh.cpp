@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
+#include "common/deform/free_form.h"
+#include "haptic_server/scene/object_assets.h"
 #include "tests/haptic_server/engine/geometry/shapes.h"
 
 namespace haptics::eval {
@@ -147,6 +150,44 @@ FuzzMesh sheet(Random& random) {
   return mesh;
 }
 
+/// The sheet's hills above, the same hills below, turned over, and a rim.
+FuzzMesh plate(Random& random) {
+  const FuzzMesh above = sheet(random);
+  const auto thickness = static_cast<float>(1e-6 * std::pow(300, random.between(0, 1)));
+  FuzzMesh mesh;
+  mesh.vertices.assign(above.vertices.begin(), above.vertices.end() - 1);  // without the apex
+  mesh.triangles = above.triangles;
+  mesh.upper = above.triangles.size();
+  const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (std::uint32_t i = 0; i < count; ++i) mesh.vertices.push_back(mesh.vertices[i] - Vec3f(0, 0, thickness));
+  for (const auto& [a, b, c] : above.triangles) mesh.triangles.push_back({a + count, c + count, b + count});
+  for (const auto& [b, a, apex] : above.missing) {
+    mesh.triangles.push_back({a, b + count, b});
+    mesh.triangles.push_back({a, a + count, b + count});
+  }
+  return mesh;
+}
+
+FuzzMesh mirrored(Random& random) {
+  constexpr MeshKind kClosed[] = {MeshKind::kBox, MeshKind::kBlob, MeshKind::kSpiky, MeshKind::kFolded};
+  FuzzMesh mesh = makeMesh(kClosed[random.below(4)], random);
+  glm::dmat3 stretch(0);
+  for (int k = 0; k < 3; ++k) stretch[k][k] = random.between(0.6, 1.3);
+  stretch[random.below(3)] *= -1.0;
+  const glm::dmat3 map = glm::mat3_cast(random.rotation()) * stretch * glm::mat3_cast(random.rotation());
+  const Vec3 low(-0.1), size(0.2);
+  DeformationProperties properties;
+  properties.lattice = Lattice{low, size, {2, 2, 2}, FreeForm::atRest(low, size, {2, 2, 2})};
+  for (Vec3f& point : properties.lattice->control_m) point = Vec3f(map * Vec3(point));
+  AssetStore store;
+  ObjectAssets assets;
+  assets.mesh = store.intern(TriMesh{mesh.vertices, mesh.triangles});
+  mesh.surface = assets.surfaceAtRest(properties);
+  for (Vec3f& v : mesh.vertices) v = Vec3f(map * Vec3(v));
+  for (TriangleIndices& t : mesh.triangles) std::swap(t[1], t[2]);
+  return mesh;
+}
+
 /// One to three patches go.
 FuzzMesh scan(Random& random) {
   const Vec3 size(random.between(0.02, 0.06));
@@ -166,7 +207,32 @@ FuzzMesh scan(Random& random) {
 
 }  // namespace
 
+std::vector<TriangleIndices> coneOverBoundary(std::vector<Vec3f>& vertices,
+                                              std::span<const TriangleIndices> triangles) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> runs;
+  for (const TriangleIndices& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ++runs[{t[k], t[(k + 1) % 3]}];
+  }
+  std::vector<TriangleIndices> cone;
+  Vec3 middle(0);
+  float low = std::numeric_limits<float>::max(), high = -low;
+  const auto apex = static_cast<std::uint32_t>(vertices.size());
+  for (const auto& [edge, count] : runs) {
+    if (runs.contains({edge.second, edge.first})) continue;
+    cone.push_back({edge.second, edge.first, apex});
+    middle += Vec3(vertices[edge.first]);
+    low = std::min(low, vertices[edge.first].z);
+    high = std::max(high, vertices[edge.first].z);
+  }
+  if (cone.empty()) return cone;
+  constexpr double kFarBelow_m = 0.5;
+  middle /= static_cast<double>(cone.size());
+  vertices.emplace_back(middle - Vec3(0, 0, low == high ? kFarBelow_m : 0));
+  return cone;
+}
+
 std::shared_ptr<const CollisionMesh> FuzzMesh::build() const {
+  if (surface) return surface;
   std::vector<std::uint32_t> numbers(vertices.size(), 0);
   for (const TriangleIndices& triangle : triangles) {
     for (const std::uint32_t vertex : triangle) numbers[vertex] = 1;
@@ -214,6 +280,10 @@ FuzzMesh makeMesh(MeshKind kind, Random& random) {
       return sheet(random);
     case MeshKind::kScan:
       return scan(random);
+    case MeshKind::kPlate:
+      return plate(random);
+    case MeshKind::kMirrored:
+      return mirrored(random);
   }
   return {};
 }

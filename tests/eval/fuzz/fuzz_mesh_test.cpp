@@ -45,7 +45,7 @@ TEST_P(FuzzMeshes, FaceOutward) {
 
 INSTANTIATE_TEST_SUITE_P(AllKinds, FuzzMeshes,
                          testing::Values(MeshKind::kBox, MeshKind::kBlob, MeshKind::kSpiky, MeshKind::kFolded,
-                                         MeshKind::kSheet, MeshKind::kScan));
+                                         MeshKind::kSheet, MeshKind::kScan, MeshKind::kPlate, MeshKind::kMirrored));
 
 TEST(FuzzMesh, PassesThroughItselfWhereItIsFolded) {
   int crossed = 0;

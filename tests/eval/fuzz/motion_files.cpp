@@ -39,6 +39,17 @@ ContactFrame frameFrom(const std::vector<double>& n) {
   return frame;
 }
 
+FlatTop readFlat(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  const std::vector<double> n = numbersOf(line);
+  constexpr std::size_t kNumbers = kPoseNumbers + 4;
+  if (n.size() != kNumbers)
+    throw std::runtime_error(path.string() + ": is to be seven numbers of a pose, and the least and largest x and y");
+  return {{{n[0], n[1], n[2], n[3]}, {n[4], n[5], n[6]}}, {n[7], n[8], 0}, {n[9], n[10], 0}};
+}
+
 }  // namespace
 
 void writeMotion(const ContactMotion& motion, const std::filesystem::path& folder) {
@@ -47,6 +58,17 @@ void writeMotion(const ContactMotion& motion, const std::filesystem::path& folde
     const FuzzMesh& mesh = motion.meshes[i];
     writeObj(meshFile(folder, "body", i), mesh.vertices, mesh.triangles);
     if (!mesh.closed()) writeObj(meshFile(folder, "gap", i), mesh.vertices, mesh.missing);
+    if (mesh.upper == 0) continue;
+    const auto end = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(mesh.upper);
+    writeObj(meshFile(folder, "upper", i), mesh.vertices, {mesh.triangles.begin(), end});
+  }
+  if (motion.flat) {
+    std::ofstream flat = openToWrite(folder / "flat.csv");
+    flat.precision(std::numeric_limits<double>::max_digits10);
+    const auto& [p, low, high] = *motion.flat;
+    flat << p.rotation.w << ',' << p.rotation.x << ',' << p.rotation.y << ',' << p.rotation.z << ',' << p.position.x
+         << ',' << p.position.y << ',' << p.position.z << ',' << low.x << ',' << low.y << ',' << high.x << ',' << high.y
+         << '\n';
   }
   std::ofstream file = openToWrite(folder / "motion.csv");
   file.precision(std::numeric_limits<double>::max_digits10);
@@ -68,8 +90,11 @@ ContactMotion readMotion(const std::filesystem::path& folder) {
     FuzzMesh mesh{std::move(body.vertices), std::move(body.triangles), {}};
     if (const auto gap = meshFile(folder, "gap", i); std::filesystem::exists(gap))
       mesh.missing = readObj(gap).triangles;
+    if (const auto upper = meshFile(folder, "upper", i); std::filesystem::exists(upper))
+      mesh.upper = readObj(upper).triangles.size();
     motion.meshes.push_back(std::move(mesh));
   }
+  if (std::filesystem::exists(folder / "flat.csv")) motion.flat = readFlat(folder / "flat.csv");
   if (motion.meshes.empty()) throw std::runtime_error(folder.string() + ": holds no body0.obj");
   std::ifstream file(folder / "motion.csv");
   std::string line;

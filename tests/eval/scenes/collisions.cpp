@@ -1,4 +1,4 @@
-// Bodies that meet one another: S26, S27, S28, S30. Beside ours springs between them.
+// Bodies that meet one another: S26, S27, S28, S30, S40. Beside ours springs between them.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
 
 std::unique_ptr<BodyWorld> worldOf(const Renderer& method) {
   if (method.pushesBodiesBySprings()) return std::make_unique<SpringWorld>();
-  return std::make_unique<MovingWorld>();
+  return std::make_unique<MovingWorld>(method.overlooksPutBodies());
 }
 
 std::uint64_t add(BodyWorld& world, const TriMesh& mesh, double mass_kg, const Pose& pose, Vec3 gravity_m_per_s2) {
@@ -228,6 +228,116 @@ SceneResult fillBowl(Renderer& method, Random& random) {
                      {"ticks_that_waited", world->waitedTicks()},
                      {"non_finite_ticks", notFinite}};
   result.pass = gained_J < 1e-6 && through == 0 && deepest_m < 5e-4 && notFinite == 0;
+  return result;
+}
+
+namespace {
+
+struct Put {
+  double hovering_m = 0;  ///< By how much what is weightless and touches nothing has moved, at most.
+  double beyond_m = 0;    ///< By how much bodies that overlapped went farther than to touch.
+  double overlap_m = 0;   ///< That is left of their overlap.
+  double fastest_m_per_s = 0;
+  double left_m_per_s = 0;  ///< Of their speed, in the end.
+  double sunk_m = 0;        ///< By how much a stack is lower than its parts are high, or a part has slipped aside.
+  int notFinite = 0;
+};
+
+Vec3 someSize(Random& random, double low_m, double high_m) {
+  return {random.between(low_m, high_m), random.between(low_m, high_m), random.between(low_m, high_m)};
+}
+
+/// 1 to 50 mm above or beside something, however thin that is.
+void hover(const Renderer& method, Random& random, Put& put) {
+  constexpr int kTicks = 400;
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const Vec3 under_m(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.003, 0.05));
+  const Vec3 board_m(random.between(0.03, 0.2), random.between(0.03, 0.2), random.between(0.004, 0.02));
+  const double gap_m = 0.001 * std::pow(50, random.between(0, 1));
+  const Quat all = random.rotation();
+  const Vec3 place(random.between(-0.02, 0.02), random.between(-0.02, 0.02), under_m.z / 2 + gap_m + board_m.z / 2);
+  const Vec3 beside(under_m.x / 2 + gap_m + board_m.x / 2, random.between(-0.02, 0.02), random.between(-0.02, 0.02));
+  const Vec3 begun = all * (random.below(3) == 0 ? beside : place);
+  add(*world, boxMesh(under_m), random.below(2) * 0.2, {all, Vec3(0)}, Vec3(0));
+  const std::uint64_t board = add(*world, boxMesh(board_m), random.between(0.05, 0.5), {all, begun}, Vec3(0));
+  world->publish();
+  for (int i = 0; i < kTicks; ++i) world->tick(kFarAway);
+  put.hovering_m = std::max(put.hovering_m, glm::distance(world->poseOf(board).position, begun));
+}
+
+/// 0.2 to 3 mm deep in something that is wider, which stands still or floats.
+void overlap(const Renderer& method, Random& random, Put& put) {
+  constexpr int kTicks = 300;
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const Vec3 brick_m = someSize(random, 0.02, 0.04);
+  const Vec3 under_m(brick_m.x * random.between(1.2, 4), brick_m.y * random.between(1.2, 4),
+                     random.between(0.02, 0.05));
+  const double depth_m = random.between(0.0002, 0.003);
+  const Quat all = random.rotation();
+  const bool floats = random.below(2) == 0;
+  const std::uint64_t under =
+      add(*world, boxMesh(under_m), floats ? random.between(0.05, 0.5) : 0, {all, Vec3(0)}, Vec3(0));
+  const Vec3 begun = all * Vec3(0, 0, (under_m.z + brick_m.z) / 2 - depth_m);
+  const std::uint64_t brick = add(*world, boxMesh(brick_m), random.between(0.05, 0.5), {all, begun}, Vec3(0));
+  world->publish();
+  Vec3 before = begun;
+  double speed_m_per_s = 0;
+  for (int i = 0; i < kTicks; ++i) {
+    world->tick(kFarAway);
+    const Vec3 apart = world->poseOf(brick).position - world->poseOf(under).position;
+    put.notFinite += isFinite(apart) ? 0 : 1;
+    speed_m_per_s = glm::distance(apart, before) / kPeriod_s;
+    put.fastest_m_per_s = std::max(put.fastest_m_per_s, speed_m_per_s);
+    before = apart;
+  }
+  const Vec3 moved = glm::conjugate(all) * (before - begun);
+  put.beyond_m = std::max({put.beyond_m, moved.z - depth_m, std::hypot(moved.x, moved.y)});
+  put.overlap_m = std::max(put.overlap_m, depth_m - moved.z);
+  put.left_m_per_s = std::max(put.left_m_per_s, speed_m_per_s);
+}
+
+/// A board on a block on a table, wider than the block or not, begun in touch or just above.
+void stack(const Renderer& method, Random& random, Put& put) {
+  constexpr int kTicks = 1'500;
+  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  addTable(*world);
+  const Vec3 block_m(random.between(0.02, 0.06), random.between(0.02, 0.06), random.between(0.015, 0.04));
+  const Vec3 board_m(random.between(0.03, 0.2), random.between(0.03, 0.2), random.between(0.005, 0.02));
+  const double gap_m = random.below(2) * random.between(0, 0.002);
+  const Vec3 blockAt(0, 0, block_m.z / 2), boardAt(0, 0, block_m.z + gap_m + board_m.z / 2);
+  const std::uint64_t block = add(*world, boxMesh(block_m), random.between(0.05, 0.3), at(blockAt), kGravity);
+  const std::uint64_t board = add(*world, boxMesh(board_m), random.between(0.05, 0.3), at(boardAt), kGravity);
+  world->publish();
+  for (int i = 0; i < kTicks; ++i) world->tick(kFarAway);
+  const Vec3 rests = world->poseOf(board).position;
+  put.notFinite += isFinite(rests) ? 0 : 1;
+  put.sunk_m = std::max({put.sunk_m, glm::distance(world->poseOf(block).position, blockAt),
+                         glm::distance(rests, boardAt - Vec3(0, 0, gap_m))});
+}
+
+}  // namespace
+
+/// Bodies are put beside, into and upon one another, as edits put them. What overlaps comes apart at no more than the speed
+/// that the solver allows, until it touches, and no farther; what touches nothing stays; a stack stands.
+SceneResult putBodies(Renderer& method, Random& random) {
+  constexpr int kRuns = 8;
+  constexpr double kApart_m_per_s = 0.1;
+  Put put;
+  for (int i = 0; i < kRuns; ++i) {
+    hover(method, random, put);
+    overlap(method, random, put);
+    stack(method, random, put);
+  }
+  SceneResult result;
+  result.measures = {{"hovering_moved_um", 1e6 * put.hovering_m},
+                     {"beyond_touch_um", 1e6 * put.beyond_m},
+                     {"overlap_left_um", 1e6 * put.overlap_m},
+                     {"apart_max_m_per_s", put.fastest_m_per_s},
+                     {"speed_left_mm_per_s", 1e3 * put.left_m_per_s},
+                     {"stack_moved_um", 1e6 * put.sunk_m},
+                     {"non_finite_ticks", put.notFinite}};
+  result.pass = put.hovering_m < 1e-9 && put.beyond_m < 3e-4 && put.overlap_m < 5e-5 && put.left_m_per_s < 1e-3 &&
+                put.fastest_m_per_s < 1.1 * kApart_m_per_s && put.sunk_m < 2e-4 && put.notFinite == 0;
   return result;
 }
 

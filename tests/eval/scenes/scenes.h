@@ -64,6 +64,14 @@ struct FailureScene {
 [[nodiscard]] SceneResult fillBowl(Renderer& method, Random& random);                    ///< S30
 [[nodiscard]] SceneResult crushBetweenBoxes(Renderer& method, Random& random);           ///< S31
 [[nodiscard]] SceneResult strokeFoldedMeshes(Renderer& method, Random& random);          ///< S32
+[[nodiscard]] SceneResult strokeFlushBoxes(Renderer& method, Random& random);            ///< S33
+[[nodiscard]] SceneResult strokeCrackedMeshes(Renderer& method, Random& random);         ///< S34
+[[nodiscard]] SceneResult strokeMovingSeams(Renderer& method, Random& random);           ///< S35
+[[nodiscard]] SceneResult drivePastStillHip(Renderer& method, Random& random);           ///< S36
+[[nodiscard]] SceneResult streamUnderStillHip(Renderer& method, Random& random);         ///< S37
+[[nodiscard]] SceneResult editInSmallSteps(Renderer& method, Random& random);            ///< S38
+[[nodiscard]] SceneResult strokeMirroredBodies(Renderer& method, Random& random);        ///< S39
+[[nodiscard]] SceneResult putBodies(Renderer& method, Random& random);                   ///< S40
 
 inline constexpr std::array kFailureScenes{
     FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},
@@ -104,6 +112,18 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S30", "32 marbles and blocks let into a bowl", fillBowl, Concern::kBodies},
     FailureScene{"S31", "boxes close on the IHIP from all sides", crushBetweenBoxes},
     FailureScene{"S32", "closed meshes that pass through themselves, fixed, moving and dented", strokeFoldedMeshes},
+    FailureScene{"S33", "boxes side by side, flush by their decimal sizes, stroked across and along the seams",
+                 strokeFlushBoxes},
+    FailureScene{"S34", "one mesh with a crack thinner than the skin", strokeCrackedMeshes},
+    FailureScene{"S35", "S33 and S34 on floors that move and turn", strokeMovingSeams},
+    FailureScene{"S36", "thin plates and sheets driven past a hand at rest at up to 1 m/s", drivePastStillHip,
+                 Concern::kStreams},
+    FailureScene{"S37", "a block driven under the hand by some 60 samples a second", streamUnderStillHip,
+                 Concern::kStreams},
+    FailureScene{"S38", "a block that grows, rises or stiffens under the hand by small edits", editInSmallSteps,
+                 Concern::kEdits},
+    FailureScene{"S39", "bodies that a lattice mirrors", strokeMirroredBodies, Concern::kEdits},
+    FailureScene{"S40", "bodies put beside, upon and into one another", putBodies, Concern::kBodies},
 };
 
 }  // namespace haptics::eval

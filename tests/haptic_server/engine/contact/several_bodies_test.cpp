@@ -69,6 +69,43 @@ TEST(SeveralBodies, FlushByTheirDecimalSizesAreOneSurface) {
   }
 }
 
+/// Six boxes, each meshed in a frame of its own, so that their tops are level and their walls flush but for rounding, under a
+/// floor that is turned anyhow; the HIP goes along a seam, and over where four meet.
+TEST(SeveralBodies, FlushButForRoundingIsOneSurfaceAndIsFollowedInFewSteps) {
+  const Vec3 size(0.232, 0.31, 0.1);
+  for (int seed = 0; seed < 60; ++seed) {
+    const auto some = [&](int k) { return std::sin(1.0 + 12.9898 * seed + 78.233 * k); };
+    const auto turn = [&](int k) {
+      return glm::angleAxis(3 * some(k), glm::normalize(Vec3(some(k + 1), some(k + 2), 0.3)));
+    };
+    const Pose floor{turn(0), Vec3(some(3), some(4), some(5))};
+    ContactRig world;
+    for (int i = 0; i < 6; ++i) {
+      const Quat own = turn(10 * i), back = glm::conjugate(own);
+      const Vec3 middle((i % 3 - 1) * size.x, (i / 3 - 0.5) * size.y, -size.z / 2);
+      world.add(shapes::box(size, 2).mapped([&](Vec3 v) { return back * v; }),
+                Pose{floor.rotation * own, toWorld(floor, middle)});
+    }
+    const auto goes = [&](Vec3 from, Vec3 to) {
+      constexpr int kTicks = 60;
+      for (int i = 0; i <= kTicks; ++i) {
+        const Vec3 hip = glm::mix(from, to, double(i) / kTicks);
+        const ContactResult r = world.tick(toWorld(floor, hip));
+        const Vec3 off = toLocal(floor, r.ihip) - hip;
+        EXPECT_LT(std::hypot(off.x, off.y), 1e-6) << seed << ' ' << hip.x << ' ' << hip.y;
+        EXPECT_LE(r.work.steps, 20) << seed << ' ' << hip.x << ' ' << hip.y;
+      }
+    };
+    const double seam = size.x / 2, deep = -0.02;
+    world.place(toWorld(floor, {seam, -0.2, 0.01}));
+    goes({seam, -0.2, 0.01}, {seam, -0.2, deep});
+    goes({seam, -0.2, deep}, {seam, 0.2, deep});
+    goes({seam, 0.2, deep}, {-seam, -0.1, deep});
+    goes({-seam, -0.1, deep}, {0.2, 0, deep});
+    goes({0.2, 0, deep}, {-0.2, 0, deep});
+  }
+}
+
 TEST(SeveralBodies, PartsOfOneMeshWithAGapBelowTheSkinAreOneSurface) {
   for (const double gap : {1e-9, 3e-8, 9e-8}) {
     shapes::Shape all;
