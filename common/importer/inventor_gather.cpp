@@ -5,32 +5,57 @@
 #include <Inventor/SoInput.h>
 #include <Inventor/SoInteraction.h>
 #include <Inventor/SoPrimitiveVertex.h>
+#include <Inventor/VRMLnodes/SoVRMLCoordinate.h>
+#include <Inventor/VRMLnodes/SoVRMLElevationGrid.h>
+#include <Inventor/VRMLnodes/SoVRMLIndexedFaceSet.h>
+#include <Inventor/VRMLnodes/SoVRMLIndexedLineSet.h>
+#include <Inventor/VRMLnodes/SoVRMLLOD.h>
+#include <Inventor/VRMLnodes/SoVRMLPointSet.h>
+#include <Inventor/VRMLnodes/SoVRMLSwitch.h>
 #include <Inventor/actions/SoCallbackAction.h>
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoMemoryError.h>
 #include <Inventor/errors/SoReadError.h>
+#include <Inventor/misc/SoChildList.h>
+#include <Inventor/nodes/SoArray.h>
+#include <Inventor/nodes/SoFaceSet.h>
+#include <Inventor/nodes/SoImage.h>
 #include <Inventor/nodes/SoIndexedFaceSet.h>
 #include <Inventor/nodes/SoIndexedLineSet.h>
 #include <Inventor/nodes/SoIndexedNurbsCurve.h>
 #include <Inventor/nodes/SoIndexedNurbsSurface.h>
 #include <Inventor/nodes/SoIndexedPointSet.h>
 #include <Inventor/nodes/SoIndexedTriangleStripSet.h>
+#include <Inventor/nodes/SoLOD.h>
+#include <Inventor/nodes/SoLevelOfDetail.h>
 #include <Inventor/nodes/SoLineSet.h>
+#include <Inventor/nodes/SoMultipleCopy.h>
 #include <Inventor/nodes/SoNurbsCurve.h>
 #include <Inventor/nodes/SoNurbsSurface.h>
 #include <Inventor/nodes/SoPointSet.h>
+#include <Inventor/nodes/SoQuadMesh.h>
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
+#include <Inventor/nodes/SoSwitch.h>
+#include <Inventor/nodes/SoText2.h>
+#include <Inventor/nodes/SoTriangleStripSet.h>
 #include <Inventor/nodes/SoVertexProperty.h>
 #include <fcntl.h>
+#include <libdeflate.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <deque>
+#include <map>
+#include <memory>
+#include <new>
+#include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/mesh/text_scan.h"
 #include "common/mesh/tri_mesh.h"
@@ -41,6 +66,13 @@ namespace {
 /// Deepest nesting of braces in a text file: Coin reads and walks by recursion, about a kilobyte of stack a level. Real
 /// models nest below 50.
 constexpr int kDeepestNesting = 500;
+
+/// A file's bytes that repeat shapes (USE, Array, MultipleCopy), or ask for round ones, make no more triangles, and lead
+/// to no more nodes, than this and one for each byte. So many are imported within 1 GB.
+constexpr std::size_t kMostOfFewBytes = 2'000'000;
+
+/// The largest file that is unpacked.
+constexpr std::uint32_t kMostUnpacked_bytes = 1U << 30;
 
 /// Messages of Coin while it reads a file, which would go to stderr.
 std::string& said() {
@@ -71,6 +103,35 @@ int deepestNesting(std::string_view text) {
   return deepest;
 }
 
+/// Without a byte order mark and blanks before the head; unpacked, if it is packed by gzip.
+Result<std::string> plain(std::string_view file) {
+  std::string text(file);
+  if (file.starts_with("\x1f\x8b")) {
+    constexpr std::size_t kSmallest = 18;  // head and end
+    if (file.size() < kSmallest) return refused("", "is packed by gzip, and cut");
+    std::uint32_t size = 0;  // its end says it, little-endian
+    for (std::size_t i = 4; i > 0; --i) size = size << 8 | static_cast<unsigned char>(file[file.size() - 5 + i]);
+    if (size > kMostUnpacked_bytes) {
+      return refused("", "is packed by gzip, and says that it unpacks to " + std::to_string(size) + " bytes; at most " +
+                             std::to_string(kMostUnpacked_bytes));
+    }
+    const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> unpacker(
+        libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
+    if (!unpacker) throw std::bad_alloc();
+    text.resize(size);
+    std::size_t used = 0;
+    const auto result =
+        libdeflate_gzip_decompress_ex(unpacker.get(), file.data(), file.size(), text.data(), size, &used, nullptr);
+    if (result != LIBDEFLATE_SUCCESS || used != file.size()) {
+      return refused("", "is packed by gzip, and cannot be unpacked: it is cut, damaged or of several parts");
+    }
+  }
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  const std::size_t head = text.find_first_not_of(" \t\r\n");
+  if (head != std::string::npos && text[head] == '#') text.erase(0, head);
+  return text;
+}
+
 /// The result of fopen() while Coin opens a file that it may include; null: none.
 const std::string*& handedOver() {
   static const std::string* bytes = nullptr;
@@ -87,10 +148,13 @@ class ConfinedInput final : public SoInput {
   explicit ConfinedInput(const IncludeReader& readIncluded) : readIncluded_(readIncluded) {}
 
   [[nodiscard]] std::uint64_t leftOut() const { return leftOut_; }
+  [[nodiscard]] std::size_t includedBytes() const { return includedBytes_; }
 
   SbBool pushFile(const char* name) override {
-    auto bytes = readIncluded_(name);
+    const auto file = readIncluded_(name);
+    auto bytes = file ? plain(*file) : refused("", "is not there");
     if (bytes && deepestNesting(*bytes) <= kDeepestNesting) {
+      includedBytes_ += bytes->size();
       handedOver() = &included_.emplace_back(*std::move(bytes));
       const SbBool pushed = SoInput::pushFile((std::string("/") + name).c_str());  // as no path to be searched for
       handedOver() = nullptr;
@@ -104,76 +168,291 @@ class ConfinedInput final : public SoInput {
   const IncludeReader& readIncluded_;
   std::deque<std::string> included_;  // Coin reads them where they are
   std::uint64_t leftOut_ = 0;
+  std::size_t includedBytes_ = 0;
 };
 
 struct Gathering {
   PolygonSoup found;
-  std::string fault;  // ends the walk
+  std::size_t mostTriangles = 0;
+  std::string fault = {};  // ends the walk
+
+  [[nodiscard]] bool hasRoom() {
+    if (found.triangles.size() < mostTriangles) return true;
+    fault = "makes more than " + std::to_string(mostTriangles) + " triangles by repeating shapes or by round ones";
+    return false;
+  }
 };
+
+void append(PolygonSoup& soup, const SbMatrix& toRoot, const SbVec3f& point) {
+  Vec3 at;
+  for (int i = 0; i < 3; ++i) {
+    double sum = toRoot[3][i];
+    for (int k = 0; k < 3; ++k) sum += static_cast<double>(point[k]) * static_cast<double>(toRoot[k][i]);
+    at[i] = sum;
+  }
+  double w = toRoot[3][3];
+  for (int k = 0; k < 3; ++k) w += static_cast<double>(point[k]) * static_cast<double>(toRoot[k][3]);
+  soup.vertices.push_back(at / w);
+}
 
 void takeTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex* a, const SoPrimitiveVertex* b,
                   const SoPrimitiveVertex* c) {
-  auto& [found, fault] = *static_cast<Gathering*>(data);
-  if (found.triangles.size() >= kMaxTriangles) {
-    fault = "holds more than " + std::to_string(kMaxTriangles) + " triangles";
-    return;
-  }
+  auto& gathering = *static_cast<Gathering*>(data);
+  PolygonSoup& found = gathering.found;
+  if (!gathering.fault.empty() || !gathering.hasRoom()) return;
   const SbMatrix& toRoot = action->getModelMatrix();
   // Vertices run clockwise where the file says so, and where a mirroring transform turns them round.
   const bool clockwise = action->getVertexOrdering() == SoShapeHints::CLOCKWISE;
   if (clockwise != (toRoot.det3() < 0)) std::swap(b, c);
-  for (const SoPrimitiveVertex* vertex : {a, b, c}) {
-    SbVec3f point;
-    toRoot.multVecMatrix(vertex->getPoint(), point);
-    found.vertices.emplace_back(point[0], point[1], point[2]);
-  }
+  for (const SoPrimitiveVertex* vertex : {a, b, c}) append(found, toRoot, vertex->getPoint());
   const auto end = static_cast<std::uint32_t>(found.vertices.size());
   found.triangles.push_back({end - 3, end - 2, end - 1});
 }
 
-SoCallbackAction::Response skipNurbs(void* data, SoCallbackAction*, const SoNode*) {
+SoCallbackAction::Response skip(void* data, SoCallbackAction*, const SoNode*) {
   ++static_cast<Gathering*>(data)->found.shapesSkipped;
   return SoCallbackAction::PRUNE;
 }
 
-SoCallbackAction::Response skipLinesAndPoints(void*, SoCallbackAction*, const SoNode*) {
-  return SoCallbackAction::PRUNE;
+SoCallbackAction::Response countUnknown(void* data, SoCallbackAction*, const SoNode* node) {
+  const SoChildList* children = node->getChildren();  // what the file says to use instead
+  if (children == nullptr || children->getLength() == 0) ++static_cast<Gathering*>(data)->found.shapesSkipped;
+  return SoCallbackAction::CONTINUE;
 }
 
 SoCallbackAction::Response stopAtFault(void* data, SoCallbackAction*, const SoNode*) {
   return static_cast<Gathering*>(data)->fault.empty() ? SoCallbackAction::CONTINUE : SoCallbackAction::ABORT;
 }
 
-/// Coin does not look whether the points that a shape names are there.
-SoCallbackAction::Response checkIndices(void* data, SoCallbackAction* action, const SoNode* node) {
-  const auto& shape = static_cast<const SoIndexedShape&>(*node);
-  const auto* own = static_cast<const SoVertexProperty*>(shape.vertexProperty.getValue());
-  const int count = own != nullptr && own->vertex.getNum() > 0 ? own->vertex.getNum() : action->getNumCoordinates();
-  for (int i = 0; i < shape.coordIndex.getNum(); ++i) {
-    if (const int point = shape.coordIndex[i]; point >= count) {
-      static_cast<Gathering*>(data)->fault =
-          "a shape names point " + std::to_string(point) + " of " + std::to_string(count) + "; count from 0";
-      return SoCallbackAction::ABORT;
+/// A shape's faces, which are taken by the points that they name: Coin does not look whether those are there, stops at a
+/// face of fewer than three corners, and looks up normals and colours, which cannot be felt, by indices of theirs.
+class Faces {
+ public:
+  Faces(Gathering& gathering, const SoCallbackAction& action, const SoMFVec3f* own, bool clockwise)
+      : gathering_(gathering),
+        action_(action),
+        toRoot_(action.getModelMatrix()),
+        own_(own),
+        count_(own != nullptr ? own->getNum() : action.getNumCoordinates()),
+        turned_(clockwise != (toRoot_.det3() < 0)) {}
+
+  [[nodiscard]] std::int64_t count() const { return count_; }
+
+  void add(std::vector<std::int64_t> face) {
+    if (!gathering_.fault.empty() || !gathering_.hasRoom()) return;
+    if (turned_ && !face.empty()) std::reverse(face.begin() + 1, face.end());
+    std::vector<std::uint32_t> corners;
+    for (const std::int64_t point : face) {
+      if (point < 0 || point >= count_) {
+        refuse("names point " + std::to_string(point));
+        return;
+      }
+      const int i = static_cast<int>(point);
+      corners.push_back(static_cast<std::uint32_t>(gathering_.found.vertices.size()));
+      append(gathering_.found, toRoot_, own_ != nullptr ? (*own_)[i] : action_.getCoordinate3(i));
+    }
+    gathering_.found.addPolygon(corners);
+  }
+  /// Every second triangle of a strip is turned round.
+  void addStrip(const std::vector<std::int64_t>& strip) {
+    if (strip.size() < 3) ++gathering_.found.degenerate;
+    for (std::size_t i = 2; i < strip.size() && gathering_.fault.empty(); ++i) {
+      add(i % 2 == 0 ? std::vector{strip[i - 2], strip[i - 1], strip[i]}
+                     : std::vector{strip[i - 1], strip[i - 2], strip[i]});
     }
   }
-  return SoCallbackAction::CONTINUE;
+  void refuse(const std::string& what) {
+    gathering_.fault = "a shape " + what + " of " + std::to_string(count_) + "; count from 0";
+  }
+
+ private:
+  Gathering& gathering_;
+  const SoCallbackAction& action_;
+  const SbMatrix toRoot_;
+  const SoMFVec3f* own_;
+  std::int64_t count_;
+  bool turned_;
+};
+
+Faces facesOf(Gathering& gathering, const SoCallbackAction& action, const SoVertexShape& shape) {
+  const auto* own = static_cast<const SoVertexProperty*>(shape.vertexProperty.getValue());
+  return {gathering, action, own != nullptr && own->vertex.getNum() > 0 ? &own->vertex : nullptr,
+          action.getVertexOrdering() == SoShapeHints::CLOCKWISE};
 }
+
+/// Runs of indices that end with a negative one, or with the last.
+template <typename Take>
+void eachRun(const SoMFInt32& indices, const Take& take) {
+  std::vector<std::int64_t> run;
+  for (int i = 0; i < indices.getNum(); ++i) {
+    if (indices[i] >= 0) {
+      run.push_back(indices[i]);
+    } else {
+      take(run);
+      run.clear();
+    }
+  }
+  if (!run.empty()) take(run);
+}
+
+/// Runs of points that follow one another.
+template <typename Take>
+void eachRun(Faces& faces, const SoMFInt32& lengths, std::int64_t first, const Take& take) {
+  for (int i = 0; i < lengths.getNum(); ++i) {
+    const std::int64_t length = lengths[i] == -1 ? std::max<std::int64_t>(0, faces.count() - first) : lengths[i];
+    if (first < 0 || length < 0 || first + length > faces.count()) {
+      faces.refuse("asks for " + std::to_string(lengths[i]) + " points from point " + std::to_string(first));
+      return;
+    }
+    std::vector<std::int64_t> run(static_cast<std::size_t>(length));
+    std::iota(run.begin(), run.end(), first);
+    take(run);
+    first += length;
+  }
+}
+
+SoCallbackAction::Response takeIndexedFaces(void* data, SoCallbackAction* action, const SoNode* node) {
+  const auto& shape = static_cast<const SoIndexedFaceSet&>(*node);
+  Faces faces = facesOf(*static_cast<Gathering*>(data), *action, shape);
+  eachRun(shape.coordIndex, [&](const auto& face) { faces.add(face); });
+  return SoCallbackAction::PRUNE;
+}
+
+SoCallbackAction::Response takeIndexedStrips(void* data, SoCallbackAction* action, const SoNode* node) {
+  const auto& shape = static_cast<const SoIndexedTriangleStripSet&>(*node);
+  Faces faces = facesOf(*static_cast<Gathering*>(data), *action, shape);
+  eachRun(shape.coordIndex, [&](const auto& strip) { faces.addStrip(strip); });
+  return SoCallbackAction::PRUNE;
+}
+
+SoCallbackAction::Response takeFaces(void* data, SoCallbackAction* action, const SoNode* node) {
+  const auto& shape = static_cast<const SoFaceSet&>(*node);
+  Faces faces = facesOf(*static_cast<Gathering*>(data), *action, shape);
+  eachRun(faces, shape.numVertices, shape.startIndex.getValue(), [&](const auto& face) { faces.add(face); });
+  return SoCallbackAction::PRUNE;
+}
+
+SoCallbackAction::Response takeStrips(void* data, SoCallbackAction* action, const SoNode* node) {
+  const auto& shape = static_cast<const SoTriangleStripSet&>(*node);
+  Faces faces = facesOf(*static_cast<Gathering*>(data), *action, shape);
+  eachRun(faces, shape.numVertices, shape.startIndex.getValue(), [&](const auto& strip) { faces.addStrip(strip); });
+  return SoCallbackAction::PRUNE;
+}
+
+SoCallbackAction::Response takeQuads(void* data, SoCallbackAction* action, const SoNode* node) {
+  const auto& shape = static_cast<const SoQuadMesh&>(*node);
+  Faces faces = facesOf(*static_cast<Gathering*>(data), *action, shape);
+  const std::int64_t first = shape.startIndex.getValue();
+  const std::int64_t across = shape.verticesPerRow.getValue(), along = shape.verticesPerColumn.getValue();
+  if (first < 0 || across < 0 || along < 0 || first + across * along > faces.count()) {
+    faces.refuse("asks for " + std::to_string(along) + " rows of " + std::to_string(across) + " points from point " +
+                 std::to_string(first));
+    return SoCallbackAction::PRUNE;
+  }
+  for (std::int64_t row = 0; row + 1 < along; ++row) {
+    for (std::int64_t i = 0; i + 1 < across; ++i) {
+      const std::int64_t at = first + row * across + i;
+      faces.add({at, at + across, at + across + 1, at + 1});
+    }
+  }
+  return SoCallbackAction::PRUNE;
+}
+
+SoCallbackAction::Response takeVrmlFaces(void* data, SoCallbackAction* action, const SoNode* node) {
+  const auto& shape = static_cast<const SoVRMLIndexedFaceSet&>(*node);
+  const SoNode* points = shape.coord.getValue();
+  static const SoMFVec3f none;
+  const bool isThere = points != nullptr && points->isOfType(SoVRMLCoordinate::getClassTypeId());
+  Faces faces(*static_cast<Gathering*>(data), *action,
+              isThere ? &static_cast<const SoVRMLCoordinate*>(points)->point : &none, shape.ccw.getValue() == FALSE);
+  eachRun(shape.coordIndex, [&](const auto& face) { faces.add(face); });
+  return SoCallbackAction::PRUNE;
+}
+
+SoCallbackAction::Response checkElevations(void* data, SoCallbackAction*, const SoNode* node) {
+  const auto& grid = static_cast<const SoVRMLElevationGrid&>(*node);
+  const std::int64_t x = grid.xDimension.getValue(), z = grid.zDimension.getValue();
+  if (x >= 0 && z >= 0 && (x == 0 || z <= grid.height.getNum() / x)) return SoCallbackAction::CONTINUE;
+  static_cast<Gathering*>(data)->fault = "an ElevationGrid asks for " + std::to_string(x) + " times " +
+                                         std::to_string(z) + " heights of " + std::to_string(grid.height.getNum());
+  return SoCallbackAction::ABORT;
+}
+
+/// What it takes to walk a graph: nodes that are come to, those that several lead to as often.
+class Walk {
+ public:
+  /// Why it is not to be walked; empty: it may be.
+  [[nodiscard]] std::string fault(const SoNode& root, std::size_t most) {
+    const double nodes = below(root, 0).nodes;
+    if (!fault_.empty() || nodes <= static_cast<double>(most)) return fault_;
+    return "leads to more than " + std::to_string(most) + " nodes by repeating them (USE, Array, MultipleCopy)";
+  }
+
+ private:
+  struct Below {
+    double nodes = 0;
+    int levels = 0;  ///< 0: not known yet.
+  };
+
+  Below below(const SoNode& node, int depth) {
+    const auto [known, isNew] = known_.try_emplace(&node);
+    if (!isNew && known->second.levels == 0) fault_ = "uses a node within itself";
+    if (depth + known->second.levels > kDeepestNesting) {
+      fault_ = "nests more than " + std::to_string(kDeepestNesting) + " levels deep";
+    }
+    if (!isNew || !fault_.empty()) return known->second;
+    double sum = 0, largest = 0;
+    int levels = 0;
+    const SoChildList* children = node.getChildren();
+    for (int i = 0; children != nullptr && i < children->getLength() && fault_.empty(); ++i) {
+      const Below child = below(*(*children)[i], depth + 1);
+      sum += child.nodes;
+      largest = std::max(largest, child.nodes);
+      levels = std::max(levels, child.levels);
+    }
+    return known_[&node] = {1 + times(node) * (isChoice(node) ? largest : sum), levels + 1};
+  }
+
+  static bool isChoice(const SoNode& node) {
+    if (node.isOfType(SoSwitch::getClassTypeId())) {
+      return static_cast<const SoSwitch&>(node).whichChild.getValue() != SO_SWITCH_ALL;
+    }
+    return node.isOfType(SoLOD::getClassTypeId()) || node.isOfType(SoLevelOfDetail::getClassTypeId()) ||
+           node.isOfType(SoVRMLLOD::getClassTypeId()) || node.isOfType(SoVRMLSwitch::getClassTypeId());
+  }
+
+  static double times(const SoNode& node) {
+    if (node.isOfType(SoMultipleCopy::getClassTypeId())) {
+      return static_cast<const SoMultipleCopy&>(node).matrix.getNum();
+    }
+    if (!node.isOfType(SoArray::getClassTypeId())) return 1;
+    const auto& array = static_cast<const SoArray&>(node);
+    return 1.0 * array.numElements1.getValue() * array.numElements2.getValue() * array.numElements3.getValue();
+  }
+
+  std::map<const SoNode*, Below> known_;
+  std::string fault_;
+};
 
 void gather(SoNode* root, Gathering& gathering) {
   SoCallbackAction action;
   action.addTriangleCallback(SoShape::getClassTypeId(), takeTriangle, &gathering);
   action.addPreCallback(SoNode::getClassTypeId(), stopAtFault, &gathering);
-  for (const SoType type : {SoNurbsSurface::getClassTypeId(), SoIndexedNurbsSurface::getClassTypeId(),
-                            SoNurbsCurve::getClassTypeId(), SoIndexedNurbsCurve::getClassTypeId()}) {
-    action.addPreCallback(type, skipNurbs, &gathering);
+  for (const SoType type :
+       {SoNurbsSurface::getClassTypeId(), SoIndexedNurbsSurface::getClassTypeId(), SoNurbsCurve::getClassTypeId(),
+        SoIndexedNurbsCurve::getClassTypeId(), SoLineSet::getClassTypeId(), SoIndexedLineSet::getClassTypeId(),
+        SoPointSet::getClassTypeId(), SoIndexedPointSet::getClassTypeId(), SoVRMLIndexedLineSet::getClassTypeId(),
+        SoVRMLPointSet::getClassTypeId(), SoText2::getClassTypeId(), SoImage::getClassTypeId()}) {
+    action.addPreCallback(type, skip, &gathering);
   }
-  for (const SoType type : {SoLineSet::getClassTypeId(), SoIndexedLineSet::getClassTypeId(),
-                            SoPointSet::getClassTypeId(), SoIndexedPointSet::getClassTypeId()}) {
-    action.addPreCallback(type, skipLinesAndPoints, &gathering);
-  }
-  for (const SoType type : {SoIndexedFaceSet::getClassTypeId(), SoIndexedTriangleStripSet::getClassTypeId()}) {
-    action.addPreCallback(type, checkIndices, &gathering);
-  }
+  action.addPreCallback(SoType::fromName("UnknownNode"), countUnknown, &gathering);
+  action.addPreCallback(SoIndexedFaceSet::getClassTypeId(), takeIndexedFaces, &gathering);
+  action.addPreCallback(SoIndexedTriangleStripSet::getClassTypeId(), takeIndexedStrips, &gathering);
+  action.addPreCallback(SoFaceSet::getClassTypeId(), takeFaces, &gathering);
+  action.addPreCallback(SoTriangleStripSet::getClassTypeId(), takeStrips, &gathering);
+  action.addPreCallback(SoQuadMesh::getClassTypeId(), takeQuads, &gathering);
+  action.addPreCallback(SoVRMLIndexedFaceSet::getClassTypeId(), takeVrmlFaces, &gathering);
+  action.addPreCallback(SoVRMLElevationGrid::getClassTypeId(), checkElevations, &gathering);
   action.apply(root);
 }
 
@@ -191,21 +470,25 @@ void startInventor() {
   SoMemoryError::setHandlerCallback(keep, nullptr);
 }
 
-Result<PolygonSoup> gatherInventor(std::string_view file, const IncludeReader& readIncluded) {
+Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& readIncluded) {
   opensFiles() = false;
-  if (deepestNesting(file) > kDeepestNesting) {
+  const auto file = plain(bytes);
+  if (!file) return tl::unexpected(file.error());
+  if (deepestNesting(*file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
   ConfinedInput input(readIncluded);
-  input.setBuffer(file.data(), file.size());
+  input.setBuffer(file->data(), file->size());
   SoSeparator* root = input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
   if (root == nullptr) {
     return refused("", "cannot be read as Open Inventor" + (said().empty() ? "" : ": Coin says " + inQuotes(said())));
   }
   root->ref();
-  Gathering gathering;
+  const std::size_t most = kMostOfFewBytes + file->size() + input.includedBytes();
+  Gathering gathering{.found = {}, .mostTriangles = std::min<std::size_t>(kMaxTriangles, most)};
   gathering.found.shapesSkipped = input.leftOut();
-  gather(root, gathering);
+  gathering.fault = Walk().fault(*root, most);
+  if (gathering.fault.empty()) gather(root, gathering);
   root->unref();
   if (!gathering.fault.empty()) return refused("", gathering.fault);
   return std::move(gathering.found);

@@ -16,11 +16,13 @@ using IncludeReader = std::function<std::optional<std::string>(const std::string
 /// Loads Coin, which opens files of its own. Once, before gatherInventor().
 void startInventor();
 
-/// Walks an Open Inventor scene graph with Coin and takes every shape as triangles, counter-clockwise seen from
-/// outside, in the coordinates of the file's root. NURBS shapes, whose tessellation wants OpenGL, and files that are not
-/// to be had are skipped and counted. Opens no file: from now on fopen() and stat() give this whole program what `readIncluded`
-/// does, or nothing. Needs no display. Not for use in a server: Coin crashes on about one damaged file in a hundred (it does
-/// not check what a shape's indices name), recurses as deep as the file nests and keeps global state; see importer.h.
-[[nodiscard]] Result<PolygonSoup> gatherInventor(std::string_view file, const IncludeReader& readIncluded);
+/// Walks an Open Inventor or VRML scene graph with Coin, of a file that may be packed by gzip, and takes every shape as
+/// triangles, counter-clockwise seen from outside, in the coordinates of the file's root. A face of fewer than three corners
+/// is left out and counted; so are NURBS, whose tessellation wants OpenGL, flat texts, lines, points, nodes that Coin does not
+/// know and files that are not to be had. Refused: a shape that names points that are not there; few bytes that repeat
+/// themselves to very many triangles or nodes. Opens no file: from now on fopen() and stat() give this whole program what
+/// `readIncluded` does, or nothing. Needs no display. Not for use in a server: Coin may crash on a damaged file and keeps
+/// global state; see importer.h.
+[[nodiscard]] Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& readIncluded);
 
 }  // namespace haptics

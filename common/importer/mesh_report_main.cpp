@@ -35,6 +35,7 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"triangles_in_file", r.trianglesInFile},
               {"kept", r.kept},
               {"polygons_triangulated", r.polygonsTriangulated},
+              {"polygons_crossing", r.polygonsCrossing},
               {"dropped_degenerate", r.droppedDegenerate},
               {"dropped_out_of_range", r.droppedOutOfRange},
               {"duplicate_faces", r.duplicateFaces},

@@ -80,7 +80,9 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
                            std::to_string(soup.vertices.size()) + ')');
   }
   if (taken == 0 && soup.shapesSkipped > 0) {
-    return refused("", "holds nothing but NURBS shapes or files that are not beside it, which are not read");
+    return refused("",
+                   "holds nothing but NURBS, texts, lines, points, unknown nodes or files that are not beside it, "
+                   "which are not read");
   }
   const double step = soup.isFloat32 ? float32Step(soup) : 0;
   auto imported = canonicalise(soup.vertices, std::move(soup.triangles), options);
@@ -91,6 +93,7 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   report.droppedDegenerate += soup.degenerate;
   report.droppedOutOfRange += soup.outOfRange;
   report.polygonsTriangulated = soup.polygonsTriangulated;
+  report.polygonsCrossing = soup.polygonsCrossing;
   report.shapesSkipped = soup.shapesSkipped;
   report.headerLinesSkipped = soup.headerLinesSkipped;
   report.linesSkipped = soup.linesSkipped;

@@ -21,13 +21,14 @@ struct MeshReport {
   std::uint64_t trianglesInFile = 0;  ///< After triangulating polygons.
   std::uint64_t kept = 0;
   std::uint64_t polygonsTriangulated = 0;  ///< Polygons of more than three corners, cut into triangles.
+  std::uint64_t polygonsCrossing = 0;      ///< Of those, outlines that cross themselves: some triangles face back.
   std::uint64_t droppedDegenerate = 0;     ///< Two corners at one place, or no area.
   std::uint64_t droppedOutOfRange = 0;     ///< Naming a vertex that is not there.
   std::uint64_t duplicateFaces = 0;        ///< Same three vertices; kept.
   std::uint64_t verticesInFile = 0;
   std::uint64_t verticesWelded = 0;      ///< Merged into another at the same place.
   std::uint64_t verticesUnused = 0;      ///< Left out: no kept triangle names them.
-  std::uint64_t shapesSkipped = 0;       ///< NURBS of an Inventor file, which are not triangulated.
+  std::uint64_t shapesSkipped = 0;       ///< Of an Inventor file: see gatherInventor().
   std::uint64_t headerLinesSkipped = 0;  ///< PolygonSoup::headerLinesSkipped.
   std::uint64_t linesSkipped = 0;        ///< PolygonSoup::linesSkipped.
   std::uint64_t bytesAtEnd = 0;          ///< PolygonSoup::bytesAtEnd.

@@ -2,18 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <compare>
 #include <cstddef>
+#include <functional>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <limits>
+#include <numeric>
 #include <optional>
+#include <queue>
 #include <utility>
 
 namespace haptics {
 namespace {
 
 using Point = glm::dvec2;
-
-/// Largest number of corners of a non-convex polygon that is cut by ears, which takes time up to its square. Larger ones are cut as a fan, which is right only when all corners are seen from the first.
-constexpr std::size_t kMaxEarCorners = 1000;
 
 /// Twice the area of the triangle; > 0 when it turns left.
 double turn(Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
@@ -35,34 +40,137 @@ std::vector<Point> flattened(std::span<const std::uint32_t> corners, const std::
   return flat;
 }
 
-bool isConvex(const std::vector<Point>& flat) {
+/// Whether the triangles from the first corner are the polygon: it is convex, goes round once, and none is without area.
+bool isFan(const std::vector<Point>& flat) {
   const std::size_t n = flat.size();
   for (std::size_t i = 0; i < n; ++i) {
     if (turn(flat[i], flat[(i + 1) % n], flat[(i + 2) % n]) < 0) return false;
   }
+  for (std::size_t i = 2; i < n; ++i) {
+    if (turn(flat[0], flat[1], flat[i]) <= 0 || (i > 2 && turn(flat[0], flat[i - 1], flat[i]) <= 0)) return false;
+  }
   return true;
 }
 
-/// A polygon's corners of which ears are cut off: left turns whose triangle holds no other corner. A corner that was found
-/// in a triangle is remembered, so that a polygon of n corners takes O(n^2).
+/// Points that are taken out one by one, in a tree of boxes.
+class PointTree {
+ public:
+  explicit PointTree(const std::vector<Point>& points) : points_(points), order_(points.size()), place_(points.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    build(0, 0, order_.size());
+    for (std::size_t i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
+  }
+
+  void remove(std::size_t point) {
+    const std::size_t place = place_[point];
+    std::size_t node = 0, first = 0, last = order_.size();
+    for (;;) {
+      --nodes_[node].count;
+      if (last - first <= kLeaf) break;
+      const std::size_t middle = (first + last) / 2;
+      node = 2 * node + (place < middle ? 1 : 2);
+      (place < middle ? last : first) = middle;
+    }
+    order_[place] = kNone;
+  }
+
+  /// A point in the triangle, its edges included, of which `counts`; kNone: there is none.
+  template <typename Counts>
+  [[nodiscard]] std::size_t anyIn(Point a, Point b, Point c, const Counts& counts) const {
+    return anyIn(0, 0, order_.size(), {a, b, c}, counts);
+  }
+
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+ private:
+  static constexpr std::size_t kLeaf = 8;
+  struct Node {
+    Point low, high;
+    std::size_t count = 0;
+  };
+
+  void build(std::size_t node, std::size_t first, std::size_t last) {
+    if (nodes_.size() <= node) nodes_.resize(node + 1);
+    Point low = points_[order_[first]], high = low;
+    for (std::size_t i = first; i < last; ++i) {
+      low = glm::min(low, points_[order_[i]]);
+      high = glm::max(high, points_[order_[i]]);
+    }
+    nodes_[node] = {low, high, last - first};
+    if (last - first <= kLeaf) return;
+    const int axis = high.x - low.x >= high.y - low.y ? 0 : 1;
+    const std::size_t middle = (first + last) / 2;
+    const auto at = [this](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(first), at(middle), at(last),
+                     [&](std::size_t p, std::size_t q) { return points_[p][axis] < points_[q][axis]; });
+    build(2 * node + 1, first, middle);
+    build(2 * node + 2, middle, last);
+  }
+
+  /// False only if turn(a, b, p) < 0 for every p in the box: as rounded it is largest in one of the box's corners.
+  static bool mayBeLeft(Point a, Point b, const Node& box) {
+    return turn(a, b, {b.y > a.y ? box.low.x : box.high.x, b.x > a.x ? box.high.y : box.low.y}) >= 0;
+  }
+
+  template <typename Counts>
+  [[nodiscard]] std::size_t anyIn(std::size_t node, std::size_t first, std::size_t last,
+                                  const std::array<Point, 3>& triangle, const Counts& counts) const {
+    const auto& [a, b, c] = triangle;
+    const Node& box = nodes_[node];
+    if (box.count == 0 || !mayBeLeft(a, b, box) || !mayBeLeft(b, c, box) || !mayBeLeft(c, a, box)) return kNone;
+    if (std::max({a.x, b.x, c.x}) < box.low.x || std::min({a.x, b.x, c.x}) > box.high.x ||
+        std::max({a.y, b.y, c.y}) < box.low.y || std::min({a.y, b.y, c.y}) > box.high.y) {
+      return kNone;
+    }
+    if (last - first > kLeaf) {
+      const std::size_t middle = (first + last) / 2;
+      const std::size_t found = anyIn(2 * node + 1, first, middle, triangle, counts);
+      return found != kNone ? found : anyIn(2 * node + 2, middle, last, triangle, counts);
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      if (order_[i] == kNone) continue;
+      const Point p = points_[order_[i]];
+      if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0 && counts(order_[i])) return order_[i];
+    }
+    return kNone;
+  }
+
+  const std::vector<Point>& points_;
+  std::vector<std::size_t> order_;  // kNone: taken out
+  std::vector<std::size_t> place_;  // in order_
+  std::vector<Node> nodes_;         // the children of node i are 2 i + 1 and 2 i + 2
+};
+
+/// A polygon's corners of which ears are cut off: left turns whose triangle holds no other corner. A corner that is no ear
+/// is looked at again when a neighbour, or the corner that was found in its triangle, is cut off. The
+/// shortest cut comes first, so that triangles, and with them the searches, stay small.
 class Outline {
  public:
-  explicit Outline(const std::vector<Point>& flat) : flat_(flat), corners_(flat.size()) {
+  explicit Outline(const std::vector<Point>& flat)
+      : flat_(flat), tree_(flat), corners_(flat.size()), waiting_(flat.size()) {
     for (std::size_t i = 0; i < corners_.size(); ++i) {
       corners_[i].before = (i + corners_.size() - 1) % corners_.size();
       corners_[i].after = (i + 1) % corners_.size();
+      lookAgainAt(i);
     }
   }
 
-  /// The first ear, as the corners before, at and after it, is cut off. None: there is none.
+  /// The ear with the shortest cut, as the corners before, at and after it, is cut off. None: there is none.
   std::optional<std::array<std::size_t, 3>> cutEar() {
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      if (corners_[i].isCut || !isEar(i)) continue;
-      const auto [before, after, inside, isCut] = corners_[i];
+    while (!queue_.empty()) {
+      const auto [length, i, looks] = queue_.top();
+      queue_.pop();
+      if (looks != corners_[i].looks || !isEar(i)) continue;
+      const std::size_t before = corners_[i].before, after = corners_[i].after;
       corners_[i].isCut = true;
       corners_[before].after = after;
       corners_[after].before = before;
-      corners_[before].inside = corners_[after].inside = 0;
+      tree_.remove(i);
+      lookAgainAt(before);
+      lookAgainAt(after);
+      for (const std::size_t corner : waiting_[i]) {
+        if (!corners_[corner].isCut) lookAgainAt(corner);
+      }
       return std::array{before, i, after};
     }
     return std::nullopt;
@@ -77,28 +185,57 @@ class Outline {
   }
 
  private:
+  /// At a corner, the one with the shortest cut first. Outdated: the corner has more looks by now.
+  struct Look {
+    double length2;
+    std::size_t corner, looks;
+    auto operator<=>(const Look&) const = default;
+  };
   struct Corner {
     std::size_t before, after;
-    std::size_t inside = 0;  ///< None of those before this one is in the triangle.
+    std::size_t looks = 0;
     bool isCut = false;
   };
 
+  void lookAgainAt(std::size_t corner) {
+    const Point cut = flat_[corners_[corner].after] - flat_[corners_[corner].before];
+    queue_.push({glm::dot(cut, cut), corner, ++corners_[corner].looks});
+  }
+
   [[nodiscard]] bool isEar(std::size_t i) {
-    Corner& corner = corners_[i];
-    const Point a = flat_[corner.before], b = flat_[i], c = flat_[corner.after];
+    const Point a = flat_[corners_[i].before], b = flat_[i], c = flat_[corners_[i].after];
+    if (a == b || b == c || c == a) return true;  // nothing, or there and back
     if (turn(a, b, c) <= 0) return false;
+    // Other corners at the same places are outside, but for one at the ear's tip whose edges leave into the ear.
+    const auto intoEar = [&](Point p) { return turn(a, b, p) > 0 && turn(b, c, p) > 0; };
     const auto isIn = [&](std::size_t k) {
       const Point p = flat_[k];
-      return !corners_[k].isCut && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0 && p != a && p != b &&
-             p != c;
+      if (p == b) return k != i && (intoEar(flat_[corners_[k].before]) || intoEar(flat_[corners_[k].after]));
+      return p != a && p != c;
     };
-    while (corner.inside < corners_.size() && !isIn(corner.inside)) ++corner.inside;
-    return corner.inside == corners_.size();
+    const std::size_t inside = tree_.anyIn(a, b, c, isIn);
+    if (inside == PointTree::kNone) return true;
+    waiting_[inside].push_back(i);
+    return false;
   }
 
   const std::vector<Point>& flat_;
+  PointTree tree_;
   std::vector<Corner> corners_;
+  std::vector<std::vector<std::size_t>> waiting_;  // for the corner that was found in their triangle
+  std::priority_queue<Look, std::vector<Look>, std::greater<>> queue_;
 };
+
+/// Whether the fan of the corners that are left faces back, by more than rounding.
+bool foldsOver(const std::vector<Point>& flat, const std::vector<std::size_t>& left) {
+  constexpr double kRounding = 1e-12;
+  double size = 0;
+  for (const Point p : flat) size = std::max({size, std::abs(p.x - flat[0].x), std::abs(p.y - flat[0].y)});
+  for (std::size_t i = 1; i + 1 < left.size(); ++i) {
+    if (turn(flat[left[0]], flat[left[i]], flat[left[i + 1]]) < -kRounding * size * size) return true;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -116,10 +253,10 @@ void PolygonSoup::addPolygon(std::span<const std::uint32_t> corners) {
   if (n > 3) ++polygonsTriangulated;
 
   std::vector<std::size_t> left(n);
-  for (std::size_t i = 0; i < n; ++i) left[i] = i;
-  if (n > 3 && n <= kMaxEarCorners) {
+  std::iota(left.begin(), left.end(), std::size_t{0});
+  if (n > 3) {
     const std::vector<Point> flat = flattened(corners, vertices);
-    if (!isConvex(flat)) {
+    if (!isFan(flat)) {
       Outline outline(flat);
       for (std::size_t cut = 0; cut + 3 < n; ++cut) {
         const auto ear = outline.cutEar();
@@ -127,6 +264,7 @@ void PolygonSoup::addPolygon(std::span<const std::uint32_t> corners) {
         triangles.push_back({corners[(*ear)[0]], corners[(*ear)[1]], corners[(*ear)[2]]});
       }
       left = outline.left();
+      if (foldsOver(flat, left)) ++polygonsCrossing;
     }
   }
   for (std::size_t i = 1; i + 1 < left.size(); ++i) {

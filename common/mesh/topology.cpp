@@ -173,7 +173,9 @@ std::string MeshReport::text() const {
     if (count > 0) line += ", " + std::to_string(count) + ' ' + label;
   };
   mention(polygonsTriangulated, "polygons cut into triangles");
-  mention(shapesSkipped, "parts skipped (NURBS, or included files that are not beside it)");
+  mention(polygonsCrossing, "of them cross themselves, and have triangles that face back");
+  mention(shapesSkipped,
+          "parts skipped (NURBS, texts, lines, points, unknown nodes, or included files that are not beside it)");
   mention(headerLinesSkipped, "header lines skipped that begin with no keyword");
   mention(linesSkipped, "lines, or ends of lines, skipped that the format does not have");
   mention(bytesAtEnd, "bytes after the last triangle left out");

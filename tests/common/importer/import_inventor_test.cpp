@@ -1,5 +1,7 @@
+#include <libdeflate.h>
 #include <sys/stat.h>
 
+#include <memory>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -21,6 +23,14 @@ const std::string kTetrahedron =
 const std::string kNurbs =
     "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }\n"
     "NurbsSurface { numUControlPoints 2 numVControlPoints 2 uKnotVector [0,0,1,1] vKnotVector [0,0,1,1] }\n";
+
+std::string gzip(const std::string& text) {
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> packer(
+      libdeflate_alloc_compressor(6), &libdeflate_free_compressor);
+  std::string packed(libdeflate_gzip_compress_bound(packer.get(), text.size()), '\0');
+  packed.resize(libdeflate_gzip_compress(packer.get(), text.data(), text.size(), packed.data(), packed.size()));
+  return packed;
+}
 
 double volume_m3(const TriMesh& mesh) {
   double sum = 0;
@@ -133,9 +143,138 @@ TEST_F(ImportInventor, NamesAPointThatIsNotThere) {
   EXPECT_THAT(refusal("t.iv", bad), HasSubstr("names point 4 of 4"));
 }
 
-TEST_F(ImportInventor, OutlivesACrashOfCoin) {
-  const std::string bad = "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }\nFaceSet { numVertices [ 1000000 ] }\n";
-  EXPECT_THAT(refusal("t.iv", kHeader + bad), HasSubstr("inventor_importer ends on it"));
+TEST_F(ImportInventor, NamesPointsAndHeightsThatAreNotThereOfEveryKindOfShape) {
+  const std::string points = kHeader + "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }\n";
+  const std::string vrml = "#VRML V2.0 utf8\nShape { geometry ";
+  const std::string file[][2] = {
+      {points + "FaceSet { numVertices [ 3, 1000000 ] }", "asks for 1000000 points from point 3 of 3"},
+      {points + "FaceSet { startIndex 1 numVertices 3 }", "asks for 3 points from point 1 of 3"},
+      {points + "FaceSet { numVertices -2 }", "asks for -2 points from point 0 of 3"},
+      {points + "FaceSet { startIndex -1 }", "from point -1 of 3"},
+      {points + "TriangleStripSet { numVertices [ 500000 ] }", "asks for 500000 points from point 0 of 3"},
+      {points + "IndexedTriangleStripSet { coordIndex [ 0, 1, 2, 3, -1 ] }", "names point 3 of 3"},
+      {points + "QuadMesh { verticesPerRow 2 verticesPerColumn 2 }", "asks for 2 rows of 2 points from point 0 of 3"},
+      {points + "QuadMesh { verticesPerRow 2147483647 verticesPerColumn 2147483647 }", "of 3"},
+      {kHeader + "IndexedFaceSet { vertexProperty VertexProperty { vertex [ 0 0 0, 1 0 0 ] } coordIndex [ 0, 1, 2 ] }",
+       "names point 2 of 2"},
+      {vrml + "IndexedFaceSet { coordIndex [ 0, 1, 2 ] } }", "names point 0 of 0"},
+      {vrml + "IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0 ] } coordIndex [ 0, 1, 2 ] } }",
+       "names point 2 of 2"},
+      {vrml + "ElevationGrid { xDimension 70000 zDimension 70000 height [ 0, 0, 0, 0 ] } }", "70000 heights of 4"}};
+  for (const auto& [text, reason] : file) EXPECT_THAT(refusal("t.iv", text), HasSubstr(reason)) << text;
+}
+
+TEST_F(ImportInventor, LeavesAShortFaceOutAloneAndCountsIt) {
+  for (const char* face : {"-1,", "0,-1,", "0,1,-1,", "0,-2,1,-1,"}) {
+    for (const std::size_t place : {2U, 11U}) {
+      std::string indices = "[ 0,2,1,-1, 0,1,3,-1, 1,2,3,-1, 2,0,3 ]";
+      indices.insert(place, face);
+      for (const std::string& shape :
+           {kHeader + "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 ] }\nIndexedFaceSet { coordIndex " + indices +
+                '}',
+            "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 "
+            "] "
+            "} coordIndex " +
+                indices + "} }"}) {
+        const auto imported = import("t.iv", shape);
+        ASSERT_TRUE(imported) << imported.error().text() << shape;
+        EXPECT_EQ(imported->mesh, tetrahedron()) << shape;
+        EXPECT_GE(imported->report.droppedDegenerate, 1U) << shape;
+      }
+    }
+  }
+}
+
+TEST_F(ImportInventor, TakesEveryKindOfShapeTheSameWayRound) {
+  const std::string corners =
+      "point [ 0 0 0, 0 1 0, 1 0 0, 0 0 0, 1 0 0, 0 0 1, 1 0 0, 0 1 0, 0 0 1, 0 1 0, 0 0 0, 0 0 1 ] }\n";
+  const std::string strip = "point [ 0 0 1, 0 1 0, 0 0 0, 1 0 0, 0 0 1, 0 1 0 ] }\n";
+  for (const std::string& shape : {"Coordinate3 { " + corners + "FaceSet { numVertices [ 3, 3, 3, -1 ] }",
+                                   "Coordinate3 { " + strip + "TriangleStripSet { numVertices -1 }",
+                                   std::string("Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 ] "
+                                               "}\nIndexedTriangleStripSet { coordIndex [ 3, 2, 0, 1, 3, 2, -1 ] }")}) {
+    const auto imported = import("t.iv", kHeader + shape);
+    ASSERT_TRUE(imported) << imported.error().text() << shape;
+    EXPECT_TRUE(imported->report.closed()) << shape;
+    EXPECT_NEAR(volume_m3(imported->mesh), 1.0 / 6, 1e-6) << shape;
+  }
+  // Coin faces these towards z.
+  const auto quads = import("t.iv", kHeader +
+                                        "Coordinate3 { point [ 0 1 0, 1 1 0, 2 1 0, 0 0 0, 1 0 0, 2 0 0 ] }\n"
+                                        "QuadMesh { verticesPerRow 3 verticesPerColumn 2 }");
+  ASSERT_TRUE(quads) << quads.error().text();
+  EXPECT_EQ(quads->report.kept, 4U);
+  for (const auto [a, b, c] : quads->mesh.triangles) {
+    const Vec3 at(quads->mesh.vertices[a]);
+    EXPECT_GT(glm::cross(Vec3(quads->mesh.vertices[b]) - at, Vec3(quads->mesh.vertices[c]) - at).z, 0);
+  }
+  const auto turned =
+      import("t.iv",
+             "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { ccw FALSE coord Coordinate { point [ 0 "
+             "0 0, 1 0 0, 0 1 0, 0 0 1 ] } coordIndex [ 1,2,0,-1, 3,1,0,-1, 3,2,1,-1, 3,0,2,-1 ] } }");
+  ASSERT_TRUE(turned) << turned.error().text();
+  EXPECT_NEAR(volume_m3(turned->mesh), 1.0 / 6, 1e-6);
+}
+
+TEST_F(ImportInventor, HeedsNoIndicesOfWhatCannotBeFelt) {
+  std::string file =
+      kHeader + "Normal { vector [ 0 0 1 ] } NormalBinding { value PER_VERTEX_INDEXED }\n" + kTetrahedron;
+  file.insert(file.rfind('}'),
+              "normalIndex [ 900000, 900000, 900000, -1 ] materialIndex [ 9 ] textureCoordIndex [ 7 ]");
+  const auto imported = import("t.iv", file);
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+}
+
+TEST_F(ImportInventor, ReadsPackedFilesAndThoseWithAByteOrderMarkOrBlanksFirst) {
+  const std::string text = kHeader + kTetrahedron;
+  for (const char* before : {"\xef\xbb\xbf", "\n", " \r\n\t", "\xef\xbb\xbf\n"}) {
+    const auto imported = import("t.iv", before + text);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron());
+  }
+  const std::string packed = gzip(text);
+  const auto imported = import("t.iv", packed);
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+  write("part.iv", packed);
+  EXPECT_EQ(import("t.iv", kHeader + "File { name \"part.iv\" }\n")->mesh, tetrahedron());
+  for (std::size_t cut = 2; cut < packed.size(); ++cut) {
+    EXPECT_THAT(refusal("t.iv", packed.substr(0, cut)), HasSubstr("gzip"));
+  }
+  EXPECT_THAT(refusal("t.iv", packed.substr(0, packed.size() - 4) + "\xff\xff\xff\xff"), HasSubstr("at most"));
+}
+
+TEST_F(ImportInventor, CountsWhatIsNoSurface) {
+  for (const char* other :
+       {"LineSet {}", "PointSet {}", "Text2 { string \"a\" }", "Unheard { fields [ SFFloat x ] x 1 }"}) {
+    const auto imported = import("t.iv", kHeader + "Separator {" + other + "}\n" + kTetrahedron);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron());
+    EXPECT_EQ(imported->report.shapesSkipped, 1U) << other;
+  }
+}
+
+TEST_F(ImportInventor, RefusesFewBytesThatMakeMuch) {
+  std::string bomb = kHeader + "DEF A0 Separator { Cube {} }\n", chain = bomb;
+  for (int i = 1; i < 12; ++i) {
+    bomb += "DEF A" + std::to_string(i) + " Separator {";
+    for (int k = 0; k < 10; ++k) bomb += " USE A" + std::to_string(i - 1);
+    bomb += " }\n";
+  }
+  chain.insert(chain.find("DEF"), "Switch {");
+  for (int i = 1; i < 5000; ++i) {
+    chain += "DEF A" + std::to_string(i) + " Separator { USE A" + std::to_string(i - 1) + " }\n";
+  }
+  const std::string array = "Array { numElements1 30000 numElements2 30000 numElements3 30000 ";
+  EXPECT_THAT(refusal("t.iv", kHeader + array + "Cube {} }"), HasSubstr("by repeating"));
+  EXPECT_THAT(refusal("t.iv", kHeader + array + "Separator {} }"), HasSubstr("by repeating"));
+  EXPECT_THAT(refusal("t.iv", kHeader + "Array { numElements1 1000 numElements2 1000 Cube {} }"),
+              HasSubstr("triangles by repeating"));
+  EXPECT_THAT(refusal("t.iv", bomb), HasSubstr("by repeating"));
+  EXPECT_THAT(refusal("t.iv", chain + "}\n"), HasSubstr("levels deep"));
+  EXPECT_THAT(refusal("t.iv", kHeader + "DEF A Separator { Cube {} USE A }"), HasSubstr("within itself"));
+  EXPECT_EQ(import("t.iv", kHeader + "Array { numElements1 30 Cube {} }")->report.trianglesInFile, 360U);
 }
 
 TEST_F(ImportInventor, RefusesNestingThatWouldOverflowTheStack) {

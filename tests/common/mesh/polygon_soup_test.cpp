@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <span>
 
 namespace haptics::polygon_soup_test {
 namespace {
@@ -88,57 +92,165 @@ TEST(Polygon, ThatCrossesItselfOrHasNoAreaStillGivesAllItsTriangles) {
   EXPECT_EQ(cut(std::vector<Vec3>(6, Vec3(1))).triangles.size(), 4U);
 }
 
-/// By trying every corner again for each ear. Counter-clockwise about z.
-std::vector<TriangleIndices> cutSlowly(const std::vector<Vec3>& at) {
-  const auto turn = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    return glm::cross(at[b] - at[a], at[c] - at[a]).z;
+// Outlines on a lattice, so that the judge, which is integer arithmetic, is exact.
+using Lattice = std::vector<std::array<std::int64_t, 2>>;
+
+std::int64_t twiceArea(std::span<const std::array<std::int64_t, 2>> outline) {
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const auto& [x, y] = outline[i];
+    const auto& [u, v] = outline[(i + 1) % outline.size()];
+    sum += x * v - u * y;
+  }
+  return sum;
+}
+
+/// By the parity of the edges that a ray from the point crosses. The ray passes between lattice points.
+bool isInside(std::span<const std::array<std::int64_t, 2>> outline, double x, double y) {
+  bool inside = false;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const auto& p = outline[i];
+    const auto& q = outline[(i + 1) % outline.size()];
+    const auto py = static_cast<double>(p[1]), qy = static_cast<double>(q[1]);
+    if ((py > y) == (qy > y)) continue;
+    const auto px = static_cast<double>(p[0]), qx = static_cast<double>(q[0]);
+    if (x < px + (y - py) / (qy - py) * (qx - px)) inside = !inside;
+  }
+  return inside;
+}
+
+/// Cut where it lies in space by `place`, no triangle faces back, none is missing or overlaps another one.
+void expectCovers(const Lattice& outline, const std::function<Vec3(double, double)>& place, std::mt19937_64& random) {
+  std::vector<Vec3> corners;
+  for (const auto& [x, y] : outline) corners.push_back(place(static_cast<double>(x), static_cast<double>(y)));
+  const PolygonSoup soup = cut(corners);
+  ASSERT_EQ(soup.triangles.size(), outline.size() - 2);
+  EXPECT_EQ(soup.polygonsCrossing, 0U);
+  std::vector<std::array<std::array<std::int64_t, 2>, 3>> triangles;
+  std::int64_t sum = 0, widest = 1;
+  for (const auto [a, b, c] : soup.triangles) {
+    triangles.push_back({outline[a], outline[b], outline[c]});
+    const bool isLine = outline[a] == outline[b] || outline[b] == outline[c] || outline[c] == outline[a];
+    EXPECT_GE(twiceArea(triangles.back()), isLine ? 0 : 1);
+    sum += twiceArea(triangles.back());
+  }
+  EXPECT_EQ(sum, twiceArea(outline));
+  for (const auto& [x, y] : outline) widest = std::max({widest, std::abs(x), std::abs(y)});
+  for (int i = 0; i < 50; ++i) {
+    std::uniform_int_distribution<std::int64_t> anywhere(-widest, widest);
+    const double x = static_cast<double>(anywhere(random)) + 0.377, y = static_cast<double>(anywhere(random)) + 0.411;
+    const auto holding = std::ranges::count_if(triangles, [&](const auto& t) { return isInside(t, x, y); });
+    EXPECT_EQ(holding, isInside(outline, x, y) ? 1 : 0);
+  }
+}
+
+constexpr std::int64_t kUnit = 100'000;
+
+/// Simple: its angles grow. Counter-clockwise.
+Lattice star(std::size_t corners, double least, double most, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> radius(least, most);
+  Lattice outline;
+  for (std::size_t i = 0; i < corners; ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(corners);
+    const double r = radius(random) * kUnit;
+    outline.push_back({std::llround(r * std::cos(angle)), std::llround(r * std::sin(angle))});
+  }
+  return outline;
+}
+
+Lattice comb(std::int64_t teeth, std::mt19937_64& random) {
+  std::uniform_int_distribution<std::int64_t> height(0, kUnit);
+  Lattice outline{{0, -1}, {2 * teeth, -1}};
+  for (std::int64_t x = 2 * teeth; x >= 0; --x) outline.push_back({x, x % 2 == 0 ? 1 : 2 + height(random)});
+  return outline;
+}
+
+Lattice spiral(std::int64_t corners) {
+  Lattice outline;
+  const auto add = [&](std::int64_t i, double shift) {
+    const double angle = 0.13 * static_cast<double>(i), r = 1000 * (angle + shift);
+    outline.push_back({std::llround(r * std::cos(angle)), std::llround(r * std::sin(angle))});
   };
-  std::vector<std::uint32_t> left(at.size());
-  std::iota(left.begin(), left.end(), 0U);
-  std::vector<TriangleIndices> triangles;
-  bool isConvex = true;  // then a fan does
-  for (std::uint32_t i = 0; i < at.size(); ++i) {
-    const auto n = static_cast<std::uint32_t>(at.size());
-    isConvex = isConvex && turn(i, (i + 1) % n, (i + 2) % n) >= 0;
-  }
-  for (std::size_t i = 0; !isConvex && left.size() > 3 && i < left.size();) {
-    const std::uint32_t a = left[(i + left.size() - 1) % left.size()], b = left[i], c = left[(i + 1) % left.size()];
-    const bool isFree = std::ranges::none_of(left, [&](std::uint32_t p) {
-      return p != a && p != b && p != c && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
-    });
-    if (turn(a, b, c) <= 0 || !isFree) {
-      ++i;
-      continue;
-    }
-    triangles.push_back({a, b, c});
-    left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
-    i = 0;
-  }
-  for (std::size_t i = 1; i + 1 < left.size(); ++i) triangles.push_back({left[0], left[i], left[i + 1]});
-  return triangles;
+  for (std::int64_t i = 40; i < corners; ++i) add(i, 3);
+  for (std::int64_t i = corners - 1; i >= 40; --i) add(i, 0);
+  return outline;
 }
 
-TEST(Polygon, IsCutAsByTryingAllCornersAgain) {
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> radius(0.1, 1);
-  for (const int corners : {5, 12, 60, 200}) {
-    for (const int turns : {1, 2}) {  // the second crosses itself
-      std::vector<Vec3> outline;
-      for (int i = 0; i < corners; ++i) {
-        const double angle = 2 * std::numbers::pi * turns * i / corners, r = radius(random);
-        outline.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
-      }
-      EXPECT_EQ(cut(outline).triangles, cutSlowly(outline)) << corners << ' ' << turns;
+/// A star with the hole that another one is, by a bridge from corner `at` to the hole's corner of the same angle.
+Lattice keyhole(std::size_t corners, std::size_t at, std::mt19937_64& random) {
+  const Lattice outer = star(corners, 1.5, 2.5, random), inner = star(corners, 0.3, 1, random);
+  Lattice outline;
+  for (std::size_t i = 0; i <= corners; ++i) outline.push_back(outer[(at + i) % corners]);
+  for (std::size_t i = 0; i <= corners; ++i) outline.push_back(inner[(at + corners - i) % corners]);
+  return outline;
+}
+
+/// Every edge gets corners that lie on it.
+Lattice withCornersOnEdges(const Lattice& outline) {
+  Lattice more;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const auto& p = outline[i];
+    const auto& q = outline[(i + 1) % outline.size()];
+    for (std::int64_t k = 0; k < 3; ++k) {
+      more.push_back({3 * p[0] + k * (q[0] - p[0]), 3 * p[1] + k * (q[1] - p[1])});
+    }
+  }
+  return more;
+}
+
+TEST(Polygon, IsCoveredByItsTrianglesOnceAndNothingElseIs) {
+  std::mt19937_64 random(5);
+  for (const std::size_t size : {7U, 40U, 300U, 1500U}) {
+    const auto teeth = static_cast<std::int64_t>(size);
+    for (const auto& outline :
+         {star(size, 0.1, 1, random), star(size, 0.9, 0.92, random), comb(teeth, random), spiral(40 + teeth),
+          keyhole(size, size / 3, random), withCornersOnEdges(star(size, 0.2, 1, random)),
+          withCornersOnEdges(keyhole(size, size / 2, random)), withCornersOnEdges({{0, 0}, {9, 0}, {9, 9}, {0, 9}})}) {
+      ASSERT_GT(twiceArea(outline), 0);
+      expectCovers(
+          outline, [](double x, double y) { return Vec3(x, y, 0); }, random);
+      expectCovers(
+          outline, [](double x, double y) { return Vec3(0.5 * y - 0.25 * x, x, y); }, random);
+      // Bent by a thousandth of its size.
+      expectCovers(
+          outline, [](double x, double y) { return Vec3(x, y, 100 * std::sin(x / 1e4) * std::cos(y / 1e4)); }, random);
     }
   }
 }
 
-TEST(Polygon, OfManyCornersIsCutInReasonableTime) {
-  std::vector<Vec3> zigzag;
-  zigzag.reserve(10'000);
-  for (int i = 0; i < 5000; ++i) zigzag.emplace_back(i, i % 2, 0);
-  for (int i = 5000; i > 0; --i) zigzag.emplace_back(i, 3 + i % 2, 0);
-  EXPECT_EQ(cut(zigzag).triangles.size(), zigzag.size() - 2);
+TEST(Polygon, ThatTouchesItselfOrRepeatsACornerIsCovered) {
+  std::mt19937_64 random(6);
+  // A square with a hole whose corner is the square's own, and one that is a bridge away but touches another corner.
+  for (const auto& outline : {Lattice{{0, 0}, {8, 0}, {8, 8}, {0, 8}, {0, 0}, {2, 4}, {4, 2}},
+                              Lattice{{0, 0}, {8, 0}, {8, 8}, {0, 8}, {0, 0}, {4, 6}, {8, 8}, {6, 4}, {4, 6}},
+                              // A corner that is repeated, and a line there and back.
+                              Lattice{{0, 0}, {8, 0}, {8, 0}, {8, 8}, {3, 4}, {3, 4}, {3, 4}, {0, 8}},
+                              Lattice{{0, 0}, {8, 0}, {8, 8}, {4, 8}, {4, 3}, {4, 8}, {0, 8}}}) {
+    ASSERT_GT(twiceArea(outline), 0);
+    for (std::size_t first = 0; first < outline.size(); ++first) {
+      Lattice turned = outline;
+      std::ranges::rotate(turned, turned.begin() + static_cast<std::ptrdiff_t>(first));
+      expectCovers(
+          turned, [](double x, double y) { return Vec3(x, y, 0); }, random);
+    }
+  }
+}
+
+TEST(Polygon, ThatCrossesItselfIsCounted) {
+  EXPECT_EQ(cut({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 2, 0}}).polygonsCrossing, 1U);
+  std::vector<Vec3> pentagram;
+  for (int i = 0; i < 5; ++i)
+    pentagram.emplace_back(std::cos(0.8 * i * std::numbers::pi), std::sin(0.8 * i * std::numbers::pi), 0);
+  EXPECT_EQ(cut(pentagram).triangles.size(), 3U);
+}
+
+TEST(Polygon, OfManyCornersIsCutWithoutTryingAllOfThemAgain) {
+  std::mt19937_64 random(7);
+  for (const auto& outline : {star(100'000, 0.3, 1, random), comb(50'000, random), spiral(50'000)}) {
+    std::vector<Vec3> corners;
+    for (const auto& [x, y] : outline) corners.emplace_back(x, y, 0);
+    EXPECT_EQ(cut(corners).triangles.size(), corners.size() - 2);
+  }
 }
 
 TEST(Polygon, OfTooFewCornersOrWithABadOneIsCounted) {
