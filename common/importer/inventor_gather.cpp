@@ -41,7 +41,6 @@
 #include <Inventor/nodes/SoTriangleStripSet.h>
 #include <Inventor/nodes/SoVertexProperty.h>
 #include <fcntl.h>
-#include <libdeflate.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -57,6 +56,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/importer/unpacked.h"
 #include "common/mesh/text_scan.h"
 #include "common/mesh/tri_mesh.h"
 
@@ -70,9 +70,6 @@ constexpr int kDeepestNesting = 500;
 /// A file's bytes that repeat shapes (USE, Array, MultipleCopy), or ask for round ones, make no more triangles, and lead
 /// to no more nodes, than this and one for each byte. So many are imported within 1 GB.
 constexpr std::size_t kMostOfFewBytes = 2'000'000;
-
-/// The largest file that is unpacked.
-constexpr std::uint32_t kMostUnpacked_bytes = 1U << 30;
 
 /// Messages of Coin while it reads a file, which would go to stderr.
 std::string& said() {
@@ -103,33 +100,12 @@ int deepestNesting(std::string_view text) {
   return deepest;
 }
 
-/// Without a byte order mark and blanks before the head; unpacked, if it is packed by gzip.
-Result<std::string> plain(std::string_view file) {
-  std::string text(file);
-  if (file.starts_with("\x1f\x8b")) {
-    constexpr std::size_t kSmallest = 18;  // head and end
-    if (file.size() < kSmallest) return refused("", "is packed by gzip, and cut");
-    std::uint32_t size = 0;  // its end says it, little-endian
-    for (std::size_t i = 4; i > 0; --i) size = size << 8 | static_cast<unsigned char>(file[file.size() - 5 + i]);
-    if (size > kMostUnpacked_bytes) {
-      return refused("", "is packed by gzip, and says that it unpacks to " + std::to_string(size) + " bytes; at most " +
-                             std::to_string(kMostUnpacked_bytes));
-    }
-    const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> unpacker(
-        libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
-    if (!unpacker) throw std::bad_alloc();
-    text.resize(size);
-    std::size_t used = 0;
-    const auto result =
-        libdeflate_gzip_decompress_ex(unpacker.get(), file.data(), file.size(), text.data(), size, &used, nullptr);
-    if (result != LIBDEFLATE_SUCCESS || used != file.size()) {
-      return refused("", "is packed by gzip, and cannot be unpacked: it is cut, damaged or of several parts");
-    }
-  }
-  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
-  const std::size_t head = text.find_first_not_of(" \t\r\n");
-  if (head != std::string::npos && text[head] == '#') text.erase(0, head);
-  return text;
+/// Without a byte order mark and blanks before the head.
+std::string plain(std::string_view file) {
+  if (file.starts_with("\xef\xbb\xbf")) file.remove_prefix(3);
+  const std::size_t head = file.find_first_not_of(" \t\r\n");
+  if (head != std::string_view::npos && file[head] == '#') file.remove_prefix(head);
+  return std::string(file);
 }
 
 /// The result of fopen() while Coin opens a file that it may include; null: none.
@@ -152,10 +128,10 @@ class ConfinedInput final : public SoInput {
 
   SbBool pushFile(const char* name) override {
     const auto file = readIncluded_(name);
-    auto bytes = file ? plain(*file) : refused("", "is not there");
+    const Result<std::string> bytes = file ? unpacked(*file).map(plain) : refused("", "is not there");
     if (bytes && deepestNesting(*bytes) <= kDeepestNesting) {
       includedBytes_ += bytes->size();
-      handedOver() = &included_.emplace_back(*std::move(bytes));
+      handedOver() = &included_.emplace_back(*bytes);
       const SbBool pushed = SoInput::pushFile((std::string("/") + name).c_str());  // as no path to be searched for
       handedOver() = nullptr;
       if (pushed) return TRUE;
@@ -472,20 +448,20 @@ void startInventor() {
 
 Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& readIncluded) {
   opensFiles() = false;
-  const auto file = plain(bytes);
-  if (!file) return tl::unexpected(file.error());
-  if (deepestNesting(*file) > kDeepestNesting) {
+  const std::string file = plain(bytes);
+  if (deepestNesting(file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
   ConfinedInput input(readIncluded);
-  input.setBuffer(file->data(), file->size());
+  input.setBuffer(file.data(), file.size());
   SoSeparator* root = input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
   if (root == nullptr) {
     return refused("", "cannot be read as Open Inventor" + (said().empty() ? "" : ": Coin says " + inQuotes(said())));
   }
   root->ref();
-  const std::size_t most = kMostOfFewBytes + file->size() + input.includedBytes();
+  const std::size_t most = kMostOfFewBytes + file.size() + input.includedBytes();
   Gathering gathering{.found = {}, .mostTriangles = std::min<std::size_t>(kMaxTriangles, most)};
+  gathering.found.isFloat32 = true;
   gathering.found.shapesSkipped = input.leftOut();
   gathering.fault = Walk().fault(*root, most);
   if (gathering.fault.empty()) gather(root, gathering);

@@ -16,7 +16,7 @@ using IncludeReader = std::function<std::optional<std::string>(const std::string
 /// Loads Coin, which opens files of its own. Once, before gatherInventor().
 void startInventor();
 
-/// Walks an Open Inventor or VRML scene graph with Coin, of a file that may be packed by gzip, and takes every shape as
+/// Walks an Open Inventor or VRML scene graph with Coin, and takes every shape as
 /// triangles, counter-clockwise seen from outside, in the coordinates of the file's root. A face of fewer than three corners
 /// is left out and counted; so are NURBS, whose tessellation wants OpenGL, flat texts, lines, points, nodes that Coin does not
 /// know and files that are not to be had. Refused: a shape that names points that are not there; few bytes that repeat
