@@ -42,12 +42,12 @@ void forEachProperty(const Visit& visit, Records&... records) {
       },
       records.material...);
   using M = v1::Material;
-  visit(kMaterial + M::kColorFieldNumber, records.material.color...);
-  visit(kMaterial + M::kShadingFieldNumber, records.material.surface.shading...);
-  visit(kMaterial + M::kFrictionFieldNumber, records.material.surface.friction...);
-  visit(kMaterial + M::kTextureFieldNumber, records.material.surface.texture...);
-  visit(kMaterial + M::kStiffnessOverFieldNumber, records.material.surface.stiffnessOver...);
-  visit(kMaterial + M::kSoftnessOverFieldNumber, records.material.surface.softnessOver...);
+  visit(kMaterial + std::size_t{M::kColorFieldNumber}, records.material.color...);
+  visit(kMaterial + std::size_t{M::kShadingFieldNumber}, records.material.surface.shading...);
+  visit(kMaterial + std::size_t{M::kFrictionFieldNumber}, records.material.surface.friction...);
+  visit(kMaterial + std::size_t{M::kTextureFieldNumber}, records.material.surface.texture...);
+  visit(kMaterial + std::size_t{M::kStiffnessOverFieldNumber}, records.material.surface.stiffnessOver...);
+  visit(kMaterial + std::size_t{M::kSoftnessOverFieldNumber}, records.material.surface.softnessOver...);
 }
 
 PropertySet differences(const ObjectRecord& a, const ObjectRecord& b) {

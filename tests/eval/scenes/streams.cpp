@@ -69,7 +69,7 @@ void drivePast(Renderer& method, Random& random, Wrong& wrong) {
 /// force has to be one that the path has had within two of the longest intervals, and must not step by more than three
 /// times what the path's speed makes of a tick.
 void streamUnder(Renderer& method, Random& random, Wrong& wrong) {
-  constexpr int kTicks = 2500, kRest = 300;
+  constexpr int kStreamed = 2500, kRest = 300;
   constexpr int kLongest = 40;
   constexpr double kOff_N = 0.02;
   const double amplitude_m = random.between(0.002, 0.01);
@@ -90,7 +90,7 @@ void streamUnder(Renderer& method, Random& random, Wrong& wrong) {
   std::deque<double> depths_m;
   double before_N = 0;
   int due = 0;
-  for (int tick = 0; tick < kTicks; ++tick) {
+  for (int tick = 0; tick < kStreamed; ++tick) {
     const bool comes = tick >= due;
     if (comes) {
       stage.move(body, poseAt(tick));
@@ -116,7 +116,7 @@ void streamUnder(Renderer& method, Random& random, Wrong& wrong) {
 /// a second, each of less than 0.4 N, and together no faster than half of what is let in. The force has to be the exact one that the scene has had
 /// within the last kLag ticks.
 void editUnder(Renderer& method, Random& random, Wrong& wrong) {
-  constexpr int kTicks = 2500, kSettled = 400;
+  constexpr int kStreamed = 2500, kSettled = 400;
   constexpr int kLag = 60;
   constexpr double kOff_N = 0.03;
   constexpr double kMostAnEdit_N = 0.4;  // for more than 0.5 N the step lets the contact fade
@@ -138,7 +138,7 @@ void editUnder(Renderer& method, Random& random, Wrong& wrong) {
   stage.begin(hip + Vec3(0, 0, 0.01));
   stage.lead(hip + Vec3(0, 0, 0.01), hip, 1e-4, [](const Felt&, Vec3) {});
   std::deque<double> exact_N{kSpring_N_per_m * pressed_m};
-  for (int tick = 1; tick < kTicks; ++tick) {
+  for (int tick = 1; tick < kStreamed; ++tick) {
     double now_N = exact_N.back();
     if (tick > kSettled && tick % every == 0) {
       const double more_m = amplitude_m * std::sin(rate * (tick - kSettled));
