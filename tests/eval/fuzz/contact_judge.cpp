@@ -17,6 +17,8 @@ FuzzMesh upperFace(const FuzzMesh& plate) {
   sheet.vertices = plate.vertices;
   sheet.triangles.assign(plate.triangles.begin(), plate.triangles.begin() + static_cast<std::ptrdiff_t>(plate.upper));
   sheet.missing = coneOverBoundary(sheet.vertices, sheet.triangles);
+  constexpr float kFarBelow_m = 0.5F;  // a cone near the face would be passed with it
+  sheet.vertices.back().z -= kFarBelow_m;
   return sheet;
 }
 
