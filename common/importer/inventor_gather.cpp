@@ -69,7 +69,7 @@ constexpr int kDeepestNesting = 500;
 
 /// A file's bytes that repeat shapes (USE, Array, MultipleCopy), or ask for round ones, make no more triangles, and lead
 /// to no more nodes, than this and one for each byte. So many are imported within 1 GB.
-constexpr std::size_t kMostOfFewBytes = 2'000'000;
+constexpr std::size_t kMaxOfFewBytes = 2'000'000;
 
 /// Messages of Coin while it reads a file, which would go to stderr.
 std::string& said() {
@@ -149,12 +149,12 @@ class ConfinedInput final : public SoInput {
 
 struct Gathering {
   PolygonSoup found;
-  std::size_t mostTriangles = 0;
+  std::size_t maxTriangles = 0;
   std::string fault = {};  // ends the walk
 
   [[nodiscard]] bool hasRoom() {
-    if (found.triangles.size() < mostTriangles) return true;
-    fault = "makes more than " + std::to_string(mostTriangles) + " triangles by repeating shapes or by round ones";
+    if (found.triangles.size() < maxTriangles) return true;
+    fault = "makes more than " + std::to_string(maxTriangles) + " triangles by repeating shapes or by round ones";
     return false;
   }
 };
@@ -459,8 +459,8 @@ Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& 
     return refused("", "cannot be read as Open Inventor" + (said().empty() ? "" : ": Coin says " + inQuotes(said())));
   }
   root->ref();
-  const std::size_t most = kMostOfFewBytes + file.size() + input.includedBytes();
-  Gathering gathering{.found = {}, .mostTriangles = std::min<std::size_t>(kMaxTriangles, most)};
+  const std::size_t most = kMaxOfFewBytes + file.size() + input.includedBytes();
+  Gathering gathering{.found = {}, .maxTriangles = std::min<std::size_t>(kMaxTriangles, most)};
   gathering.found.isFloat32 = true;
   gathering.found.shapesSkipped = input.leftOut();
   gathering.fault = Walk().fault(*root, most);

@@ -26,7 +26,7 @@ BAD_MESHES = {
     "nan.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", "vertex 1"),
     "infinite.obj": ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 1"),
     "out_of_range.off": ("OFF\n3 1 0\n" + THREE_CORNERS + "3 0 1 7\n", "vertex that is not there"),
-    "empty.off": ("OFF\n0 0 0\n", "at least one triangle"),
+    "empty.off": ("OFF\n0 0 0\n", "holds no face"),
     "nothing.stl": ("", "is empty"),
     "picture.png": ("not a mesh", ".ply, .stl, .off"),
 }
