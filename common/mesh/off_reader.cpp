@@ -19,7 +19,7 @@ struct OffHeader {
   bool mayHaveEdges = false;   ///< The next number is their count, or the first coordinate.
 };
 
-/// How the numbers of the file are told apart. The format counts words; but it does not count those of a face's colour, which
+/// Which numbers of the file belong to what. The format counts words; but it does not count those of a face's colour, which
 /// goes to the end of the line.
 struct OffLayout {
   bool byLine = true;  ///< Each vertex and each face begins a line, whose end is left out.

@@ -23,7 +23,7 @@ namespace {
 struct Answers {
   std::mutex mutex;
   std::optional<v1::EditProgress> progress;  // the newest; guarded by the mutex, as is the next
-  int told = 0;                              // times that progress came
+  int reports = 0;                           // of progress
   std::promise<v1::EditReply> reply;
   std::promise<std::optional<v1::EditLive>> live;  // nothing: the server lost its state
 };
@@ -71,7 +71,7 @@ class ProgressLine {
     showProgress(builds ? "building" : "making", builds ? std::optional(answers_->progress->share()) : std::nullopt,
                  since);
     shown_ = true;
-    return std::exchange(seen_, answers_->told) != answers_->told;
+    return std::exchange(seen_, answers_->reports) != answers_->reports;
   }
 
  private:
@@ -110,7 +110,7 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
                             [answers](const v1::EditProgress& progress) {
                               const std::lock_guard lock(answers->mutex);
                               answers->progress = progress;
-                              ++answers->told;
+                              ++answers->reports;
                             }});
   const auto heard = awaitReply(connection, answers);
   if (!heard) return fail(kNoConnection, heard.error());

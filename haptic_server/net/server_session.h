@@ -111,8 +111,8 @@ class ServerSession {
     WorkStage stage{};  // none while it waits for its turn
     double share = 0;
   };
-  std::map<std::uint64_t, Progress>
-      undecided_;  // by client_seq: edits whose progress is wanted; told with each heartbeat
+  // Edits whose progress is wanted, by client_seq; each heartbeat sends it.
+  std::map<std::uint64_t, Progress> undecided_;
   std::uint64_t nextMessageId_ = 1;
 
   std::uint64_t sentRevision_ = 0;  // the client has, or is about to have, this

@@ -329,11 +329,11 @@ class DevicePlugin(harness.EndToEnd):
         self.assertIn("something does not end", server.text())
 
     def test_what_it_forks_dies_with_the_server(self):
-        told = self.folder / "child"
-        fork = f'{{ FILE* f = fopen("{told}", "w"); const int child = fork(); if (child == 0) for (;;) pause(); ' \
+        noted = self.folder / "child"
+        fork = f'{{ FILE* f = fopen("{noted}", "w"); const int child = fork(); if (child == 0) for (;;) pause(); ' \
                'fprintf(f, "%d", child); fclose(f); }'
         server = self.start_server(device=f"plugin:{self.build_plugin(FORK=fork)}")
-        child = harness.Path("/proc") / harness.wait_until(lambda: told.exists() and told.read_text(), 20, server.text)
+        child = harness.Path("/proc") / harness.wait_until(lambda: noted.exists() and noted.read_text(), 20, server.text)
         self.assertTrue(child.exists())
         self.stop_and_check(server)
         harness.wait_until(lambda: not child.exists() or ") Z" in (child / "stat").read_text(), 5, server.text)

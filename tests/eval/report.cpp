@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -41,6 +42,17 @@ std::vector<Record> readRecords(const std::filesystem::path& file) {
   } catch (const Record::exception& error) {
     throw std::runtime_error(file.string() + ": holds no records: " + error.what());
   }
+}
+
+void showFinding(const Record& finding) {
+  std::printf("  %s\n", measuresText(finding).c_str());
+  std::fflush(stdout);
+}
+
+void showProgress(std::uint64_t done, std::uint64_t all, std::uint64_t each, std::size_t failed) {
+  if (done % each != 0) return;
+  std::fprintf(stderr, "%llu of %llu worlds, %zu failed\n", static_cast<unsigned long long>(done),
+               static_cast<unsigned long long>(all), failed);
 }
 
 std::string measuresText(const Record& measures) {

@@ -23,6 +23,11 @@ void writeRecord(const std::filesystem::path& directory, std::string_view name, 
 /// What writeRecords() wrote. Throws std::runtime_error naming the file that cannot be read, or holds no records.
 [[nodiscard]] std::vector<Record> readRecords(const std::filesystem::path& file);
 
+/// A finding of a long run: prints it at once.
+void showFinding(const Record& finding);
+/// Every `each` of a long run's worlds a line on standard error.
+void showProgress(std::uint64_t done, std::uint64_t all, std::uint64_t each, std::size_t failed);
+
 /// One line for standard output: each key and its value.
 [[nodiscard]] std::string measuresText(const Record& measures);
 

@@ -15,10 +15,11 @@ struct CollisionAllowance {
   MotionAllowance motion;
 };
 
-/// One tick of bodies that meet one another: forces, contacts, and where they get to. A tick is one substep of the soft step
-/// (Catto 2024, Box2D 3): sequential impulses with the last tick's as first guess, points that are still apart may close
-/// their gap and no more, overlap goes by a damped spring of at most kPushApart_m_per_s; the bodies move; and the impulses
-/// are solved again without the spring, so that what pushed bodies apart leaves them no speed. Coulomb friction, no rebound.
+/// One tick of bodies that meet one another: forces, contacts, and where they get to. A tick has two steps or more, each a
+/// substep of the soft step (Catto 2024, Box2D 3): sequential impulses with the last step's as first guess, points that are
+/// still apart may close their gap and no more, overlap goes by a damped spring of at most kPushApart_m_per_s; the bodies
+/// move; and the impulses are solved again without the spring, so that what pushed bodies apart leaves them little speed.
+/// Coulomb friction, no rebound. What touches nothing moves by the whole tick.
 /// Bodies in contact sleep together, once all of them are still, and wake together. Wait-free.
 /// @param bodies  At most kMaxColliders; their poses are those at the tick's start.
 /// @return False: the allowance did not last, and the bodies wait; or there was no room for some pairs, which pass through

@@ -165,18 +165,21 @@ namespace {
 
 enum class AxisKind { kFaceOfSecond, kFaceOfFirst, kEdges };
 
+/// Without initialisers: arrays are filled as far as they are used.
 struct Axis {
-  AxisKind kind = AxisKind::kEdges;
-  std::uint8_t a = 0, b = 0;  ///< Faces, or directions of edges.
-  Vec3 normal{0};             ///< Out of the second.
-  double gap_m = -kInfinite;
-  Vec3 nearest{0};  ///< Of a face's axis: the corner that is nearest to it.
+  AxisKind kind;
+  std::uint8_t a, b;  ///< Faces, or directions of edges.
+  Vec3 normal;        ///< Out of the second.
+  double gap_m;
+  Vec3 nearest;  ///< Of a face's axis: the corner that is nearest to it.
 
   /// Speed at which the two come nearer there.
   [[nodiscard]] double closing_m_per_s(const PolytopeWay& way) const noexcept {
     return -glm::dot(normal, way.linear + glm::cross(way.angular, nearest));
   }
 };
+
+constexpr Axis kNoAxis{AxisKind::kEdges, 0, 0, Vec3(0), -kInfinite, Vec3(0)};
 
 /// Two polytopes in the second's frame.
 class Meeting {
@@ -219,7 +222,7 @@ class Meeting {
   std::array<Vec3, Polytope::kMaxCorners> corners_;  // of the first
   std::array<Axis, 2 * Polytope::kMaxFaces> faces_;
   std::size_t faceCount_ = 0;
-  Axis best_, face_;  // of all axes, and of the faces'
+  Axis best_ = kNoAxis, face_ = kNoAxis;  // of all axes, and of the faces'
 
   [[nodiscard]] std::span<const Vec3> firstCorners() const noexcept {
     return std::span(corners_).first(first_.corners.size());
@@ -288,9 +291,9 @@ class Meeting {
   /// Of the face axes along which the bodies are level, if they are by two: the one to which they come less fast, unless that
   /// is the best one. Without a gap: there is none.
   [[nodiscard]] Axis levelAxis() const noexcept {
-    if (best_.kind == AxisKind::kEdges) return {};
+    if (best_.kind == AxisKind::kEdges) return kNoAxis;
     double slowest = best_.closing_m_per_s(way_) - kLessFast_m_per_s;
-    Axis level;
+    Axis level = kNoAxis;
     for (const Axis& axis : std::span(faces_).first(faceCount_)) {
       if (axis.gap_m < -way_.step_m || glm::dot(axis.normal, best_.normal) > kAlike) continue;
       if (isTurnedOver(axis.normal) || axis.closing_m_per_s(way_) >= slowest) continue;
@@ -399,6 +402,7 @@ class Meeting {
     return 1U << 19U | numberOf(first_, a) << 7U | numberOf(second_, b);
   }
   static void add(std::uint32_t id, Vec3 on, Vec3 foot, double gap_m, PolytopeContact& made) noexcept {
+    made.ofSecond = false;  // also where a face of the first has met nothing
     made.points[made.count++] = {id, on, foot, gap_m};
   }
 

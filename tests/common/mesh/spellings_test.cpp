@@ -33,10 +33,10 @@ class SpellingsOf : public fixture::MeshFiles {
       const bool same = imported && imported->mesh == solids[file.areStrips ? 1 : 0] &&
                         imported->report.linesSkipped == file.linesSkipped &&
                         imported->report.headerLinesSkipped == file.headerLinesSkipped;
-      const bool told =
+      const bool isRefused =
           !imported && file.mayBeAmbiguous && imported.error().reason.find("in more than one way") != std::string::npos;
-      ambiguous += told ? 1 : 0;
-      if (same || told) continue;
+      ambiguous += isRefused ? 1 : 0;
+      if (same || isRefused) continue;
       ++wrong;
       ADD_FAILURE() << "seed " << seed << ", " << spelling.made() << ": "
                     << (imported ? imported->report.text() : imported.error().text()) << "\n"

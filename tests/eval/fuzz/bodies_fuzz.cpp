@@ -292,12 +292,9 @@ bool runFuzzBodies(const FuzzOptions& options, const std::filesystem::path& out)
                           {"tilt_rad", verdict.tilt_rad},
                           {"waited", verdict.waited},
                           {"pass", false}});
-      std::printf("  %s\n", measuresText(findings.back()).c_str());
-      std::fflush(stdout);
+      showFinding(findings.back());
     }
-    if ((done + 1) % kWorldsToALine == 0)
-      std::fprintf(stderr, "%llu of %llu worlds, %zu failed\n", static_cast<unsigned long long>(done + 1),
-                   static_cast<unsigned long long>(options.scenes), findings.size());
+    showProgress(done + 1, options.scenes, kWorldsToALine, findings.size());
   }
   std::vector<Record> records;
   for (std::size_t i = 0; i < kKinds.size(); ++i) {

@@ -109,8 +109,7 @@ class ContactFuzz {
       record["recording"] = folder;
       record["recording_bodies"] = less.meshes.size();
       record["recording_ticks"] = less.frames.size() - 1;
-      std::printf("  %s\n", measuresText(record).c_str());
-      std::fflush(stdout);
+      showFinding(record);
     }
     record["pass"] = false;
     findings_.push_back(std::move(record));

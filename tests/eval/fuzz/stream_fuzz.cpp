@@ -177,12 +177,9 @@ bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out)
                           {"not_finite", counted.notFinite},
                           {"other_force", counted.otherForce},
                           {"pass", false}});
-      std::printf("  %s\n", measuresText(findings.back()).c_str());
-      std::fflush(stdout);
+      showFinding(findings.back());
     }
-    if ((done + 1) % kWorldsToALine == 0)
-      std::fprintf(stderr, "%llu of %llu worlds, %zu failed\n", static_cast<unsigned long long>(done + 1),
-                   static_cast<unsigned long long>(options.scenes), findings.size());
+    showProgress(done + 1, options.scenes, kWorldsToALine, findings.size());
   }
   std::vector<Record> records{{{"fuzz", "stream"},
                                {"seed", options.seed},

@@ -94,6 +94,8 @@ TEST(Polytopes, ThatAreApartTellNoMoreThanTheirDistance) {
     }
     EXPECT_LE(contact.gap_m, nearest_m + 1e-9);
     EXPECT_THAT(contact.all(), Each(Field(&PolytopeContact::Point::gap_m, Gt(0))));
+    const Vec3 out = contact.ofSecond ? -contact.normal : contact.normal;
+    for (const auto& point : contact.all()) EXPECT_NEAR(glm::dot(out, point.on - point.foot), point.gap_m, 1e-12);
   }
   EXPECT_GT(apart, 500);
 }

@@ -127,7 +127,7 @@ TEST(LongTriangles, AreRefittedToWhereTheyHaveMoved) {
 }
 
 TEST(LongTriangles, MayCollapse) {
-  const shapes::Shape shape = soupOf(500);
+  const shapes::Shape shape = soupOf(100);
   const auto before = shape.build();
   const auto scaled = [&](Vec3 scale) {
     const auto collapsed = refitCollisionMesh(*before, shape.mapped([&](Vec3 v) { return scale * v; }).vertices);
