@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "haptic_server/engine/collision/polytope_contact.h"
+
 namespace haptics {
 namespace {
 
@@ -33,7 +35,7 @@ namespace {
 [[nodiscard]] bool isContactOf(const BodyContact& contact, const BodyPair& pair, const HapticState& state) {
   if (contact.second > 1) return false;
   const CollisionPoints &first = *state.colliding[pair.first].points, &second = *state.colliding[pair.second].points;
-  const std::size_t points = first.polytope && second.polytope ? PolytopeContact::kIds
+  const std::size_t points = first.polytope || second.polytope ? PolytopeContact::kIds
                              : contact.second == 0             ? first.points.size()
                                                                : second.points.size();
   return contact.point < points && isWithinWorld(contact.place) && isWithinWorld(contact.foot) &&

@@ -116,6 +116,7 @@ CollisionPoints makeCollisionPoints(const CollisionMesh& mesh) {
   made.points = withNormals(mesh, placesOf(mesh));
   TreeBuilder(made).add(0, static_cast<std::uint32_t>(made.points.size()));
   made.polytope = polytopeOf(mesh);
+  if (!made.polytope) made.polytope = hullOf(mesh);
   return made;
 }
 

@@ -344,7 +344,8 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   const std::int64_t half = allowance.search.left() / 2;
   const FoundContacts found = findBodyContacts(bodies, pairs, period_s, allowance.search);
   const std::int64_t forContacts = std::min(half, leastCollisionUnits(pairs));
-  const bool fits = pairs.isFound || allowance.search.left() >= forContacts;
+  const std::int64_t beyond = forContacts - std::max<std::int64_t>(allowance.motion.least.left(), 0);
+  const bool fits = pairs.isFound || allowance.search.left() >= beyond;
   pairs.isFound = found.areAll && !fits;
   if (!found.areAll || !fits) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {

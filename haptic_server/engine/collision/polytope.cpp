@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "haptic_server/engine/contact/frame.h"
+#include "haptic_server/engine/geometry/spaced_points.h"
 
 namespace haptics {
 namespace {
@@ -16,17 +16,8 @@ namespace {
 constexpr double kFlat = 1e-6;
 /// Cosine of two normals of one flat face; the planes' distance decides.
 constexpr double kSameFace = 0.999;
-/// Sine below which two directions are parallel.
-constexpr double kParallel = 1e-4;
-/// An axis of two edges, and one of the first's faces, has to be better by so much, m: faces that lie on each other do not
-/// take turns.
-constexpr double kBetter_m = 2e-6;
-/// Axes are of one side where their cosine is larger, and of opposite sides where it is less than minus this.
-constexpr double kAlike = 0.9, kOpposite = 0.5;
-/// Where the axis of two edges is so near to a face's (15 degrees), the edges meet at the border of what the faces share.
-constexpr double kAlong = 0.966;
-constexpr double kLessFast_m_per_s = 1e-5;
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+/// Sine below which two edges share a direction.
+constexpr double kOneDirection = 1e-4;
 
 /// The flat parts of a mesh. Object frame.
 class FlatFaces {
@@ -59,8 +50,8 @@ class FlatFaces {
 
   [[nodiscard]] std::span<const Plane> planes() const { return planes_; }
   /// Where three faces or more meet, and which do.
-  [[nodiscard]] std::map<std::array<double, 3>, std::set<std::uint8_t>> corners() const {
-    std::map<std::array<double, 3>, std::set<std::uint8_t>> all;
+  [[nodiscard]] std::map<std::array<double, 3>, std::set<Polytope::FaceIndex>> corners() const {
+    std::map<std::array<double, 3>, std::set<Polytope::FaceIndex>> all;
     for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
       for (int k = 0; k < 3; ++k) {
         const Vec3 corner = mesh_.triangle(t).corner(k);
@@ -72,14 +63,14 @@ class FlatFaces {
   }
 
  private:
-  static constexpr std::uint8_t kNone = 255;
+  static constexpr Polytope::FaceIndex kNone = 65'535;
   const CollisionMesh& mesh_;
   double rounding_m_;
-  std::vector<std::uint8_t> faceOf_;
+  std::vector<Polytope::FaceIndex> faceOf_;
   std::vector<Plane> planes_;
 
   void spread(std::uint32_t from) {
-    const auto face = static_cast<std::uint8_t>(planes_.size() - 1);
+    const auto face = static_cast<Polytope::FaceIndex>(planes_.size() - 1);
     std::vector<std::uint32_t> open{from};
     faceOf_[from] = face;
     while (!open.empty()) {
@@ -114,6 +105,7 @@ void sortAround(std::span<Polytope::Corner> loop, const std::vector<Vec3>& corne
   });
 }
 
+/// Without them where there are too many directions.
 void addEdges(Polytope& made) {
   std::set<std::array<Polytope::Corner, 2>> seen;
   for (const Polytope::Face& face : made.faces) {
@@ -122,329 +114,230 @@ void addEdges(Polytope& made) {
       const Polytope::Corner a = loop[i], b = loop[(i + 1) % loop.size()];
       if (!seen.insert({std::min(a, b), std::max(a, b)}).second) continue;
       const Vec3 along = glm::normalize(made.corners[b] - made.corners[a]);
-      const auto same =
-          std::ranges::find_if(made.directions, [&](Vec3 d) { return glm::length(glm::cross(d, along)) < kParallel; });
+      const auto same = std::ranges::find_if(made.directions,
+                                             [&](Vec3 d) { return glm::length(glm::cross(d, along)) < kOneDirection; });
       const auto direction = static_cast<std::uint8_t>(same - made.directions.begin());
       if (same == made.directions.end()) made.directions.push_back(along);
       made.edges.push_back({a, b, direction});
+      if (made.directions.size() <= Polytope::kFewDirections) continue;
+      made.edges.clear();
+      made.directions.clear();
+      return;
     }
   }
 }
 
+void addSides(Polytope& made) {
+  std::vector<std::vector<Polytope::Side>> sides(made.corners.size());
+  for (std::size_t f = 0; f < made.faces.size(); ++f) {
+    const auto loop = made.loopOf(made.faces[f]);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      sides[loop[i]].push_back({loop[(i + 1) % loop.size()], static_cast<Polytope::FaceIndex>(f)});
+  }
+  for (const auto& own : sides) {
+    made.around.push_back(static_cast<std::uint32_t>(made.sides.size()));
+    made.sides.insert(made.sides.end(), own.begin(), own.end());
+  }
+  made.around.push_back(static_cast<std::uint32_t>(made.sides.size()));
+}
+
 }  // namespace
+
+Polytope::Corner Polytope::farthest(Vec3 along, Corner from) const noexcept {
+  double at = glm::dot(along, corners[from]);
+  for (Corner last = from;; last = from) {
+    for (const Side& side : sidesOf(last)) {
+      if (const double here = glm::dot(along, corners[side.corner]); here > at) {
+        at = here;
+        from = side.corner;
+      }
+    }
+    if (from == last) return from;
+  }
+}
+
+const Polytope::Face& Polytope::facingAt(Corner corner, Vec3 along) const noexcept {
+  const auto own = sidesOf(corner);
+  return faces[std::ranges::max_element(own, {}, [&](const Side& s) {
+                 return glm::dot(faces[s.face].normal, along);
+               })->face];
+}
+
+Polytope::Above Polytope::above(Vec3 at, Corner& near) const noexcept {
+  Above best{nullptr, -std::numeric_limits<double>::infinity()};
+  const auto take = [&](const Face& face) {
+    const double height_m = glm::dot(face.normal, at) - face.offset_m;
+    if (height_m > best.height_m) best = {&face, height_m};
+  };
+  if (faces.size() <= kFewFaces) {
+    std::ranges::for_each(faces, take);
+    return best;
+  }
+  near = farthest(at - middle, near);
+  for (const Side& side : sidesOf(near)) take(faces[side.face]);
+  for (const Face* last = nullptr; last != best.face;) {
+    last = best.face;
+    for (const Corner corner : loopOf(*last)) {
+      for (const Side& side : sidesOf(corner)) take(faces[side.face]);
+    }
+  }
+  return best;
+}
 
 std::optional<Polytope> polytopeOf(const CollisionMesh& mesh) {
   FlatFaces flat(mesh);
   if (!mesh.closed() || !flat.find()) return std::nullopt;
   const auto corners = flat.corners();
-  if (corners.size() > Polytope::kMaxCorners) return std::nullopt;
+  if (corners.size() > Polytope::kMaxCorners || corners.empty()) return std::nullopt;
   Polytope made;
-  for (const auto& [place, faces] : corners) made.corners.emplace_back(place[0], place[1], place[2]);
-  for (std::uint8_t f = 0; f < flat.planes().size(); ++f) {
-    Polytope::Face face{flat.planes()[f].normal, -kInfinite, static_cast<std::uint8_t>(made.loops.size()), 0};
-    Polytope::Corner c = 0;
-    for (const auto& [place, faces] : corners) {
-      if (faces.contains(f)) made.loops.push_back(c);
-      ++c;
-    }
-    const std::size_t size = made.loops.size() - face.begin;
-    if (size < 3 || size > Polytope::kMaxOfFace || made.loops.size() > 255) return std::nullopt;
-    face.end = static_cast<std::uint8_t>(made.loops.size());
-    sortAround(std::span(made.loops).subspan(face.begin), made.corners, face.normal);
-    for (const Polytope::Corner k : made.loopOf(face))
+  std::vector<std::vector<Polytope::Corner>> loops(flat.planes().size());
+  for (const auto& [place, faces] : corners) {
+    for (const Polytope::FaceIndex f : faces) loops[f].push_back(static_cast<Polytope::Corner>(made.corners.size()));
+    made.corners.emplace_back(place[0], place[1], place[2]);
+    made.middle += made.corners.back() / static_cast<double>(corners.size());
+  }
+  bool isFew = loops.size() <= Polytope::kFewFaces && corners.size() <= Polytope::kFewCorners;
+  for (std::size_t f = 0; f < loops.size(); ++f) {
+    auto& loop = loops[f];
+    if (loop.size() < 3 || loop.size() > Polytope::kMaxOfFace) return std::nullopt;
+    isFew = isFew && loop.size() <= Polytope::kFewOfFace;
+    sortAround(loop, made.corners, flat.planes()[f].normal);
+    Polytope::Face face{flat.planes()[f].normal, -std::numeric_limits<double>::infinity(),
+                        static_cast<std::uint32_t>(made.loops.size()), 0};
+    for (const Polytope::Corner k : loop)
       face.offset_m = std::max(face.offset_m, glm::dot(face.normal, made.corners[k]));
+    made.loops.insert(made.loops.end(), loop.begin(), loop.end());
+    face.end = static_cast<std::uint32_t>(made.loops.size());
     made.faces.push_back(face);
   }
-  addEdges(made);
-  const bool isOne = made.corners.size() + made.faces.size() == made.edges.size() + 2;  // Euler's characteristic
-  if (!isOne || made.directions.size() > Polytope::kMaxDirections) return std::nullopt;
+  const bool isOne = made.corners.size() + made.faces.size() == made.loops.size() / 2 + 2;  // Euler's characteristic
+  if (!isOne) return std::nullopt;
+  for (const Vec3 corner : made.corners) made.radius_m = std::max(made.radius_m, glm::distance(corner, made.middle));
+  addSides(made);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int signs : {0, 1, 2, 3, 4, 5, 6, 7}) {
+      Vec3 along;
+      along[axis] = (signs & 4) != 0 ? 1 : -1;
+      along[nextCorner(axis)] = (signs & 2) != 0 ? 0.5 : -0.5;
+      along[previousCorner(axis)] = (signs & 1) != 0 ? 0.5 : -0.5;
+      made.begins[Polytope::cellOf(along)] = made.farthest(along, 0);
+    }
+  }
+  if (isFew) addEdges(made);
   return made;
 }
 
 namespace {
 
-enum class AxisKind { kFaceOfSecond, kFaceOfFirst, kEdges };
-
-/// Without initialisers: arrays are filled as far as they are used.
-struct Axis {
-  AxisKind kind;
-  std::uint8_t a, b;  ///< Faces, or directions of edges.
-  Vec3 normal;        ///< Out of the second.
-  double gap_m;
-  Vec3 nearest;  ///< Of a face's axis: the corner that is nearest to it.
-
-  /// Speed at which the two come nearer there.
-  [[nodiscard]] double closing_m_per_s(const PolytopeWay& way) const noexcept {
-    return -glm::dot(normal, way.linear + glm::cross(way.angular, nearest));
-  }
-};
-
-constexpr Axis kNoAxis{AxisKind::kEdges, 0, 0, Vec3(0), -kInfinite, Vec3(0)};
-
-/// Two polytopes in the second's frame.
-class Meeting {
+/// The convex hull, a place after the other.
+class Hull {
  public:
-  Meeting(const Polytope& first, const Polytope& second, const Pose& relative, const PolytopeWay& way) noexcept
-      : first_(first), second_(second), frame_(relative), way_(way) {
-    for (std::size_t i = 0; i < first.corners.size(); ++i) corners_[i] = frame_.toWorld(first.corners[i]);
+  using Triangle = std::array<std::uint32_t, 3>;
+
+  /// @param rounding_m  A place that is outside by less is inside.
+  Hull(std::span<const Vec3> places, double rounding_m) : places_(places), rounding_m_(rounding_m) {
+    if (!begin()) return;
+    for (std::uint32_t p = 0; p < places.size(); ++p) add(p);
   }
 
-  [[nodiscard]] PolytopeContact find() noexcept {
-    findAxis();
-    PolytopeContact made;
-    made.normal = best_.normal;
-    made.gap_m = best_.gap_m;
-    if (best_.gap_m > way_.range_m) return made;
-    if (best_.kind == AxisKind::kEdges && glm::dot(best_.normal, face_.normal) > kAlong) {
-      addFace(face_, made);
-      if (made.count > 0) {
-        made.normal = face_.normal;
-        return made;
-      }
-    }
-    const Axis level = levelAxis();
-    const bool isLevel = level.gap_m > -kInfinite;
-    if (isLevel) made.normal = level.normal;
-    const Axis& axis = isLevel ? level : best_;
-    if (axis.kind == AxisKind::kEdges) {
-      addEdges(axis, made);
-    } else {
-      addFace(axis, made);
-    }
-    if (made.count == 0 && !isLevel && best_.gap_m > 0) addClosest(made);
-    return made;
+  /// Empty: the places are on one plane.
+  [[nodiscard]] std::vector<Triangle> triangles() const {
+    std::vector<Triangle> all;
+    for (const Side& side : sides_) all.push_back(side.corners);
+    return all;
   }
 
  private:
-  const Polytope &first_, &second_;
-  Frame frame_;
-  const PolytopeWay& way_;
-  std::array<Vec3, Polytope::kMaxCorners> corners_;  // of the first
-  std::array<Axis, 2 * Polytope::kMaxFaces> faces_;
-  std::size_t faceCount_ = 0;
-  Axis best_ = kNoAxis, face_ = kNoAxis;  // of all axes, and of the faces'
-
-  [[nodiscard]] std::span<const Vec3> firstCorners() const noexcept {
-    return std::span(corners_).first(first_.corners.size());
-  }
-
-  /// The corner that lies least far along a direction.
-  [[nodiscard]] static Vec3 leastOf(std::span<const Vec3> corners, Vec3 along) noexcept {
-    Vec3 least = corners[0];
-    double at = glm::dot(along, least);
-    for (const Vec3 corner : corners.subspan(1)) {
-      if (const double here = glm::dot(along, corner); here < at) {
-        at = here;
-        least = corner;
-      }
-    }
-    return least;
-  }
-
-  [[nodiscard]] bool isTurnedOver(Vec3 normal) const noexcept { return glm::dot(normal, way_.normal) < -kOpposite; }
-
-  void take(const Axis& axis, double better_m) noexcept {
-    if (axis.gap_m > best_.gap_m + better_m && !isTurnedOver(axis.normal)) best_ = axis;
-  }
-
-  void findAxis() noexcept {
-    for (std::uint8_t f = 0; f < second_.faces.size(); ++f) {
-      const Polytope::Face& face = second_.faces[f];
-      const Vec3 corner = leastOf(firstCorners(), face.normal);
-      faces_[faceCount_++] = {
-          AxisKind::kFaceOfSecond, 0, f, face.normal, glm::dot(face.normal, corner) - face.offset_m, corner};
-      take(faces_[faceCount_ - 1], 0);
-      if (best_.gap_m > way_.range_m) return;
-    }
-    double better_m = kBetter_m;
-    for (std::uint8_t f = 0; f < first_.faces.size(); ++f) {
-      const Polytope::Face& face = first_.faces[f];
-      const Vec3 out = frame_.rotate(face.normal);
-      const double offset_m = face.offset_m + glm::dot(out, frame_.origin);
-      const Vec3 corner = leastOf(second_.corners, out);
-      faces_[faceCount_++] = {AxisKind::kFaceOfFirst, f, 0, -out, glm::dot(out, corner) - offset_m, corner};
-      take(faces_[faceCount_ - 1], better_m);
-      if (best_.kind == AxisKind::kFaceOfFirst) better_m = 0;
-      if (best_.gap_m > way_.range_m) return;
-    }
-    better_m = kBetter_m;
-    face_ = best_;
-    for (std::uint8_t a = 0; a < first_.directions.size(); ++a) {
-      const Vec3 along = frame_.rotate(first_.directions[a]);
-      for (std::uint8_t b = 0; b < second_.directions.size(); ++b) {
-        const Vec3 across = glm::cross(along, second_.directions[b]);
-        const double sine = glm::length(across);
-        if (sine < kParallel) continue;
-        const Vec3 normal = across / sine;
-        const auto gapAlong = [&](Vec3 n) {
-          return glm::dot(n, leastOf(firstCorners(), n)) - glm::dot(n, leastOf(second_.corners, -n));
-        };
-        for (const Vec3 n : {normal, -normal}) {
-          take({AxisKind::kEdges, a, b, n, gapAlong(n), {}}, better_m);
-          if (best_.kind == AxisKind::kEdges) better_m = 0;
-        }
-        if (best_.gap_m > way_.range_m) return;
-      }
-    }
-  }
-
-  /// Of the face axes along which the bodies are level, if they are by two: the one to which they come less fast, unless that
-  /// is the best one. Without a gap: there is none.
-  [[nodiscard]] Axis levelAxis() const noexcept {
-    if (best_.kind == AxisKind::kEdges) return kNoAxis;
-    double slowest = best_.closing_m_per_s(way_) - kLessFast_m_per_s;
-    Axis level = kNoAxis;
-    for (const Axis& axis : std::span(faces_).first(faceCount_)) {
-      if (axis.gap_m < -way_.step_m || glm::dot(axis.normal, best_.normal) > kAlike) continue;
-      if (isTurnedOver(axis.normal) || axis.closing_m_per_s(way_) >= slowest) continue;
-      slowest = axis.closing_m_per_s(way_);
-      level = axis;
-    }
-    return level;
-  }
-
-  struct Polygon {
-    std::size_t count = 0;
-    std::array<PolytopeContact::Point, 2 * Polytope::kMaxOfFace> points;
+  struct Side {
+    Triangle corners;
+    Vec3 normal;
+    double offset_m;
   };
+  std::span<const Vec3> places_;
+  double rounding_m_;
+  std::vector<Side> sides_;
 
-  /// The part of the polygon behind a plane (Sutherland and Hodgman 1974).
-  /// @param side  Which one it is, for the ids.
-  static void clip(Polygon& polygon, Vec3 normal, double offset_m, std::uint32_t side) noexcept {
-    Polygon kept;
-    for (std::size_t i = 0; i < polygon.count; ++i) {
-      const PolytopeContact::Point &from = polygon.points[i], &to = polygon.points[(i + 1) % polygon.count];
-      const double beyondFrom = glm::dot(normal, from.on) - offset_m, beyondTo = glm::dot(normal, to.on) - offset_m;
-      if (beyondFrom <= 0 && kept.count < kept.points.size()) kept.points[kept.count++] = from;
-      if ((beyondFrom <= 0) == (beyondTo <= 0) || kept.count == kept.points.size()) continue;
-      PolytopeContact::Point& at = kept.points[kept.count++];
-      at.id =
-          (1 + side) << 10U | (beyondFrom <= 0 ? from.id : to.id) % 32 << 5U | (beyondFrom <= 0 ? to.id : from.id) % 32;
-      at.on = from.on + beyondFrom / (beyondFrom - beyondTo) * (to.on - from.on);
-    }
-    polygon = kept;
+  void addSide(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const Vec3 normal = unitOrZero(glm::cross(places_[b] - places_[a], places_[c] - places_[a]));
+    sides_.push_back({{a, b, c}, normal, glm::dot(normal, places_[a])});
   }
-
-  void addFace(const Axis& axis, PolytopeContact& made) noexcept {
-    made.ofSecond = axis.kind == AxisKind::kFaceOfFirst;
-    const Polytope &ground = made.ofSecond ? first_ : second_, &other = made.ofSecond ? second_ : first_;
-    const auto placeOf = [&](Polytope::Corner c, bool ofFirst) { return ofFirst ? corners_[c] : second_.corners[c]; };
-    const auto normalOf = [&](const Polytope::Face& f, bool ofFirst) {
-      return ofFirst ? frame_.rotate(f.normal) : f.normal;
+  /// A tetrahedron of places that are far apart.
+  [[nodiscard]] bool begin() {
+    const auto farthest = [&](auto distance) {
+      const auto at = std::ranges::max_element(places_, {}, distance);
+      return static_cast<std::uint32_t>(at - places_.begin());
     };
-    const Polytope::Face& face = ground.faces[made.ofSecond ? axis.a : axis.b];
-    const Vec3 normal = normalOf(face, made.ofSecond);
-    const Polytope::Face& facing = *std::ranges::min_element(
-        other.faces, {}, [&](const Polytope::Face& f) { return glm::dot(normalOf(f, !made.ofSecond), normal); });
-    Polygon polygon;
-    for (const Polytope::Corner c : other.loopOf(facing))
-      polygon.points[polygon.count++] = {c, placeOf(c, !made.ofSecond), {}, 0};
-    const auto loop = ground.loopOf(face);
-    for (std::size_t i = 0; i < loop.size() && polygon.count > 0; ++i) {
-      const Vec3 from = placeOf(loop[i], made.ofSecond), to = placeOf(loop[(i + 1) % loop.size()], made.ofSecond);
-      const Vec3 outward = glm::cross(to - from, normal);
-      clip(polygon, outward, glm::dot(outward, from), static_cast<std::uint32_t>(i));
-    }
-    const double offset_m = glm::dot(normal, placeOf(loop[0], made.ofSecond));
-    for (std::size_t i = 0; i < polygon.count; ++i) {
-      PolytopeContact::Point point = polygon.points[i];
-      point.gap_m = glm::dot(normal, point.on) - offset_m;
-      point.foot = point.on - point.gap_m * normal;
-      if (point.gap_m <= way_.range_m) made.points[made.count++] = point;
-    }
+    const std::uint32_t a = farthest([](Vec3 p) { return p.x; });
+    const std::uint32_t b = farthest([&](Vec3 p) { return squaredLength(p - places_[a]); });
+    const Vec3 along = unitOrZero(places_[b] - places_[a]);
+    const std::uint32_t c = farthest([&](Vec3 p) { return squaredLength(glm::cross(along, p - places_[a])); });
+    const Vec3 normal = unitOrZero(glm::cross(along, places_[c] - places_[a]));
+    const std::uint32_t d = farthest([&](Vec3 p) { return std::abs(glm::dot(normal, p - places_[a])); });
+    const double height_m = glm::dot(normal, places_[d] - places_[a]);
+    if (!(std::abs(height_m) > rounding_m_)) return false;
+    const std::uint32_t e = height_m < 0 ? b : c, f = height_m < 0 ? c : b;
+    addSide(a, e, f);
+    addSide(a, d, e);
+    addSide(e, d, f);
+    addSide(f, d, a);
+    return true;
   }
-
-  struct Segment {
-    Vec3 from, to;
-  };
-  [[nodiscard]] Segment edgeOf(const Polytope::Edge& edge, bool ofFirst) const noexcept {
-    return ofFirst ? Segment{corners_[edge.from], corners_[edge.to]}
-                   : Segment{second_.corners[edge.from], second_.corners[edge.to]};
-  }
-
-  struct Nearest {
-    Vec3 a, b;
-  };
-  /// Of two segments that are not parallel (Ericson, Real-Time Collision Detection, 2005, 5.1.9).
-  [[nodiscard]] static Nearest nearestOf(const Segment& p, const Segment& q) noexcept {
-    const Vec3 u = p.to - p.from, v = q.to - q.from, w = p.from - q.from;
-    const double uu = squaredLength(u), vv = squaredLength(v), uv = glm::dot(u, v), uw = glm::dot(u, w),
-                 vw = glm::dot(v, w), across = uu * vv - uv * uv;
-    double s = across > 0 ? std::clamp((uv * vw - uw * vv) / across, 0.0, 1.0) : 0;
-    const double t = std::clamp((uv * s + vw) / vv, 0.0, 1.0);
-    s = std::clamp((uv * t - uw) / uu, 0.0, 1.0);
-    return {p.from + s * u, q.from + t * v};
-  }
-
-  void addEdges(const Axis& axis, PolytopeContact& made) noexcept {
-    const auto lowest = [&](const Polytope& of, std::uint8_t direction, bool ofFirst) {
-      const Polytope::Edge* least = nullptr;
-      double at = kInfinite;
-      for (const Polytope::Edge& edge : of.edges) {
-        if (edge.direction != direction) continue;
-        const Segment segment = edgeOf(edge, ofFirst);
-        const double here = glm::dot(segment.from + segment.to, ofFirst ? axis.normal : -axis.normal);
-        if (here >= at) continue;
-        at = here;
-        least = &edge;
-      }
-      return least;
+  void add(std::uint32_t p) {
+    std::set<std::array<std::uint32_t, 2>> border;  // of what is seen from the place
+    const auto isSeen = [&](const Side& side) {
+      return glm::dot(side.normal, places_[p]) > side.offset_m + rounding_m_;
     };
-    const Polytope::Edge &a = *lowest(first_, axis.a, true), &b = *lowest(second_, axis.b, false);
-    const Nearest nearest = nearestOf(edgeOf(a, true), edgeOf(b, false));
-    const double gap_m = glm::dot(axis.normal, nearest.a - nearest.b);
-    if (gap_m <= way_.range_m) add(idOf(a, b), nearest.a, nearest.b, gap_m, made);
-  }
-  [[nodiscard]] std::uint32_t idOf(const Polytope::Edge& a, const Polytope::Edge& b) const noexcept {
-    const auto numberOf = [](const Polytope& of, const Polytope::Edge& edge) {
-      return static_cast<std::uint32_t>(&edge - of.edges.data());
-    };
-    return 1U << 19U | numberOf(first_, a) << 7U | numberOf(second_, b);
-  }
-  static void add(std::uint32_t id, Vec3 on, Vec3 foot, double gap_m, PolytopeContact& made) noexcept {
-    made.ofSecond = false;  // also where a face of the first has met nothing
-    made.points[made.count++] = {id, on, foot, gap_m};
-  }
-
-  /// Of two that are apart, and have no face above another: the closest of their edges, corners included.
-  void addClosest(PolytopeContact& made) noexcept {
-    const Vec3 out = best_.normal;
-    const double first_m = glm::dot(out, leastOf(firstCorners(), out)),
-                 second_m = glm::dot(out, leastOf(second_.corners, -out));
-    double least = way_.range_m * way_.range_m;
-    for (const Polytope::Edge& a : first_.edges) {
-      const Segment edge = edgeOf(a, true);
-      if (std::min(glm::dot(out, edge.from), glm::dot(out, edge.to)) > second_m + way_.range_m) continue;
-      for (const Polytope::Edge& b : second_.edges) {
-        const Segment other = edgeOf(b, false);
-        if (std::max(glm::dot(out, other.from), glm::dot(out, other.to)) < first_m - way_.range_m) continue;
-        const Nearest nearest = nearestOf(edge, other);
-        const Vec3 apart = nearest.a - nearest.b;
-        const double squared = squaredLength(apart);
-        if (squared >= least || !(squared > 0)) continue;
-        least = squared;
-        made.count = 0;
-        made.normal = apart / std::sqrt(squared);
-        add(idOf(a, b), nearest.a, nearest.b, std::sqrt(squared), made);
+    for (const Side& side : sides_) {
+      if (!isSeen(side)) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = side.corners[k], to = side.corners[(k + 1) % 3];
+        if (border.erase({to, from}) == 0) border.insert({from, to});
       }
     }
+    if (border.empty()) return;
+    std::erase_if(sides_, isSeen);
+    for (const auto& [from, to] : border) addSide(from, to, p);
   }
 };
 
-}  // namespace
-
-std::int64_t contactUnits(const Polytope& first, const Polytope& second) noexcept {
-  constexpr std::int64_t kCorner = 2, kMeeting = 700;  // a corner along an axis; what follows the axes
-  const auto size = [](const auto& list) { return static_cast<std::int64_t>(list.size()); };
-  const std::int64_t onFaces = size(first.faces) * size(second.corners) + size(second.faces) * size(first.corners);
-  const std::int64_t onEdges =
-      2 * size(first.directions) * size(second.directions) * (size(first.corners) + size(second.corners));
-  return kMeeting + kCorner * (onFaces + onEdges);
+/// As far apart as leaves no more of them than a polytope may have.
+[[nodiscard]] std::vector<Vec3> spacedVertices(const CollisionMesh& mesh) {
+  constexpr double kWider = 1.25;
+  for (double spacing_m = kHullSpacing * mesh.radius_m();; spacing_m *= kWider) {
+    SpacedPoints points(spacing_m);
+    for (std::uint32_t t = 0; t < mesh.triangleCount() && points.size() <= Polytope::kMaxCorners; ++t) {
+      for (int k = 0; k < 3; ++k) points.add(mesh.triangle(t).corner(k));
+    }
+    if (points.size() <= Polytope::kMaxCorners) return points.take();
+  }
 }
 
-PolytopeContact contactOf(const Polytope& first, const Polytope& second, const Pose& relative,
-                          const PolytopeWay& way) noexcept {
-  return Meeting(first, second, relative, way).find();
+/// The middles of the mesh's lines and its vertices are as near to the polytope's surface.
+[[nodiscard]] bool isWithin(const CollisionMesh& mesh, const Polytope& polytope, double error_m) {
+  Polytope::Corner near = 0;
+  for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 from = mesh.triangle(t).corner(k), to = mesh.triangle(t).corner(nextCorner(k));
+      for (const Vec3 at : {from, (from + to) / 2.0}) {
+        if (std::abs(polytope.above(at, near).height_m) > error_m) return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<Polytope> hullOf(const CollisionMesh& mesh) {
+  if (!mesh.closed()) return std::nullopt;
+  const std::vector<Vec3> places = spacedVertices(mesh);
+  const std::vector<Hull::Triangle> triangles = Hull(places, kFlat * mesh.extent_m()).triangles();
+  if (triangles.empty()) return std::nullopt;
+  std::vector<Vec3f> vertices;
+  for (const Vec3 place : places) vertices.emplace_back(place);
+  std::optional<Polytope> made = polytopeOf(*buildCollisionMesh(vertices, triangles));
+  if (made && !isWithin(mesh, *made, kHullError * mesh.radius_m())) made.reset();
+  return made;
 }
 
 }  // namespace haptics

@@ -11,73 +11,77 @@
 
 namespace haptics {
 
-/// A closed convex mesh of few flat faces: a brick, a board, a wedge, a prism, however finely it is meshed. Object frame,
-/// metres.
+/// A closed convex mesh as flat faces: a brick, a board, a wedge, a cylinder, a ball, however finely it is meshed. Object
+/// frame, metres.
 struct Polytope {
-  static constexpr std::size_t kMaxFaces = 24, kMaxCorners = 32, kMaxOfFace = 16, kMaxDirections = 8;
-  using Corner = std::uint8_t;  ///< Index into corners.
+  static constexpr std::size_t kMaxCorners = 1024, kMaxFaces = 2 * kMaxCorners, kMaxOfFace = 64;
+  /// Of one that meets others of the kind by separating axes.
+  static constexpr std::size_t kFewFaces = 24, kFewCorners = 32, kFewOfFace = 16, kFewDirections = 8;
+  using Corner = std::uint16_t;  ///< Index into corners.
+  using FaceIndex = std::uint16_t;
 
   struct Face {
     Vec3 normal;  ///< Unit, outward.
     double offset_m;
-    std::uint8_t begin, end;  ///< Of the loops: its corners, counterclockwise from outside.
+    std::uint32_t begin, end;  ///< Of the loops: its corners, counterclockwise from outside.
   };
   struct Edge {
     Corner from, to;
     std::uint8_t direction;  ///< Index into directions.
   };
+  struct Side {
+    Corner corner;   ///< The next one along an edge.
+    FaceIndex face;  ///< The face to one side of it.
+  };
 
   std::vector<Vec3> corners;
   std::vector<Face> faces;
   std::vector<Corner> loops;
-  std::vector<Edge> edges;
+  std::vector<std::uint32_t> around;  ///< The sides of corner c are [around[c], around[c + 1]).
+  std::vector<Side> sides;
+  Vec3 middle{0};                ///< The corners' mean.
+  double radius_m = 0;           ///< About it.
+  std::vector<Edge> edges;       ///< As the next: empty unless all is few.
   std::vector<Vec3> directions;  ///< Of the edges, unit; parallel ones share one.
 
-  [[nodiscard]] std::span<const Corner> loopOf(const Face& face) const noexcept {
-    return std::span(loops).subspan(face.begin, static_cast<std::size_t>(face.end - face.begin));
+  std::array<Corner, 24> begins;  ///< The farthest ones along the middles of the quarters of a cube's sides.
+
+  [[nodiscard]] static std::size_t cellOf(Vec3 along) noexcept {
+    const Vec3 size = glm::abs(along);
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const auto isPositive = [&](int d) { return along[d] >= 0 ? std::size_t{1} : std::size_t{0}; };
+    return static_cast<std::size_t>(axis) * 8 + isPositive(axis) * 4 + isPositive(nextCorner(axis)) * 2 +
+           isPositive(previousCorner(axis));
   }
+  [[nodiscard]] bool hasFew() const noexcept { return !edges.empty(); }
+  [[nodiscard]] std::span<const Corner> loopOf(const Face& face) const noexcept {
+    return std::span(loops).subspan(face.begin, face.end - face.begin);
+  }
+  [[nodiscard]] std::span<const Side> sidesOf(Corner corner) const noexcept {
+    return std::span(sides).subspan(around[corner], around[corner + 1U] - around[corner]);
+  }
+  /// The corner that lies farthest along a direction.
+  /// @param from  Where the climb begins; near the answer it takes less.
+  [[nodiscard]] Corner farthest(Vec3 along, Corner from) const noexcept;
+  /// One from which the climb is short.
+  [[nodiscard]] Corner nearFarthest(Vec3 along) const noexcept { return begins[cellOf(along)]; }
+  struct Above {
+    const Face* face;
+    double height_m;
+  };
+  /// The face above which a place is highest; negative: it is inside. The place is no nearer than that.
+  /// @param near  A corner, at best near the place; afterwards one that is.
+  [[nodiscard]] Above above(Vec3 at, Corner& near) const noexcept;
+  /// Of the faces at a corner the one that looks most along a direction.
+  [[nodiscard]] const Face& facingAt(Corner corner, Vec3 along) const noexcept;
 };
 
 /// Absent where the mesh is not such a one: open, bent inward by more than rounding, or of too many faces. For the builder
 /// thread.
 [[nodiscard]] std::optional<Polytope> polytopeOf(const CollisionMesh& mesh);
-
-/// Where two polytopes meet: a face of one and what of the other is near it, or the closest places of two edges.
-struct PolytopeContact {
-  struct Point {
-    std::uint32_t id;  ///< The same while the same corners and sides make it; less than kIds.
-    Vec3 on;           ///< Of the body that touches; second's frame, as the others.
-    Vec3 foot;         ///< Below it, on the other's face.
-    double gap_m;
-  };
-  static constexpr std::uint32_t kIds = 1U << 20U;
-
-  Vec3 normal{0};         ///< Unit, out of the second towards the first.
-  double gap_m = 0;       ///< Along it; negative: how deep. The distance of the two is no less.
-  bool ofSecond = false;  ///< Points of the second body touch a face of the first; else the other way round.
-  std::size_t count = 0;
-  std::array<Point, 2 * Polytope::kMaxOfFace> points;
-
-  [[nodiscard]] std::span<const Point> all() const noexcept { return std::span(points).first(count); }
-};
-
-/// What polytopes that meet are to keep to.
-struct PolytopeWay {
-  double range_m = 0;  ///< Farther places are left out.
-  double step_m = 0;   ///< Edges of flush faces that are no deeper do not stop a body that passes them.
-  Vec3 linear{0};  ///< Velocity of the first against the second at the second's origin; second's frame, as the others.
-  Vec3 angular{0};
-  Vec3 normal{0};  ///< Of the last tick, out of the second; 0: none. They are not turned over to the other side of it.
-};
-
-/// What contactOf() costs; units (Allowance).
-[[nodiscard]] std::int64_t contactUnits(const Polytope& first, const Polytope& second) noexcept;
-
-/// By separating axes (Gottschalk, Lin and Manocha 1996): the one along which they are least deep, or farthest apart.
-/// Wait-free.
-/// @param relative  Pose of the first in the second's frame.
-/// @return Without points where none is within the range.
-[[nodiscard]] PolytopeContact contactOf(const Polytope& first, const Polytope& second, const Pose& relative,
-                                        const PolytopeWay& way) noexcept;
+/// The convex hull of a round mesh, of vertices at least kHullSpacing of its radius apart, where it is the mesh but for
+/// kHullError of its radius. Absent where it is not, or the mesh is open. For the builder thread.
+[[nodiscard]] std::optional<Polytope> hullOf(const CollisionMesh& mesh);
+inline constexpr double kHullSpacing = 1.0 / 28, kHullError = 0.006;
 
 }  // namespace haptics

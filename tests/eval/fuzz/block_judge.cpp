@@ -66,7 +66,21 @@ bool isWellInside(const std::vector<Vec2>& polygon, Vec2 point) {
 
 }  // namespace
 
+namespace {
+
+/// A ball's with a box, by the box's place that is nearest to the middle.
+double overlapWithBox(const Block& ball, const Block& box) {
+  const Vec3 at = glm::conjugate(box.pose.rotation) * (ball.pose.position - box.pose.position);
+  const Vec3 beyond = glm::abs(at) - box.half_m;
+  const double outside_m = glm::length(glm::max(beyond, Vec3(0)));
+  return ball.radius_m() - (outside_m > 0 ? outside_m : std::max({beyond.x, beyond.y, beyond.z}));
+}
+
+}  // namespace
+
 double overlapOf(const Block& a, const Block& b) {
+  if (a.isBall && b.isBall) return a.radius_m() + b.radius_m() - glm::distance(a.pose.position, b.pose.position);
+  if (a.isBall != b.isBall) return a.isBall ? overlapWithBox(a, b) : overlapWithBox(b, a);
   const std::array<Vec3, 3> axesA = axesOf(a), axesB = axesOf(b);
   const Vec3 between = b.pose.position - a.pose.position;
   double least_m = std::numeric_limits<double>::infinity();

@@ -7,14 +7,17 @@
 
 namespace haptics::eval {
 
-/// A box by half its sides. Metres, world frame.
+/// A box by half its sides, or a ball. Metres, world frame.
 struct Block {
   Vec3 half_m;
   Pose pose;
   double mass_kg;  ///< 0: stands still.
+  bool isBall = false;
+
+  [[nodiscard]] double radius_m() const { return half_m.x; }  ///< Of a ball.
 };
 
-/// How deep two boxes are in each other: the shortest way that parts them (m), by the separating axes of boxes (Gottschalk,
+/// How deep two of them are in each other: the shortest way that parts them (m), of boxes by separating axes (Gottschalk,
 /// Lin and Manocha, OBBTree, 1996). Negative where they are apart: no more than their distance.
 [[nodiscard]] double overlapOf(const Block& a, const Block& b);
 

@@ -24,6 +24,8 @@ constexpr double kGravity_m_per_s2 = 9.81;
 constexpr Vec3 kFarAway{0, 0, 5};
 constexpr double kApart_m_per_s = 0.1;  // at which bodies that overlap are pushed apart
 constexpr double kMaxDepth_m = 1e-4, kMaxDeepFor_s = 0.2;
+constexpr double kHull =
+    0.006;  // of its radius a ball may be smaller: it meets others as the hull of some of its vertices
 constexpr double kMaxDrift_m = 1e-3, kMaxTilt_rad = 0.02;  // of what stands
 constexpr double kMaxFloating_m = 1e-9;                    // of what floats apart
 constexpr double kMaxLift_m = 1e-6;                        // of all blocks, where none is to be pushed apart
@@ -34,10 +36,12 @@ enum class WorldKind {
   kStanding,  ///< Stacks that stand by exact statics, on one table or on flush tiles.
   kPut,       ///< Likewise, put into one another.
   kHeap,      ///< Let fall on each other.
+  kRound,     ///< Likewise, balls among them, or into a bowl.
   kFloating,  ///< Near one another without gravity, apart or in each other.
 };
-constexpr std::array kKinds{WorldKind::kStanding, WorldKind::kPut, WorldKind::kHeap, WorldKind::kFloating};
-constexpr std::array<std::string_view, kKinds.size()> kKindNames{"standing", "put", "heap", "floating"};
+constexpr std::array kKinds{WorldKind::kStanding, WorldKind::kPut, WorldKind::kHeap, WorldKind::kRound,
+                            WorldKind::kFloating};
+constexpr std::array<std::string_view, kKinds.size()> kKindNames{"standing", "put", "heap", "round", "floating"};
 
 double logBetween(Random& random, double low, double high) {
   return std::exp(random.between(std::log(low), std::log(high)));
@@ -79,6 +83,9 @@ class BlockWorld {
       case WorldKind::kHeap:
         addHeap();
         break;
+      case WorldKind::kRound:
+        addRound();
+        break;
       case WorldKind::kFloating:
         addFloating();
         break;
@@ -117,11 +124,14 @@ class BlockWorld {
 
  private:
   void add(Vec3 half_m, const Pose& pose, double mass_kg, bool falls = true) {
-    MovingSolid solid = solidFrom(makeBox(2.0 * half_m, 1).value(), std::max(mass_kg, 1e-3));
+    addMesh(makeBox(2.0 * half_m, 1).value(), pose, mass_kg, falls);
+    blocks_.push_back({half_m, pose, mass_kg});
+  }
+  void addMesh(const TriMesh& mesh, const Pose& pose, double mass_kg, bool falls) {
+    MovingSolid solid = solidFrom(mesh, std::max(mass_kg, 1e-3));
     solid.body.gravity_m_per_s2 = falls ? Vec3(0, 0, -kGravity_m_per_s2) : Vec3(0);
     ids_.push_back(world_.add(solid, pose, mass_kg > 0));
     world_.object(ids_.back()).collision = std::make_shared<const CollisionPoints>(makeCollisionPoints(*solid.surface));
-    blocks_.push_back({half_m, pose, mass_kg});
   }
 
   /// Its top is z = 0.
@@ -175,6 +185,86 @@ class BlockWorld {
     }
   }
 
+  void addBall(double radius_m, const Pose& pose, double mass_kg) {
+    const TriMesh mesh = makeSphere(radius_m, static_cast<std::uint32_t>(3 + random_.below(20))).value();
+    double inner_m = radius_m;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vec3 at(mesh.vertices[a]);
+      const Vec3 normal = glm::normalize(glm::cross(Vec3(mesh.vertices[b]) - at, Vec3(mesh.vertices[c]) - at));
+      inner_m = std::min(inner_m, glm::dot(normal, at));
+    }
+    addMesh(mesh, pose, mass_kg, true);
+    blocks_.push_back({Vec3(radius_m), pose, mass_kg, true});
+    flat_m_.resize(blocks_.size());
+    flat_m_.back() = radius_m - inner_m + kHull * radius_m;
+  }
+
+  /// Of half a hollow ball, open upwards, its middle at the origin.
+  void addBowl() {
+    constexpr int kTurns = 64, kRings = 16;
+    constexpr double kWall_m = 0.006;
+    bowl_m_ = random_.between(0.05, 0.1);
+    TriMesh mesh;
+    const auto ring = [&](double radius_m, double angle) {
+      for (int i = 0; i < kTurns; ++i) {
+        const double turn = 2 * std::numbers::pi * i / kTurns;
+        mesh.vertices.emplace_back(
+            Vec3(std::sin(angle) * std::cos(turn), std::sin(angle) * std::sin(turn), -std::cos(angle)) * radius_m);
+      }
+    };
+    for (int r = 1; r <= kRings; ++r) ring(bowl_m_, 0.5 * std::numbers::pi * r / kRings);
+    for (int r = kRings; r >= 1; --r) ring(bowl_m_ + kWall_m, 0.5 * std::numbers::pi * r / kRings);
+    mesh.vertices.emplace_back(0, 0, -bowl_m_);
+    mesh.vertices.emplace_back(0, 0, -bowl_m_ - kWall_m);
+    const auto corner = [](int r, int i) { return static_cast<std::uint32_t>(r * kTurns + i % kTurns); };
+    for (int i = 0; i < kTurns; ++i) {
+      for (int r = 0; r + 1 < 2 * kRings; ++r) {
+        mesh.triangles.push_back({corner(r, i), corner(r + 1, i + 1), corner(r, i + 1)});
+        mesh.triangles.push_back({corner(r, i), corner(r + 1, i), corner(r + 1, i + 1)});
+      }
+      mesh.triangles.push_back({2 * kRings * kTurns, corner(0, i), corner(0, i + 1)});
+      mesh.triangles.push_back({2 * kRings * kTurns + 1, corner(2 * kRings - 1, i + 1), corner(2 * kRings - 1, i)});
+    }
+    addMesh(mesh, {}, 0, true);
+    blocks_.push_back({Vec3(0), {{1, 0, 0, 0}, {0, 0, -10}}, 0});  // judged by itself
+  }
+  /// How far a body in the bowl reaches into its wall. What is above the rim may lie on it.
+  [[nodiscard]] double depthInBowl(const Block& block) const {
+    if (bowl_m_ == 0) return 0;
+    const auto depthOf = [&](Vec3 at) { return at.z < 0 ? glm::length(at) - bowl_m_ : 0; };
+    const double middle_m = glm::length(block.pose.position);
+    if (middle_m > bowl_m_) return 0;  // it has left
+    if (block.isBall) return block.pose.position.z < -block.radius_m() ? middle_m + block.radius_m() - bowl_m_ : 0;
+    double deepest_m = 0;
+    for (const int corner : {0, 1, 2, 3, 4, 5, 6, 7}) {
+      const Vec3 sign((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+      deepest_m = std::max(deepest_m, depthOf(toWorld(block.pose, sign * block.half_m)));
+    }
+    return deepest_m;
+  }
+
+  /// By how much a body is smaller than it is judged to be.
+  [[nodiscard]] double flatOf(std::size_t i) const { return i < flat_m_.size() ? flat_m_[i] : 0; }
+
+  void addRound() {
+    if (random_.chance(0.5)) {
+      addTable();
+    } else {
+      addBowl();
+    }
+    const int count = 3 + random_.below(12);
+    for (int i = 0; i < count; ++i) {
+      const Pose pose{random_.rotation(),
+                      {random_.between(-0.02, 0.02), random_.between(-0.02, 0.02), 0.03 + 0.04 * i}};
+      const double mass_kg = logBetween(random_, 0.01, 0.3), half_m = logBetween(random_, 0.004, 0.015);
+      if (random_.chance(0.6)) {
+        addBall(half_m, pose, mass_kg);
+      } else {
+        add(half_m * Vec3(1, random_.between(0.6, 1), random_.between(0.6, 1)), pose, mass_kg);
+      }
+    }
+  }
+
   void addFloating() {
     const int count = 2 + random_.below(6);
     for (int i = 0; i < count; ++i) {
@@ -205,9 +295,12 @@ class BlockWorld {
       for (std::size_t j = 0; j < i; ++j) {
         if (blocks_[i].mass_kg == 0 && blocks_[j].mass_kg == 0) continue;
         if (hasLeft(i) || hasLeft(j)) continue;
-        const double depth_m = overlapOf(blocks_[i], blocks_[j]);
+        const Block &a = blocks_[i], &b = blocks_[j];
+        const bool isBowl = bowl_m_ > 0 && j == 0;
+        const double allowed_m = kMaxDepth_m + flatOf(i) + flatOf(j);
+        const double depth_m = isBowl ? depthInBowl(a) : overlapOf(a, b);
         double& deepFor_s = deepFor_[i * blocks_.size() + j];
-        if (tick * kPeriod_s < settled_s || depth_m <= kMaxDepth_m) {
+        if (tick * kPeriod_s < settled_s || depth_m <= allowed_m) {
           deepFor_s = 0;
           continue;
         }
@@ -259,8 +352,9 @@ class BlockWorld {
   MovingWorld world_;
   std::vector<std::uint64_t> ids_;
   std::vector<Block> blocks_, begun_;
-  std::vector<double> deepFor_;
+  std::vector<double> deepFor_, flat_m_;
   double reach_m_ = 0.3, overlap_m_ = 0, begun_J_ = 0, massRatio_ = 1;
+  double bowl_m_ = 0;  ///< The bowl's inner radius; 0: there is none. It is the first body.
 };
 
 }  // namespace

@@ -43,13 +43,14 @@ class World {
                            p.moves ? &p.state : nullptr, p.push, false, isNew_});
     }
     isNew_ = false;
-    CollisionAllowance allowance{search_, {}};
+    CollisionAllowance allowance{search_, {motion_, {}}};
     waits_ += moveTogether(colliders, pairs_, kPeriod_s, allowance) ? 0 : 1;
     searched_ = search_.left() - allowance.search.left();
   }
   /// In the next tick all are where an edit has put them.
   void putAll() { isNew_ = true; }
   void allowForSearch(std::int64_t units) { search_ = Allowance(units); }
+  void allowForMotion(std::int64_t units) { motion_ = Allowance(units); }
   void run(double seconds) {
     for (int i = 0; i < std::lround(seconds / kPeriod_s); ++i) tick();
   }
@@ -83,7 +84,7 @@ class World {
   };
   std::deque<Part> parts_;
   BodyPairs pairs_;
-  Allowance search_;
+  Allowance search_, motion_;
   std::int64_t searched_ = 0;
   int waits_ = 0;
   bool isNew_ = false;
@@ -262,6 +263,7 @@ TEST(Collision, MoveInTheNextTickWhereManyContactsWereFoundByALongSearch) {
   }
   constexpr std::int64_t kUnits = 20'000;
   world.allowForSearch(kUnits);
+  world.allowForMotion(0);
   int moved = 0, leftToTheNext = 0;
   for (int tick = 0; tick < 1000; ++tick) {
     const bool isLeft = world.pairs().isFound;

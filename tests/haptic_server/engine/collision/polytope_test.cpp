@@ -1,12 +1,13 @@
-#include "haptic_server/engine/collision/polytope.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
 #include <random>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/engine/collision/polytope_contact.h"
 
 namespace haptics::test::polytope_test {
 namespace {
@@ -32,8 +33,7 @@ TEST(Polytope, OfABoxHasItsSidesHoweverFineItsMeshIs) {
   }
 }
 
-TEST(Polytope, IsAbsentWhereAMeshIsRoundOpenOrBentInward) {
-  EXPECT_FALSE(polytopeOf(makeSphere(0.01, 32).value()));
+TEST(Polytope, IsAbsentWhereAMeshIsOpenOrBentInward) {
   TriMesh open = makeBox(Vec3(0.02), 1).value();
   open.triangles.pop_back();
   EXPECT_FALSE(polytopeOf(open));
@@ -42,6 +42,73 @@ TEST(Polytope, IsAbsentWhereAMeshIsRoundOpenOrBentInward) {
     if (glm::length(glm::vec2(v)) < 1e-6f && v.z > 0) v.z = 0.005f;  // the middle of its top
   }
   EXPECT_FALSE(polytopeOf(dented));
+}
+
+std::optional<Polytope> hullOf(const TriMesh& mesh) {
+  return haptics::hullOf(*buildCollisionMesh(mesh.vertices, mesh.triangles));
+}
+TriMesh stretched(TriMesh mesh, Vec3f by) {
+  for (Vec3f& v : mesh.vertices) v *= by;
+  return mesh;
+}
+
+TEST(Polytope, OfARoundMeshIsAHullThatIsNearlyTheMesh) {
+  constexpr double kRadius_m = 0.01;
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> normal;
+  for (const std::uint32_t segments : {8U, 16U, 32U}) {
+    const Polytope hull = hullOf(makeSphere(kRadius_m, segments).value()).value();
+    EXPECT_FALSE(hull.hasFew());
+    Polytope::Corner near = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 at = kRadius_m * glm::normalize(Vec3(normal(engine), normal(engine), normal(engine)));
+      const double height_m = hull.above(at, near).height_m;
+      EXPECT_GE(height_m, -1e-9);
+      EXPECT_LE(height_m, (kHullError + 0.005) * kRadius_m) << "the mesh itself is as much smaller than the ball";
+    }
+  }
+  TriMesh grooved = makeSphere(kRadius_m, 16).value();
+  for (Vec3f& v : grooved.vertices) v *= std::abs(v.z) < 1e-3F ? 0.98F : 1.0F;
+  EXPECT_FALSE(hullOf(grooved));
+}
+
+/// The judge tries other planes: none may part the two by more.
+TEST(Polytopes, ThatAreRoundTouchAlongTheAxisThatPartsThemBest) {
+  constexpr double kBetter_m = 5e-6;
+  std::mt19937_64 engine(7);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return glm::normalize(Vec3(normal(engine), normal(engine), normal(engine))); };
+  const std::array shapes{hullOf(makeSphere(0.008, 12).value()).value(), box({0.011, 0.009, 0.008}),
+                          hullOf(stretched(makeSphere(0.008, 16).value(), {2, 0.7F, 1})).value(),
+                          polytopeOf(makeCylinder(0.006, 0.02, 48).value()).value()};
+  for (const Polytope& a : shapes) {
+    for (const Polytope& b : shapes) {
+      if (a.hasFew() && b.hasFew()) continue;
+      for (int i = 0; i < 20; ++i) {
+        const Quat turn = glm::normalize(Quat(normal(engine), normal(engine), normal(engine), normal(engine)));
+        const Vec3 away = direction();
+        double in = 0, out = 0.06;
+        for (int step = 0; step < 40; ++step) {
+          const double middle = (in + out) / 2;
+          (contactOf(a, b, at(middle * away, turn), {.range_m = 0.06}).gap_m > 0 ? out : in) = middle;
+        }
+        const Pose pose = at(out * away, turn);
+        const PolytopeContact contact = contactOf(a, b, pose, {.range_m = 1e-4});
+        ASSERT_GT(contact.count, 0U);
+        const auto gapAlong = [&](Vec3 n) {
+          double first = 1, second = -1;
+          for (const Vec3 corner : a.corners) first = std::min(first, glm::dot(n, toWorld(pose, corner)));
+          for (const Vec3 corner : b.corners) second = std::max(second, glm::dot(n, corner));
+          return first - second;
+        };
+        EXPECT_NEAR(gapAlong(contact.normal), contact.gap_m, kBetter_m);
+        for (int n = 0; n < 200; ++n) {
+          const double bend = n < 100 ? 0.3 : 0.03;
+          EXPECT_LE(gapAlong(glm::normalize(contact.normal + bend * direction())), contact.gap_m + kBetter_m);
+        }
+      }
+    }
+  }
 }
 
 TEST(Polytopes, TouchWhereTheFacesThatLieOnEachOtherOverlap) {

@@ -1,0 +1,146 @@
+#include "haptic_server/engine/collision/polytope_on_mesh.h"
+
+#include <algorithm>
+#include <array>
+
+#include "haptic_server/engine/collision/polytope_contact.h"
+#include "haptic_server/engine/collision/surface_queries.h"
+#include "haptic_server/engine/contact/frame.h"
+
+namespace haptics {
+namespace {
+
+/// Units of the corner of a polytope that is farthest along a direction, and of what is above a triangle.
+constexpr std::int64_t kSupport = 60, kOverTriangle = 150;
+/// More than float32 makes of a box, of a body's extent.
+constexpr double kRounding = 1e-6;
+
+/// The boxes are apart.
+[[nodiscard]] bool isBeside(const TriangleRecord& triangle, Vec3 low, Vec3 high) noexcept {
+  for (int d = 0; d < 3; ++d) {
+    const auto& [a, b, c, neighbour] = triangle.rows[static_cast<std::size_t>(d)];
+    if (std::min({a, b, c}) > high[d] || std::max({a, b, c}) < low[d]) return true;
+  }
+  return false;
+}
+/// At one side of the triangle at least, by more than rounding, or ends there.
+[[nodiscard]] bool bendsOutward(const CollisionMesh& surface, const TriangleRecord& triangle, Vec3 normal) noexcept {
+  const double level = 3 * (glm::dot(normal, triangle.corner(0)) - kRounding * surface.extent_m());
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t other = triangle.neighbour(k);
+    if (other == kNoTriangle) return true;
+    const TriangleRecord& neighbour = surface.triangle(other);  // two of its corners are on the plane
+    if (glm::dot(normal, neighbour.corner(0) + neighbour.corner(1) + neighbour.corner(2)) < level) return true;
+  }
+  return false;
+}
+/// A face of the solid has the triangle farther above it than the range. Asked of those with few faces.
+[[nodiscard]] bool isBeyondAFace(const Polytope& solid, const Frame& pose, const FlatPart& part,
+                                 double range_m) noexcept {
+  if (!solid.hasFew()) return false;
+  const std::array corners{pose.toLocal(part.corners[0]), pose.toLocal(part.corners[1]), pose.toLocal(part.corners[2])};
+  return std::ranges::any_of(solid.faces, [&](const Polytope::Face& face) {
+    const double farther_m = face.offset_m + range_m;
+    return std::ranges::all_of(corners, [&](Vec3 at) { return glm::dot(face.normal, at) > farther_m; });
+  });
+}
+/// The direction leads out of the surface at the triangle: along its normal, or between it and that of a triangle beyond a
+/// side at which the surface bends outward.
+[[nodiscard]] bool isOutOf(const CollisionMesh& surface, const TriangleRecord& triangle, Vec3 normal,
+                           Vec3 out) noexcept {
+  constexpr double kAlong = 1e-3;
+  if (glm::dot(normal, out) < 0) return false;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 side = triangle.corner(nextCorner(k)) - triangle.corner(k);
+    const Vec3 beyond = unitOrZero(glm::cross(side, normal));
+    if (glm::dot(beyond, out) <= kAlong) continue;  // it does not lean to that side
+    const std::uint32_t other = triangle.neighbour(k);
+    if (other == kNoTriangle) continue;
+    const Vec3 its = surface.faceNormal(other);
+    const Vec3 inIt = glm::cross(side, its);  // from the side into it
+    if (glm::dot(its, beyond) <= 0 || glm::dot(inIt, out) > kAlong * glm::length(side)) return false;
+  }
+  return true;
+}
+[[nodiscard]] std::uint32_t idOf(std::uint32_t triangle, std::uint32_t point) noexcept {
+  constexpr std::uint32_t kFirst = kMaxCollisionPoints;  // lower ones are those of points
+  return kFirst + (triangle * 2'654'435'761U ^ point * 40'503U) % (PolytopeContact::kIds - kFirst);
+}
+
+}  // namespace
+
+bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst,
+                const NearRange& reach, ManyNear& near, Allowance& allowance) noexcept {
+  using namespace surface_queries;
+  const CollisionMesh& surface = *ground.surface;
+  const Polytope& polytope = *solid.points->polytope;
+  const Frame frame(pose);
+  const Quat back = glm::conjugate(pose.rotation);
+  Polytope::Corner from = 0;
+  Vec3 low, high;
+  const double widest_m = reach.range_m + kRounding * surface.extent_m();
+  for (int d = 0; d < 3; ++d) {
+    const Vec3 along{frame.x[d], frame.y[d], frame.z[d]};  // the ground's axis in the solid's frame
+    from = polytope.farthest(-along, from);
+    low[d] = frame.toWorld(polytope.corners[from])[d] - widest_m;
+    from = polytope.farthest(along, from);
+    high[d] = frame.toWorld(polytope.corners[from])[d] + widest_m;
+  }
+  const Vec3 middle = frame.toWorld(polytope.middle);
+  bool hasRoom = true;
+  const auto meet = [&](std::uint32_t t) noexcept {
+    const TriangleRecord& triangle = surface.triangle(t);
+    allowance.spend(kBox);
+    if (isBeside(triangle, low, high)) return;
+    FlatPart part{{triangle.corner(0), triangle.corner(1), triangle.corner(2)}, surface.faceNormal(t)};
+    allowance.spend(kSupport);
+    const double height_m = heightOver(polytope, frame, part, reach.range_m, from);
+    if (height_m > reach.range_m) return;
+    const bool isBehind = glm::dot(part.normal, middle - part.corners[0]) < 0;  // as above a thin plate's far side
+    const bool isPlain = !bendsOutward(surface, triangle, part.normal);
+    if (isPlain && height_m < -reach.deepest_m) return;
+    if (!isPlain && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
+    PolytopeContact contact;
+    if (isPlain) {
+      allowance.spend(kOverTriangle);
+      contact = contactOver(polytope, frame, part, reach.range_m, from, true);
+    } else if (const auto found = contactOf(polytope, part, pose, reach.range_m)) {
+      allowance.spend(found->units);
+      contact = *found;
+      if (contact.count > 0 && !isOutOf(surface, triangle, part.normal, contact.normal)) return;
+    } else if (height_m >= -reach.deepest_m) {
+      allowance.spend(kOverTriangle);
+      contact = contactOver(polytope, frame, part, reach.range_m, from, false);
+    }
+    if (contact.count == 0) return;
+    const auto& deepest = *std::ranges::min_element(contact.all(), {}, &PolytopeContact::Point::gap_m);
+    if (isBehind && deepest.gap_m < -kSurelyBehind_m &&
+        !isInside(surface, contact.ofSecond ? deepest.foot : deepest.on, reach.deepest_m, allowance))
+      return;
+    hasRoom = hasRoom && near.count + contact.count <= near.capacity();
+    for (std::size_t i = 0; i < contact.count && hasRoom; ++i) {
+      const PolytopeContact::Point& point = contact.points[i];
+      NearPoint& one = near[near.count++];
+      const bool ofGround = contact.ofSecond;
+      const Vec3 place = frame.toLocal(ofGround ? point.foot : point.on), at = ofGround ? point.on : point.foot;
+      // the point's body has `on`, the other one its foot
+      one.contact = {idOf(triangle.canonical(), point.id),
+                     solidIsFirst != ofGround ? 0U : 1U,
+                     ofGround ? at : place,
+                     ofGround ? place : at,
+                     ofGround ? back * -contact.normal : contact.normal,
+                     Vec3(0)};
+      one.gap_m = point.gap_m;
+      one.at = solidIsFirst ? point.on : frame.toLocal(point.on);
+      one.normal = solidIsFirst ? contact.normal : back * -contact.normal;
+    }
+  };
+  allowance.spend(kQuery + 6 * kSupport);
+  surface.hierarchy().visitBox(Vec3f(low), Vec3f(high), allowance,
+                               [&](std::uint32_t begin, std::uint32_t end) noexcept {
+                                 for (std::uint32_t t = begin; t < end && hasRoom && !allowance.isSpent(); ++t) meet(t);
+                               });
+  return hasRoom;
+}
+
+}  // namespace haptics
