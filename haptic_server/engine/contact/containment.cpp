@@ -5,6 +5,16 @@
 #include "haptic_server/engine/geometry/enclosure.h"
 
 namespace haptics {
+namespace {
+
+/// Is a place of the IHIP (body frame) where its path led? Where the solver finds no way out of bodies that move they may pass
+/// over the IHIP, a thin one altogether. The path of one that is held is tested a path offset above it.
+[[nodiscard]] bool isTested(const TickContext& tick, const NearBodies::Near& near, Vec3 to) noexcept {
+  if (!near.surface->closed()) return near.from == to;
+  return squaredLength(to - near.from) <= 4 * tick.pathOffset * tick.pathOffset;
+}
+
+}  // namespace
 
 /// The path of the IHIP keeps it outside of bodies at rest. Moving ones can close in on it until the solver finds no
 /// way out of theirs, a mesh that passes through itself has surface inside of itself, and an adoption puts bodies
@@ -42,9 +52,9 @@ int enclosingBody(TickContext& tick) noexcept {
   }
   for (int i = 0; i < tick.near.count() && !allowance.isSpent(); ++i) {
     const NearBodies::Near& near = tick.near[i];
-    if (near.surface->closed() || near.pendingRemoval || near.body == onSurface) continue;
+    if (near.pendingRemoval || near.body == onSurface) continue;
     const Vec3 to = near.frame.toLocal(state.ihip);
-    if (near.from == to) continue;
+    if (isTested(tick, near, to)) continue;
     if (tick.near.crossing(near, to, tick.work)) return near.body;
   }
   return -1;

@@ -33,17 +33,17 @@ class DepenetrationQuery {
   }
   [[nodiscard]] bool hasSegmentBudget() const noexcept { return segments_ > 0 && !work_.allowance.isSpent(); }
 
-  /// In the body that it is the deepest in, else behind the first sheet on the segment to it; depth 0 when there is
-  /// none.
+  /// Behind the first surface on the segment to it, else in the body that it is the deepest in; depth 0 when there is none.
   [[nodiscard]] Depth deepest(Vec3 at) noexcept {
-    Depth deepest;
+    Depth deepest = depthBehind(at);
+    if (deepest.depth_m > 0) return deepest;
     spendOnSpheres();
     for (const Body& body : bodies_) {
       if (!isClosed(body) || !withinSphere(body, at) || !hasQueryBudget() || winding(body, at) <= 0) continue;
       const Depth depth = depthIn(body, at);
       if (depth.depth_m > deepest.depth_m) deepest = depth;
     }
-    return deepest.depth_m > 0 ? deepest : depthBehindSheet(at);
+    return deepest;
   }
 
   /// Fraction of the segment to a place outside of all bodies at which it leaves the last one that encloses `at`; 0
@@ -63,7 +63,9 @@ class DepenetrationQuery {
   }
 
   /// Is it behind no sheet that is near?
-  [[nodiscard]] bool isOnContactSide(Vec3 at) noexcept { return depthBehindSheet(at).depth_m == 0; }
+  [[nodiscard]] bool isOnContactSide(Vec3 at) noexcept { return depthBehind(at, true).depth_m == 0; }
+  /// Is it behind nothing that is near?
+  [[nodiscard]] bool isInSight(Vec3 at) noexcept { return depthBehind(at).depth_m == 0; }
 
   /// Fraction of the segment from a place outside of all bodies at which it enters one, 1 when it does not; whatever
   /// the budget.
@@ -104,21 +106,23 @@ class DepenetrationQuery {
     return windingNumber(*body.surface, body.frame.toLocal(at), work_.allowance);
   }
 
-  Depth depthBehindSheet(Vec3 at) noexcept {
+  Depth depthBehind(Vec3 at, bool sheetsOnly = false) noexcept {
     Depth first;
     double time = 1;
     for (int i = 0; i < near_.count(); ++i) {
       const NearBodies::Near& near = near_[i];
-      if (near.pendingRemoval || near.surface->closed()) continue;
+      if (near.pendingRemoval || (sheetsOnly && near.surface->closed())) continue;
       const Vec3 to = near.frame.toLocal(at);
       if (near.from == to) continue;
+      const double reach = near.surface->radius_m() + glm::distance(near.from, to);
+      if (squaredLength(to - near.surface->centre()) > reach * reach) continue;
       countSegment();
       const Crossing crossing = near.surface->firstCrossing(near.from, to, work_.allowance);
       if (!crossing || (crossing.time >= time && first.depth_m > 0)) continue;
       time = crossing.time;
       const Vec3 normal = near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side);
       const Vec3 foot = glm::mix(near.from, to, time);
-      // also for a point on the sheet itself
+      // also for a point on the surface itself
       const double depth = std::max(glm::dot(normal, foot - to), std::numeric_limits<double>::min());
       first = {depth, near.frame.toWorld(foot), near.frame.rotate(normal)};
     }
@@ -176,24 +180,30 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
     directions[7 + i] = Vec3((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1) * kThird;
   }
   const double reach = query.reachFrom(from) + skin;
-  double nearest = reach;
-  Vec3 place = from;
+  double nearest = reach, nearestInSight = reach;
+  Vec3 place = from, placeInSight = from;
   for (const Vec3 direction : directions) {
     if (direction == Vec3(0)) continue;
     const Vec3 beyond = from + direction * reach;
     double distance = 0;
-    while (distance < nearest && query.hasSegmentBudget()) {
+    while (distance < nearestInSight && query.hasSegmentBudget()) {
       const Vec3 at = from + direction * distance;
       const double out = query.timeOutside(at, beyond);
-      if (out == 0) {
-        if (!query.isOnContactSide(at)) break;
+      if (out > 0) {
+        distance += out * (reach - distance) + skin;
+        continue;
+      }
+      if (query.isInSight(at)) {
+        nearestInSight = distance;
+        placeInSight = at;
+      } else if (distance < nearest && query.isOnContactSide(at)) {
         nearest = distance;
         place = at;
-      } else {
-        distance += out * (reach - distance) + skin;
       }
+      break;
     }
   }
+  if (nearestInSight < reach) return placeInSight;
   if (nearest < reach) return place;
   Vec3 farDirection = outward == Vec3(0) ? directions[1] : outward;
   for (const Vec3 direction : directions) {

@@ -1,6 +1,7 @@
 #include "tests/eval/fuzz/contact_judge.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace haptics::eval {
 namespace {
@@ -38,6 +39,7 @@ bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool depenetrated) {
                        closed_.rounding_m();
   hip_ = hip;
   ihip_ = ihip;
+  before_ = side_;
   nearGap_ = nearGap_ || gap_.isNear(hip, reach);
   const SolidOracle::Side side = closed_.side(ihip);
   if (side == SolidOracle::Side::kOnSurface) {
@@ -51,7 +53,7 @@ bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool depenetrated) {
   return crossed;
 }
 
-ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first) {
+ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first) : last_(first.hip) {
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     Judged& judged = bodies_.emplace_back();
     if (meshes[i].closed()) {
@@ -78,7 +80,26 @@ ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool de
       verdict.crossed = true;
   }
   if (flat_) verdict.aside_m = asideOnFlat(frame, ihip);
+  verdict.hadRoom = verdict.crossed && depenetrated && hadRoom(frame);
+  last_ = ihip;
   return verdict;
+}
+
+bool ContactJudge::hadRoom(const ContactFrame& frame) const {
+  constexpr int kPlaces = 3000;
+  constexpr double kFarthest_m = 2e-4;
+  Random random(1);
+  for (int i = 0; i < kPlaces; ++i) {
+    const Vec3 place = last_ + kFarthest_m * std::pow(100, random.between(-1, 0)) * random.direction();
+    bool fits = true;
+    for (std::size_t k = 0; k < bodies_.size() && fits; ++k) {
+      const Vec3 local = toLocal(frame.poses[k], place);
+      fits = (!bodies_[k].solid || bodies_[k].solid->side(local) == SolidOracle::Side::kOutside) &&
+             (!bodies_[k].sheet || bodies_[k].sheet->wasOnSideOf(local));
+    }
+    if (fits) return true;
+  }
+  return false;
 }
 
 double ContactJudge::asideOnFlat(const ContactFrame& frame, Vec3 ihip) {

@@ -12,6 +12,9 @@ namespace haptics::eval {
 struct ContactVerdict {
   double inside_m = 0;   ///< Depth in a closed body, judged by its winding number; 0 outside of all.
   bool crossed = false;  ///< It is on the other side of a sheet and has not gone round its rim.
+  /// It crossed in a tick that says that it put the IHIP outside, though there was room for it: a place within 0.2 mm of the
+  /// last one that is outside of all closed bodies, and on the side of every sheet that it was on.
+  bool hadRoom = false;
   bool finite = true;
   double aside_m = 0;  ///< From the exact place on a FlatTop, along it; 0 where none is known.
 };
@@ -37,16 +40,22 @@ class ContactJudge {
     Sheet(const FuzzMesh& mesh, Vec3 hip);
     [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip, bool depenetrated);  ///< In the mesh's frame.
     [[nodiscard]] double rounding_m() const noexcept { return closed_.rounding_m(); }
+    /// Is a place of its frame on the side that the IHIP was on before the last tick?
+    [[nodiscard]] bool wasOnSideOf(Vec3 place) const {
+      return before_ == SolidOracle::Side::kOnSurface || closed_.side(place) == before_;
+    }
 
    private:
     SolidOracle closed_;
     SolidOracle gap_;
-    SolidOracle::Side side_;  // the last that was certain; kOnSurface: none is
-    bool nearGap_ = false;    // since then
-    Vec3 hip_;                // of the last tick, as is the next
+    SolidOracle::Side side_;                                    // the last that was certain; kOnSurface: none is
+    SolidOracle::Side before_ = SolidOracle::Side::kOnSurface;  // the same, a tick ago
+    bool nearGap_ = false;                                      // since then
+    Vec3 hip_;                                                  // of the last tick, as is the next
     Vec3 ihip_;
   };
   [[nodiscard]] double asideOnFlat(const ContactFrame& frame, Vec3 ihip);
+  [[nodiscard]] bool hadRoom(const ContactFrame& frame) const;
 
   struct Judged {
     std::optional<SolidOracle> solid;
@@ -55,6 +64,7 @@ class ContactJudge {
   std::vector<Judged> bodies_;
   std::optional<FlatTop> flat_;
   bool wasOnFlat_ = false;
+  Vec3 last_;              // IHIP
   double rounding_m_ = 0;  // of the largest sheet's vertices: an IHIP that it holds is as deep in what touches it there
 };
 

@@ -56,6 +56,28 @@ TEST(ContactJudge, NoticesAnIhipThatHasPassedAPlate) {
   EXPECT_EQ(crossed, 1);
 }
 
+/// A plate comes down on one that is turned over or not: no place, or all the room above the lower one.
+TEST(ContactJudge, NoticesAnIhipThatWasPutBeyondAPlateThoughItHadRoom) {
+  Random random(3);
+  const FuzzMesh plate = makeMesh(MeshKind::kPlate, random);
+  for (const bool closes : {false, true}) {
+    std::vector<FuzzMesh> plates{plate};
+    ContactFrame frame{{0, 0, 0.03}, {Pose{}}};
+    if (closes) {
+      plates.push_back(plate);
+      frame.poses.push_back(Pose{{1, 0, 0, 0}, {0, 0, 0.06}});
+    }
+    ContactJudge judge(plates, frame);
+    if (closes) frame.poses.back().position.z = -0.001;
+    const ContactVerdict verdict = judge.judge(frame, {0, 0, -0.03}, true);
+    EXPECT_TRUE(verdict.crossed);
+    EXPECT_EQ(verdict.hadRoom, !closes);
+    ContactWork depenetrated;
+    depenetrated.depenetrated = true;
+    EXPECT_EQ(ContactRule().apply(verdict, depenetrated).has_value(), !closes);
+  }
+}
+
 TEST(ContactJudge, NoticesAnIhipThatIsNoNumber) {
   ContactJudge judge(cube(), frameAt({0, 0, 0.05}));
   EXPECT_TRUE(judge.judge(frameAt({0, 0, 0.05}), {0, 0, 0.05}).finite);

@@ -22,7 +22,7 @@ std::optional<ContactFailure> ContactRule::apply(const ContactVerdict& verdict, 
   insideInARow_ = verdict.inside_m > 0 ? insideInARow_ + 1 : 0;
   if (!verdict.finite) return ContactFailure::kNotFinite;
   if (insideInARow_ > 1 || (insideInARow_ == 1 && !work.depenetrated)) return ContactFailure::kInside;
-  if (verdict.crossed && !work.depenetrated) return ContactFailure::kCrossing;
+  if (verdict.crossed && (!work.depenetrated || verdict.hadRoom)) return ContactFailure::kCrossing;
   if (verdict.aside_m > kFeltAside_m && !work.allowanceSpent) return ContactFailure::kAside;
   return std::nullopt;
 }

@@ -13,7 +13,7 @@ namespace haptics::eval {
 
 enum class ContactFailure {
   kInside,    ///< In a tick that does not say that it put the IHIP out, or in a second tick running.
-  kCrossing,  ///< Of a sheet, in a tick that does not say that it put the IHIP out.
+  kCrossing,  ///< Of a sheet, in a tick that does not say that it put the IHIP out, or where that had room on this side.
   kNotFinite,
   kAside,  ///< Where the surface is flat, by what is felt as a force along it (kFeltAside_m), though the tick's allowance lasted.
 };

@@ -113,5 +113,27 @@ TEST(Depenetration, FreesAnIhipInAClosingPocket) {
   EXPECT_NEAR(world.result().ihip.z, 0.02, kTouchable);  // on top of the walls
 }
 
+/// A plate of 10 um comes down into a groove, in steps that are longer than it is thick, on an IHIP that is held at the bottom.
+TEST(Depenetration, NoThinPlatePassesTheIhipUnsaid) {
+  ContactRig world;
+  for (const double side : {-1.0, 1.0}) {
+    const Quat turn = glm::angleAxis(side * 0.3, Vec3(0, 1, 0));
+    world.add(shapes::box({0.2, 0.2, 0.1}, 4), Pose{turn, turn * Vec3(-side * 0.1, 0, -0.05)});
+  }
+  const int plate = world.add(shapes::box({0.3, 0.3, 1e-5}, 4), Vec3(0, 0, 0.004));
+  const Vec3 hip{0, 0.003, -0.003};
+  world.place({0, 0.003, 0.001});
+  world.tick(hip);
+  bool wasSaid = false;
+  for (int i = 1; i <= 30; ++i) {
+    const double height_m = 0.004 - 0.0003 * i;
+    world.move(plate, {{1, 0, 0, 0}, {0, 0, height_m}});
+    const ContactResult r = world.tick(hip);
+    wasSaid = wasSaid || r.work.depenetrated;
+    EXPECT_TRUE(wasSaid || r.ihip.z < height_m) << i;
+  }
+  EXPECT_TRUE(wasSaid);
+}
+
 }  // namespace
 }  // namespace haptics::depenetration_test
