@@ -412,8 +412,8 @@ void addFuzzStream(Command& fuzz, Arguments& arguments) {
       fuzz,
       {"stream", "Bodies that are driven under a hand: does any pass it, and is the force what it should be?",
        "--scenes 500 --out results",
-       "A world has 4,000 ticks. Poses come in every tick, or every 8, 16 or 33 ticks, a little early or late.\n"
-       "Ctrl-C ends it early: what was found is written."},
+       "A world has 4,000 ticks; a third are of thin plates. Poses come in every tick, or every 8, 16 or 33 ticks,\n"
+       "a little early or late. Ctrl-C ends it early: what was found is written."},
       arguments.out, "fuzz stream");
   addFuzzScenes(verb, arguments);
   verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 when left out")

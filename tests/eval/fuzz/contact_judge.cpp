@@ -102,6 +102,43 @@ bool ContactJudge::hadRoom(const ContactFrame& frame) const {
   return false;
 }
 
+bool ContactJudge::isFree(const ContactFrame& frame, Vec3 place) const {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Vec3 local = toLocal(frame.poses[i], place);
+    if (bodies_[i].sheet && !bodies_[i].sheet->isOnSideOf(local)) return false;
+    if (bodies_[i].solid && bodies_[i].solid->side(local) == SolidOracle::Side::kInside) return false;
+  }
+  return true;
+}
+
+bool ContactJudge::leadsAway(const ContactFrame& frame, double longest_m, double off_m, Random& random) const {
+  constexpr int kMaxInVain = 40;
+  Vec3 at = last_;
+  double step_m = longest_m;
+  for (int inVain = 0; step_m > longest_m / 16;) {
+    const Vec3 way = frame.hip - at;
+    const double depth_m = glm::length(way);
+    if (depth_m < longest_m) break;
+    const Vec3 down = way / depth_m;
+    const Vec3 any = random.direction();
+    const Vec3 aside = glm::normalize(any - glm::dot(any, down) * down);  // in equilibrium the way down is closed
+    const Vec3 to = at + step_m * glm::normalize(aside + std::pow(random.between(0, 1), 3) * down);
+    if (glm::distance(to, frame.hip) < depth_m && isFree(frame, to)) {
+      at = to;
+      inVain = 0;
+      if (glm::distance(at, last_) > off_m) return true;
+    } else if (++inVain == kMaxInVain) {
+      step_m /= 2;
+      inVain = 0;
+    }
+  }
+  return glm::distance(at, last_) > off_m;
+}
+
+bool ContactJudge::isAtRest(const ContactFrame& frame, double off_m, Random& random) const {
+  return !leadsAway(frame, 2e-5, off_m, random) || !leadsAway(frame, 1e-6, off_m, random);
+}
+
 double ContactJudge::asideOnFlat(const ContactFrame& frame, Vec3 ihip) {
   constexpr double kOn_m = 2e-6;
   constexpr double kDeepest_m = 0.012;  // of a HIP: bodies are thicker

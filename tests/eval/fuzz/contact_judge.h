@@ -28,6 +28,10 @@ class ContactJudge {
   [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip, bool depenetrated = false);
   /// Judges the place on it, too: of an IHIP that was on it in the last tick, the one right above the HIP.
   void expect(const FlatTop& flat) { flat_ = flat; }
+  /// Is the IHIP of the tick that was judged last in equilibrium, to within `off_m`? It is not where steps, drawn at random, each
+  /// of them nearer to the HIP, outside of all closed bodies, and on the side of every sheet that it is on, lead farther from
+  /// it, of 20 um and less, and of a micrometre and less, which pass no ridge.
+  [[nodiscard]] bool isAtRest(const ContactFrame& frame, double off_m, Random& random) const;
   /// Is no closed body around a point of the world?
   [[nodiscard]] static bool isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame);
 
@@ -40,7 +44,11 @@ class ContactJudge {
     Sheet(const FuzzMesh& mesh, Vec3 hip);
     [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip, bool depenetrated);  ///< In the mesh's frame.
     [[nodiscard]] double rounding_m() const noexcept { return closed_.rounding_m(); }
-    /// Is a place of its frame on the side that the IHIP was on before the last tick?
+    /// Is a place of its frame on the side that the IHIP is known to be on,
+    [[nodiscard]] bool isOnSideOf(Vec3 place) const {
+      return side_ != SolidOracle::Side::kOnSurface && (closed_.side(place) == side_);
+    }
+    /// or was, a tick before?
     [[nodiscard]] bool wasOnSideOf(Vec3 place) const {
       return before_ == SolidOracle::Side::kOnSurface || closed_.side(place) == before_;
     }
@@ -56,6 +64,8 @@ class ContactJudge {
   };
   [[nodiscard]] double asideOnFlat(const ContactFrame& frame, Vec3 ihip);
   [[nodiscard]] bool hadRoom(const ContactFrame& frame) const;
+  [[nodiscard]] bool leadsAway(const ContactFrame& frame, double longest_m, double off_m, Random& random) const;
+  [[nodiscard]] bool isFree(const ContactFrame& frame, Vec3 place) const;
 
   struct Judged {
     std::optional<SolidOracle> solid;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "tests/eval/fuzz/contact_tally.h"
@@ -44,6 +45,26 @@ TEST(ContactJudge, NoticesAnIhipThatIsBesideItsExactPlaceOnAFlatTop) {
   EXPECT_NEAR(judge.judge(frameAt({0.003, 0, 0.019}), {0.0032, 0, 0.02}).aside_m, 0.0002, 1e-12);
   EXPECT_EQ(judge.judge(frameAt({0.0193, 0, 0.019}), {0.02, 0, 0.019}).aside_m, 0) << "the side is as near";
   EXPECT_EQ(judge.judge(frameAt({0, 0, 0.019}), {0.02, 0, 0.019}).aside_m, 0) << "it was not on the top";
+}
+
+TEST(ContactJudge, NoticesAnIhipThatIsNotInEquilibrium) {
+  constexpr double kOff_m = 3e-4;
+  Random random(1);
+  const auto isAtRest = [&](Vec3 hip, Vec3 ihip) {
+    ContactJudge judge(cube(), frameAt({0, 0, 0.05}));
+    const ContactFrame frame = frameAt(hip);
+    EXPECT_EQ(judge.judge(frame, ihip).inside_m, 0);
+    return judge.isAtRest(frame, kOff_m, random);
+  };
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 hip{random.between(-0.01, 0.01), random.between(-0.01, 0.01), random.between(0.015, 0.018)};
+    const double angle = random.between(0, 6.28), aside_m = 1.5 * kOff_m + random.between(0, 0.002);
+    const Vec3 above{hip.x, hip.y, kHalf_m};
+    EXPECT_TRUE(isAtRest(hip, above)) << i;
+    EXPECT_FALSE(isAtRest(hip, above + aside_m * Vec3(std::cos(angle), std::sin(angle), 0))) << i;
+  }
+  EXPECT_FALSE(isAtRest({0, 0, 0.021}, {0, 0, 0.022})) << "it is held in the air";
+  EXPECT_TRUE(isAtRest({kHalf_m + 1e-3, 0, 0.019}, {kHalf_m + 1e-3, 0, 0.019})) << "it is free";
 }
 
 TEST(ContactJudge, NoticesAnIhipThatHasPassedAPlate) {

@@ -91,8 +91,8 @@ ContactScene::Swing ContactScene::someSwing(bool moves) {
   if (moves) {
     swing.amplitude_m = kSpread_m * normalVector(random_);
     swing.axis = random_.direction();
-    swing.rate_rad_per_s = random_.between(2, 12);
-    swing.spin_rad_per_s = random_.between(0, 5);
+    swing.rate_rad_per_s = kind_.haste * random_.between(2, 12);
+    swing.spin_rad_per_s = kind_.haste * random_.between(0, 5);
   }
   return swing;
 }

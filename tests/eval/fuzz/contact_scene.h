@@ -23,6 +23,7 @@ struct ContactSceneKind {
   bool moving;           ///< Some bodies move and turn, a floor as one.
   double speed_m_per_s;  ///< The HIP's top speed.
   ContactWorld world = ContactWorld::kWild;
+  double haste = 1;  ///< Times as fast as else do bodies swing (some 0.2 m/s) and turn.
 };
 
 /// Bodies drawn from a seed, and a HIP that wanders among them, presses, and stands still.

@@ -33,7 +33,8 @@ struct FuzzOptions {
 [[nodiscard]] bool runFuzzReplayLive(const FuzzOptions& options, const std::filesystem::path& out);
 
 /// A World whose bodies are driven by moveKinematic(), in every tick or by samples that come less often, judged in every tick
-/// by winding numbers where the bodies are by then, and by stiffness times the IHIP's distance. Writes DIR/fuzz.json.
+/// by winding numbers where the bodies are by then, and by stiffness times the IHIP's distance; and every so often by whether the
+/// IHIP is in equilibrium. Writes DIR/fuzz.json.
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out);
 

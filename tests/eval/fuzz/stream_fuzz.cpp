@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "haptic_server/world/stepped_scene.h"
@@ -19,17 +20,22 @@ constexpr int kRise = 600;          // ticks in which the World's force comes, b
 constexpr double kStiffness_N_per_m = 800;
 constexpr double kPart = 0.05, kBeside_N = 0.05;          // by which a force may differ
 constexpr std::array kSamplePeriods{1, 1, 1, 8, 16, 33};  // ticks between samples
+constexpr int kTicksToARest = 20;                         // of contact, from one in which it is looked for to the next
 constexpr std::uint64_t kWorldsToALine = 100;
 
 struct Counted {
   std::uint64_t ticks = 0, touching = 0, inside = 0, crossed = 0, notFinite = 0, otherForce = 0;
+  std::uint64_t rests = 0;          ///< Ticks in which it was looked whether the IHIP is in equilibrium,
+  std::uint64_t late = 0;           ///< those in which it is not, by more than a force may differ,
+  std::uint64_t notAtRest = 0;      ///< and those in which it was not in the tick before either.
   std::uint64_t insideWaiting = 0;  ///< In ticks that say that their allowance was spent; no failure.
   double deepest_m = 0;
 
-  [[nodiscard]] std::uint64_t wrong() const noexcept { return inside + crossed + notFinite + otherForce; }
+  [[nodiscard]] std::uint64_t wrong() const noexcept { return inside + crossed + notFinite + otherForce + notAtRest; }
   Counted& operator+=(const Counted& o) noexcept {
     ticks += o.ticks, touching += o.touching, inside += o.inside, crossed += o.crossed;
     notFinite += o.notFinite, otherForce += o.otherForce, insideWaiting += o.insideWaiting;
+    rests += o.rests, late += o.late, notAtRest += o.notAtRest;
     deepest_m = std::max(deepest_m, o.deepest_m);
     return *this;
   }
@@ -66,7 +72,7 @@ class StreamedWorld {
   StreamedWorld(std::uint64_t seed, double speed_m_per_s)
       : random_(seed),
         period_(kSamplePeriods[static_cast<std::size_t>(random_.below(static_cast<int>(kSamplePeriods.size())))]),
-        scene_(seed, {true, speed_m_per_s}),
+        scene_(seed, kindOf(seed, speed_m_per_s)),
         world_(device()),
         frame_(scene_.frame()),
         judge_(scene_.meshes(), frame_) {
@@ -102,6 +108,11 @@ class StreamedWorld {
   [[nodiscard]] int period() const noexcept { return period_; }
 
  private:
+  /// A third are of thin plates; in every other one bodies are as fast as the hand.
+  [[nodiscard]] static ContactSceneKind kindOf(std::uint64_t seed, double speed_m_per_s) {
+    constexpr double kFast = 4;
+    return {true, speed_m_per_s, seed % 3 == 2 ? ContactWorld::kThin : ContactWorld::kWild, seed % 2 == 0 ? 1 : kFast};
+  }
   [[nodiscard]] static World::Device device() {
     World::Device device;
     device.maxForce_N = 1000;
@@ -140,7 +151,20 @@ class StreamedWorld {
     if (hasJumped_) return;  // that is let in at 30 N/s, and with it what moves meanwhile
     const Vec3 expected_N = kStiffness_N_per_m * (ihip - frame_.hip);
     const double off_N = glm::distance(vec(sample.force_N), expected_N);
-    counted.otherForce += off_N > kPart * glm::length(expected_N) + kBeside_N ? 1 : 0;
+    const double allowed_N = kPart * glm::length(expected_N) + kBeside_N;
+    counted.otherForce += off_N > allowed_N ? 1 : 0;
+    countRest(sample, allowed_N / kStiffness_N_per_m, counted);
+  }
+
+  /// Where a minimum ends the contact may need a tick more.
+  void countRest(const World::Sample& sample, double off_m, Counted& counted) {
+    const bool wasLate = std::exchange(late_, false);
+    if (sample.body == 0 || (!wasLate && ++sinceRest_ < kTicksToARest)) return;
+    sinceRest_ = 0;
+    ++counted.rests;
+    if (judge_.isAtRest(frame_, off_m, random_)) return;
+    ++(wasLate ? counted.notAtRest : counted.late);
+    late_ = true;
   }
 
   Random random_;
@@ -151,8 +175,8 @@ class StreamedWorld {
   ContactJudge judge_;
   std::vector<std::uint64_t> bodies_;
   std::vector<Path> paths_;
-  int due_ = 0, last_ = -1;
-  bool wasInside_ = false, waited_ = false, hasJumped_ = false;  // the IHIP
+  int due_ = 0, last_ = -1, sinceRest_ = 0;
+  bool wasInside_ = false, waited_ = false, hasJumped_ = false, late_ = false;  // the IHIP
 };
 
 }  // namespace
@@ -176,6 +200,7 @@ bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out)
                           {"crossed", counted.crossed},
                           {"not_finite", counted.notFinite},
                           {"other_force", counted.otherForce},
+                          {"not_at_rest", counted.notAtRest},
                           {"pass", false}});
       showFinding(findings.back());
     }
@@ -190,6 +215,9 @@ bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out)
                                {"inside_while_waiting", all.insideWaiting},
                                {"crossed", all.crossed},
                                {"other_force", all.otherForce},
+                               {"rests", all.rests},
+                               {"late", all.late},
+                               {"not_at_rest", all.notAtRest},
                                {"pass", findings.empty()}}};
   records.insert(records.end(), findings.begin(), findings.end());
   writeRecords(out, "fuzz", records);
@@ -197,9 +225,11 @@ bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out)
   const auto number = [](std::uint64_t n) { return std::to_string(n); };
   std::printf(
       "%s worlds, %s ticks, %s of them in contact; ticks inside: %s (%s more that say their allowance was spent), on a "
-      "sheet's other side: %s, with another force: %s; %zu worlds failed\n",
+      "sheet's other side: %s, with another force: %s, of %s not where it rests: %s (%s a tick late); %zu worlds "
+      "failed\n",
       number(done).c_str(), number(all.ticks).c_str(), number(all.touching).c_str(), number(all.inside).c_str(),
-      number(all.insideWaiting).c_str(), number(all.crossed).c_str(), number(all.otherForce).c_str(), findings.size());
+      number(all.insideWaiting).c_str(), number(all.crossed).c_str(), number(all.otherForce).c_str(),
+      number(all.rests).c_str(), number(all.notAtRest).c_str(), number(all.late).c_str(), findings.size());
   return findings.empty();
 }
 
