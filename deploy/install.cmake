@@ -20,7 +20,7 @@ function(install_programs component)
   endforeach()
 endfunction()
 
-install_programs(server PROGRAMS haptic_watchdog asset_importer inventor_importer STARTED haptic_server)
+install_programs(server PROGRAMS haptic_watchdog asset_importer inventor_importer assimp_importer STARTED haptic_server)
 install(FILES deploy/udev/70-haptic-devices.rules DESTINATION lib/udev/rules.d COMPONENT server)
 install(FILES deploy/systemd/haptic_server.service DESTINATION lib/systemd/system COMPONENT server)
 file(GLOB scenes CONFIGURE_DEPENDS deploy/scenes/*.scene deploy/scenes/*.png)

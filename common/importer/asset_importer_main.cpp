@@ -1,5 +1,8 @@
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -9,6 +12,7 @@
 #include <string_view>
 #include <variant>
 
+#include "common/importer/assimp_gather.h"
 #include "common/importer/import_request.h"
 #include "common/importer/inventor_gather.h"
 #include "common/importer/sandbox.h"
@@ -66,6 +70,25 @@ std::optional<std::string> askFor(const std::string& name) {
   return *std::move(bytes);
 }
 
+/// Whether a library is at work that may take any time on a file that was made for it to.
+volatile std::sig_atomic_t reading = false;
+
+/// Processor time that Assimp gets for a file, seconds: three times what it takes of the slowest format.
+unsigned readingTime_s(std::uintmax_t file_bytes) {
+  constexpr std::uintmax_t kAtLeast_s = 2, kBytesPerSecond = 1'000'000;
+  return static_cast<unsigned>(kAtLeast_s + file_bytes / kBytesPerSecond);
+}
+
+/// For 400 bytes a triangle, which importing takes, where a file has 12 for it.
+std::uintmax_t readingMemory_bytes(std::uintmax_t file_bytes) { return (std::uintmax_t{1} << 30) + 32 * file_bytes; }
+
+void refuseIfReading(int) {
+  if (!reading) return;
+  using std::string_view_literals::operator""sv;
+  say(ImporterMessage::Kind::kRefused, "\0takes its reader too long for a file of its size"sv);
+  _exit(EXIT_SUCCESS);
+}
+
 struct Carrier {
   const FileHandle& file;
 
@@ -73,10 +96,14 @@ struct Carrier {
     return readFile(file)
         .and_then(unpacked)
         .and_then([&](const std::string& bytes) -> Result<ImportedMesh> {
-          if (request.format != MeshFormat::kInventor) return importMesh(bytes, request.format, request.options);
-          return gatherInventor(bytes, askFor).and_then([&](PolygonSoup soup) {
-            return importSoup(std::move(soup), request.options);
-          });
+          const MeshReader reader = readerOf(request.format);
+          if (reader == MeshReader::kOwn) return importMesh(bytes, request.format, request.options);
+          return (reader == MeshReader::kCoin ? gatherInventor(bytes, askFor)
+                                              : gatherByAssimp(bytes, request.format, request.options.part, askFor))
+              .and_then([&](PolygonSoup soup) {
+                reading = false;
+                return importSoup(std::move(soup), request.options);
+              });
         })
         .map([](const ImportedMesh& imported) {
           return Answer{encodeMesh(imported.mesh), imported.report};
@@ -120,7 +147,15 @@ int run() {
     return EXIT_FAILURE;
   }
   const auto* mesh = std::get_if<MeshFileRequest>(&request);
-  if (mesh != nullptr && mesh->format == MeshFormat::kInventor) startInventor();
+  const MeshReader reader = mesh != nullptr ? readerOf(mesh->format) : MeshReader::kOwn;
+  if (reader == MeshReader::kCoin) startInventor();
+  if (reader == MeshReader::kAssimp) {
+    struct stat status {};
+    fstat(file.descriptor(), &status);
+    const auto bytes = static_cast<std::uintmax_t>(status.st_size);
+    reading = true;
+    limitMore(readingMemory_bytes(bytes), readingTime_s(bytes), refuseIfReading);
+  }
 
   const auto answer = enterSandbox().and_then([&] { return carryOut(request, file); });
   if (answer) {

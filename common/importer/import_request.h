@@ -9,7 +9,7 @@
 #include "common/mesh/import.h"
 #include "common/scene/surface_edits.h"
 
-// What is said between importer.h and the programs asset_importer and inventor_importer, over a socket: values as they lie in memory, for both
+// What is said between importer.h and the programs asset_importer, inventor_importer and assimp_importer, over a socket: values as they lie in memory, for both
 // are of one build.
 namespace haptics {
 

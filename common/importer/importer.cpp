@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
@@ -80,8 +81,9 @@ class Import {
   /// Where the user says; beside this one; where it was installed, for programs that link the library.
   static fs::path programFor(const ImportRequest& request) {
     const auto* mesh = std::get_if<MeshFileRequest>(&request);
-    const bool inventor = mesh != nullptr && mesh->format == MeshFormat::kInventor;
-    const char* const name = inventor ? "inventor_importer" : "asset_importer";
+    constexpr std::array kByReader{"asset_importer", "inventor_importer", "assimp_importer"};
+    const MeshReader reader = mesh != nullptr ? readerOf(mesh->format) : MeshReader::kOwn;
+    const char* const name = kByReader.at(static_cast<std::size_t>(reader));
     if (const char* const folder = std::getenv("HAPTICS_PROGRAMS")) return fs::path(folder) / name;
     std::error_code error;
     const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / name;
@@ -105,7 +107,8 @@ class Import {
   static bool holds(const ImporterMessage& message) {
     const auto isFlag = [](const bool& flag) { return *reinterpret_cast<const unsigned char*>(&flag) <= 1; };
     return message.size <= mostOf(message.kind) && isFlag(message.report.repair.searched) &&
-           isFlag(message.report.repair.finished) && isFlag(message.report.tJunctionsSearched);
+           isFlag(message.report.repair.finished) && isFlag(message.report.tJunctionsSearched) &&
+           isFlag(message.report.isUnitKnown);
   }
 
   static std::size_t mostOf(ImporterMessage::Kind kind) {
@@ -164,7 +167,11 @@ Result<EncodedMesh> importMeshFile(const fs::path& file, const fs::path& within,
   if (!format) return tl::unexpected(naming(format.error(), file));
   std::error_code error;
   const Surroundings around{file.parent_path(), fs::canonical(within.empty() ? "." : within, error)};
-  const bool includes = *format == MeshFormat::kInventor && !error;
+  const MeshReader reader = readerOf(*format);
+  if (reader != MeshReader::kAssimp && !options.part.text().empty()) {
+    return refused("part", "is for glTF, COLLADA, 3MF, 3DS, FBX and X3D; this file is read as one mesh");
+  }
+  const bool includes = reader != MeshReader::kOwn && !error;
   return importFile(file, MeshFileRequest{*format, options}, includes ? &around : nullptr, stop);
 }
 

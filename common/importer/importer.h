@@ -10,7 +10,7 @@
 #include "common/scene/surface_edits.h"
 
 // Files from anywhere, and what else takes long because its input says so, in a process of its own: the programs
-// asset_importer and inventor_importer, in the folder that the environment variable HAPTICS_PROGRAMS names, beside the
+// asset_importer, inventor_importer and assimp_importer, in the folder that the environment variable HAPTICS_PROGRAMS names, beside the
 // running program, or where they were installed. It may be killed at any time, gets a file's descriptor and not its path,
 // can open nothing, has no privileges and little priority (sandbox.h). So a file that crashes a library, or makes
 // it compute for ever, costs its own import. All block the calling thread only, take five minutes at the most, and end at
@@ -22,7 +22,7 @@ struct EncodedMesh {
   MeshReport report;
 };
 
-/// importMesh() of a file of any format, by the ending of its name. Files that an Inventor file includes are looked for in
+/// importMesh() of a file of any format, by the ending of its name. Files that an Inventor file includes, and a glTF's buffers, are looked for in
 /// its folder and below, and left out where they are not below `within` once symbolic links are followed. Errors have
 /// the file or the option as their field: what importMesh() refuses, missing, empty, no regular file, damaged.
 [[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const std::filesystem::path& within,

@@ -1,17 +1,12 @@
 #pragma once
 
-#include <functional>
-#include <optional>
-#include <string>
 #include <string_view>
 
 #include "common/error/error.h"
+#include "common/importer/include_reader.h"
 #include "common/mesh/polygon_soup.h"
 
 namespace haptics {
-
-/// The bytes of a file that a file includes, by the name that it has there; nothing where it is to be left out.
-using IncludeReader = std::function<std::optional<std::string>(const std::string& name)>;
 
 /// Loads Coin, which opens files of its own. Once, before gatherInventor().
 void startInventor();

@@ -43,6 +43,13 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"vertices", mesh->vertices.size()},
               {"vertices_welded", r.verticesWelded},
               {"vertices_unused", r.verticesUnused},
+              {"meshes_taken", r.meshesTaken},
+              {"meshes_left", r.meshesLeft},
+              {"points_left_out", r.leftOut.points},
+              {"lines_left_out", r.leftOut.lines},
+              {"skins_left_out", r.leftOut.skins},
+              {"morphs_left_out", r.leftOut.morphs},
+              {"animations_left_out", r.leftOut.animations},
               {"shapes_skipped", r.shapesSkipped},
               {"header_lines_skipped", r.headerLinesSkipped},
               {"lines_skipped", r.linesSkipped},
@@ -70,6 +77,8 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"box_min_m", {r.boxMin_m.x, r.boxMin_m.y, r.boxMin_m.z}},
               {"box_max_m", {r.boxMax_m.x, r.boxMax_m.y, r.boxMax_m.z}},
               {"scale_m", r.scale_m},
+              {"unit_known", r.isUnitKnown},
+              {"unit_doubt", r.doubtOfUnit()},
               {"rounding_m", r.rounding_m}});
   return row;
 }
@@ -110,13 +119,18 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   haptics::ImportOptions options;
   bool asJson = false;
-  app.option("file", files, ".obj, .ply, .stl, .off, .om or .iv").required();
-  app.option("--unit", options.unit_m, "Metres per unit of the files (0.001 for millimetres)")
-      .moreThanZero()
-      .showDefault();
+  std::string part;
+  app.option("file", files, ".obj, .ply, .stl, .off, .om, .iv, .wrl, .gltf, .glb, .dae, .zae, .3mf, .3ds, .fbx or .x3d")
+      .required();
+  app.option("--unit", options.unit_m,
+             "Metres per unit of the files (0.001 for millimetres); without it what the file says of it, else 1")
+      .moreThanZero();
+  app.option("--part", part,
+             "Of files of several meshes: the one of this name, or of this number from 0 (default: all)");
   app.flag("--json", asJson, "Print a list of flat records instead of a Markdown table");
   if (const auto code = app.parse(argc, argv)) return *code;
 
+  options.part = haptics::PartName(part);
   bool allThere = true;
   auto records = nlohmann::ordered_json::array();
   if (!asJson) printHeading();

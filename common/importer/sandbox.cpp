@@ -93,6 +93,15 @@ void lowerPriorityAndLimit(unsigned processorTime_s) {
   prctl(PR_SET_DUMPABLE, 0);
 }
 
+void limitMore(std::uintmax_t memory_bytes, unsigned processorTime_s, void (*onTime)(int)) {
+  if (!kSanitized) limit(RLIMIT_AS, std::min<rlim_t>(maxMemory_bytes(), memory_bytes));
+  signal(SIGXCPU, onTime);
+  rlimit time{};
+  getrlimit(RLIMIT_CPU, &time);
+  time.rlim_cur = std::min<rlim_t>(time.rlim_max, processorTime_s);
+  setrlimit(RLIMIT_CPU, &time);
+}
+
 Result<void> enterSandbox() {
   if (kSanitized) return {};
   Filter filter;

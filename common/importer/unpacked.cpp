@@ -1,41 +1,29 @@
 #include "common/importer/unpacked.h"
 
-#include <libdeflate.h>
-
 #include <cstdint>
 #include <cstring>
-#include <memory>
-#include <new>
 
+#include "common/importer/inflater.h"
 #include "common/mesh/file_bytes.h"
 
 namespace haptics {
-namespace {
-
-struct Free {
-  void operator()(libdeflate_decompressor* decompressor) const noexcept { libdeflate_free_decompressor(decompressor); }
-};
-
-}  // namespace
-
 Result<std::string> unpacked(std::string file) {
   if (!file.starts_with("\x1f\x8b")) return file;
   const auto bad = [] {
     return refused("", "is a gzip file that is cut off, damaged, or of several parts; unpack it by gunzip");
   };
-  std::uint32_t size = 0;                                 // little-endian, at the end
-  constexpr std::size_t kMinSize = 18, kMaxRatio = 1032;  // bytes of an empty file; of what each byte can stand for
+  std::uint32_t size = 0;               // little-endian, at the end
+  constexpr std::size_t kMinSize = 18;  // of an empty file
   if (file.size() < kMinSize) return bad();
   std::memcpy(&size, file.data() + file.size() - sizeof size, sizeof size);
-  if (size / kMaxRatio > file.size()) return bad();
+  if (size / kMaxInflation > file.size()) return bad();
   if (size > kMaxFileSize) {
     return refused("", "unpacks to more than the " + std::to_string(kMaxFileSize) + " bytes that are taken");
   }
-  const std::unique_ptr<libdeflate_decompressor, Free> decompressor(libdeflate_alloc_decompressor());
-  if (!decompressor) throw std::bad_alloc();
+  const Inflater inflater = makeInflater();
   std::string bytes(size, '\0');
   const auto result =
-      libdeflate_gzip_decompress(decompressor.get(), file.data(), file.size(), bytes.data(), bytes.size(), nullptr);
+      libdeflate_gzip_decompress(inflater.get(), file.data(), file.size(), bytes.data(), bytes.size(), nullptr);
   if (result != LIBDEFLATE_SUCCESS || bytes.empty()) return bad();
   return bytes;
 }

@@ -24,7 +24,7 @@ std::string number(std::uint64_t n) { return std::to_string(n); }
 
 Result<void> checkOptions(const ImportOptions& options) {
   const auto good = [](double x) { return std::isfinite(x) && x > 0; };
-  if (!good(options.unit_m)) return refused("unit_m", "must be finite and > 0: metres per unit of the file");
+  if (!good(options.unit_m.value_or(1))) return refused("unit_m", "must be finite and > 0: metres per unit of the file");
   if (options.largestExtent_m && !good(*options.largestExtent_m)) {
     return refused("largest_extent_m", "must be finite and > 0, in metres");
   }
@@ -61,7 +61,7 @@ struct Scaling {
 
 Result<Scaling> scalingOf(const std::vector<Vec3>& vertices, const std::vector<TriangleIndices>& triangles,
                           const ImportOptions& options) {
-  if (!options.largestExtent_m) return Scaling{options.unit_m, Vec3(0)};
+  if (!options.largestExtent_m) return Scaling{options.unit_m.value_or(1), Vec3(0)};
   Vec3 low(std::numeric_limits<double>::infinity()), high(-low);
   for (const TriangleIndices& triangle : triangles) {
     for (const std::uint32_t v : triangle) {
@@ -184,6 +184,7 @@ Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector
   report.droppedDegenerate = triangles.size() - report.kept;
   report.verticesUnused = report.verticesInFile - report.verticesWelded - result.mesh.vertices.size();
   report.scale_m = scaling->scale;
+  report.isUnitKnown = options.unit_m || options.largestExtent_m;
   report.rounding_m = metres->rounding_m;
   describeTopology(result.mesh, report);
   return result;

@@ -15,15 +15,24 @@ namespace haptics {
 namespace {
 
 struct FormatName {
+  const char* ending;
   MeshFormat format;
-  const char* name;
 };
-constexpr std::array<FormatName, 6> kFormats{{{MeshFormat::kObj, "obj"},
-                                              {MeshFormat::kPly, "ply"},
-                                              {MeshFormat::kStl, "stl"},
-                                              {MeshFormat::kOff, "off"},
-                                              {MeshFormat::kOm, "om"},
-                                              {MeshFormat::kInventor, "iv"}}};
+constexpr std::array<FormatName, 15> kFormats{{{"obj", MeshFormat::kObj},
+                                               {"ply", MeshFormat::kPly},
+                                               {"stl", MeshFormat::kStl},
+                                               {"off", MeshFormat::kOff},
+                                               {"om", MeshFormat::kOm},
+                                               {"iv", MeshFormat::kInventor},
+                                               {"wrl", MeshFormat::kInventor},
+                                               {"gltf", MeshFormat::kGltf},
+                                               {"glb", MeshFormat::kGlb},
+                                               {"dae", MeshFormat::kCollada},
+                                               {"zae", MeshFormat::kCollada},
+                                               {"3mf", MeshFormat::k3mf},
+                                               {"3ds", MeshFormat::k3ds},
+                                               {"fbx", MeshFormat::kFbx},
+                                               {"x3d", MeshFormat::kX3d}}};
 
 Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
   switch (format) {
@@ -37,7 +46,7 @@ Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
       return readOff(file);
     case MeshFormat::kOm:
       return readOm(file);
-    case MeshFormat::kInventor:
+    default:
       break;
   }
   return refused("", "is in a format that is not read here");
@@ -60,11 +69,25 @@ double float32Step(const PolygonSoup& soup) {
 Result<MeshFormat> meshFormatOf(const std::filesystem::path& file) {
   std::string ending = inLowerCase(file.extension().string());
   if (ending == ".gz") ending = inLowerCase(file.stem().extension().string());
-  for (const auto& [format, name] : kFormats) {
-    if (ending == std::string(".") + name) return format;
+  for (const FormatName& known : kFormats) {
+    if (ending == std::string(".") + known.ending) return known.format;
   }
   return refused(
-      "", "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om or .iv, packed in .gz or not");
+      "",
+      "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om, .iv, .wrl, .gltf, .glb, .dae, "
+      ".zae, .3mf, .3ds, .fbx or .x3d, packed in .gz or not");
+}
+
+MeshReader readerOf(MeshFormat format) noexcept {
+  if (format < MeshFormat::kInventor) return MeshReader::kOwn;
+  return format == MeshFormat::kInventor ? MeshReader::kCoin : MeshReader::kAssimp;
+}
+
+std::optional<ImportOptions> likelyScale(double longestSide_m) {
+  constexpr double kMillimetre_m = 1e-3;
+  if (longestSide_m <= kLargest_m) return std::nullopt;
+  if (longestSide_m * kMillimetre_m <= kLargest_m) return ImportOptions{.unit_m = kMillimetre_m};
+  return ImportOptions{.largestExtent_m = kScaledTo_m};
 }
 
 Result<ImportedMesh> importMesh(std::string_view file, MeshFormat format, const ImportOptions& options) {
@@ -84,8 +107,15 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
                    "holds nothing but NURBS, texts, lines, points, unknown nodes or files that are not beside it, "
                    "which are not read");
   }
+  const LeftOut& left = soup.leftOut;
+  if (taken == 0 && left.points + left.lines > 0) {
+    return refused("", "holds no face: nothing but " + std::to_string(left.points) + " points and " +
+                           std::to_string(left.lines) + " lines, which cannot be felt");
+  }
   const double step = soup.isFloat32 ? float32Step(soup) : 0;
-  auto imported = canonicalise(soup.vertices, std::move(soup.triangles), options);
+  ImportOptions scaling = options;
+  if (!scaling.unit_m && !scaling.largestExtent_m) scaling.unit_m = soup.unit_m;
+  auto imported = canonicalise(soup.vertices, std::move(soup.triangles), scaling);
   if (!imported) return imported;
   MeshReport& report = imported->report;
   report.rounding_m = std::max(report.rounding_m, step / 2 * report.scale_m);
@@ -95,12 +125,14 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   report.polygonsTriangulated = soup.polygonsTriangulated;
   report.polygonsCrossing = soup.polygonsCrossing;
   report.shapesSkipped = soup.shapesSkipped;
+  report.meshesTaken = soup.meshesTaken;
+  report.meshesLeft = soup.meshesLeft;
+  report.leftOut = soup.leftOut;
   report.headerLinesSkipped = soup.headerLinesSkipped;
   report.linesSkipped = soup.linesSkipped;
   report.bytesAtEnd = soup.bytesAtEnd;
   report.countsIgnored = soup.countsIgnored;
-  const Vec3 size_m = report.boxMax_m - report.boxMin_m;
-  const double farthest_m = options.keepCrossings ? 0 : kMaxRepairDistance * std::max({size_m.x, size_m.y, size_m.z});
+  const double farthest_m = options.keepCrossings ? 0 : kMaxRepairDistance * report.longestSide_m();
   report.repair = repairSelfIntersections(imported->mesh, report.closed(), farthest_m);
   if (report.repair.trianglesCut > 0) {
     report.kept = imported->mesh.triangles.size();

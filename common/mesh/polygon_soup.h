@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,13 @@
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
+
+/// What a file holds beside faces, and is not felt.
+struct LeftOut {
+  std::uint64_t points = 0, lines = 0;
+  std::uint64_t skins = 0, morphs = 0;  ///< Meshes that a skeleton or targets move: they are as they are stored.
+  std::uint64_t animations = 0;
+};
 
 /// Content of a mesh file before welding and scaling: triangles in the file's units, in the file's order, and what was left
 /// out on the way here.
@@ -24,7 +32,12 @@ struct PolygonSoup {
   std::uint64_t linesSkipped = 0;   ///< After the header: lines, or ends of lines, that the format does not have.
   std::uint64_t bytesAtEnd = 0;     ///< After the last face.
   std::uint64_t countsIgnored = 0;  ///< Numbers of triangles, because they are wrong.
-  bool isFloat32 = false;           ///< The file holds its coordinates so.
+  std::uint64_t meshesTaken =
+      0;                         ///< Of a file of several: those that are in here, each as often as the file places it,
+  std::uint64_t meshesLeft = 0;  ///< and those that were not asked for.
+  LeftOut leftOut;
+  std::optional<double> unit_m = std::nullopt;  ///< Metres, where the file says so.
+  bool isFloat32 = false;                       ///< The file, or who reads it, holds its coordinates so.
 
   /// For addPolygon(), of a file's number from 0: one that is not in `vertices` where it is not.
   [[nodiscard]] std::uint32_t numbered(std::int64_t vertex) const {

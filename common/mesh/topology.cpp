@@ -167,6 +167,21 @@ void describeTopology(const TriMesh& mesh, MeshReport& report) {
   }
 }
 
+double MeshReport::longestSide_m() const noexcept {
+  const Vec3 size_m = boxMax_m - boxMin_m;
+  return std::max({size_m.x, size_m.y, size_m.z});
+}
+
+std::string MeshReport::doubtOfUnit() const {
+  const auto scale = isUnitKnown ? std::nullopt : likelyScale(longestSide_m());
+  if (!scale) return "";
+  char doubt[100];
+  std::snprintf(doubt, sizeof doubt, "%.4g m large; did you mean %s: %g?", longestSide_m(),
+                scale->unit_m ? "unit_m" : "largest_extent_m",
+                scale->unit_m.value_or(scale->largestExtent_m.value_or(0)));
+  return doubt;
+}
+
 std::string MeshReport::text() const {
   std::string line = std::to_string(kept) + " of " + std::to_string(trianglesInFile) + " triangles kept";
   const auto mention = [&line](std::uint64_t count, const char* label) {
@@ -176,6 +191,13 @@ std::string MeshReport::text() const {
   mention(polygonsCrossing, "of them cross themselves, and have triangles that face back");
   mention(shapesSkipped,
           "parts skipped (NURBS, texts, lines, points, unknown nodes, or included files that are not beside it)");
+  mention(meshesTaken > 1 ? meshesTaken : 0, "meshes of the file as one");
+  mention(meshesLeft, "meshes of the file that were not asked for");
+  mention(leftOut.points, "points left out");
+  mention(leftOut.lines, "lines left out");
+  mention(leftOut.skins, "meshes with a skin, as stored and not as posed");
+  mention(leftOut.morphs, "meshes with morph targets, as stored");
+  mention(leftOut.animations, "animations left out");
   mention(headerLinesSkipped, "header lines skipped that begin with no keyword");
   mention(linesSkipped, "lines, or ends of lines, skipped that the format does not have");
   mention(bytesAtEnd, "bytes after the last triangle left out");
@@ -218,12 +240,13 @@ std::string MeshReport::text() const {
   std::snprintf(sizes, sizeof sizes, ", largest valence %u, mean edge %.3g mm, size %.4g x %.4g x %.4g mm, scale %.4g",
                 maxValence, meanEdge_m * 1e3, size_mm.x, size_mm.y, size_mm.z, scale_m);
   line += sizes;
+  if (const std::string doubt = doubtOfUnit(); !doubt.empty()) line += ", " + doubt;
   constexpr double kTellRounding = 1e-6;  // of the size
   if (rounding_m * 1e3 > kTellRounding * std::max({size_mm.x, size_mm.y, size_mm.z})) {
     char rounding[200];
     std::snprintf(rounding, sizeof rounding,
                   ", so far from the origin that float32 puts vertices up to %.2g mm off (give largest_extent_m, which "
-                  "centres the mesh, and a file of text or float64)",
+                  "centres the mesh, and a file that holds float64: OBJ, or PLY of doubles)",
                   rounding_m * 1e3);
     line += rounding;
   }

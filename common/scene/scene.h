@@ -10,6 +10,7 @@
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
+#include "common/mesh/part_name.h"
 #include "common/scene/asset_source.h"
 #include "common/scene/deformation_properties.h"
 #include "common/scene/motion_properties.h"
@@ -126,10 +127,11 @@ struct TorusSource {
 
 struct MeshSource {
   std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
-  double unit_m = 1;  ///< Metres per unit of a file.
+  std::optional<double> unit_m = std::nullopt;  ///< Metres per unit of a file; none: ImportOptions::unit_m.
   /// Instead of unit_m: scale to this longest side, centre at the origin.
   std::optional<double> largestExtent_m = std::nullopt;
   bool keepCrossings = false;  ///< Of a file: ImportOptions::keepCrossings.
+  PartName part = {};          ///< Of a file: ImportOptions::part.
   /// Keep as much of the mesh as it takes for a force error below this, in JNDs (common/maths/perception.h); none: all.
   std::optional<double> simplifyError = std::nullopt;
 };

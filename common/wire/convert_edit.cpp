@@ -66,6 +66,13 @@ Result<MeshSource> fileFrom(const v1::MeshSource& message) {
     mesh.largestExtent_m = message.largest_extent_m();
   }
   mesh.keepCrossings = message.keep_crossings();
+  if (message.has_part()) {
+    if (message.part().empty() || message.part().size() > PartName::kLongest) {
+      return refused("part", "has " + std::to_string(message.part().size()) + " bytes; a name of 1 to " +
+                                 std::to_string(PartName::kLongest) + ", or a number from 0, is wanted");
+    }
+    mesh.part = PartName(message.part());
+  }
   return mesh;
 }
 
@@ -125,6 +132,7 @@ Result<MeshSource> wholeMeshFrom(const v1::MeshSource& message) {
   if (message.source_case() == v1::MeshSource::kFile) return fileFrom(message);
   if (message.has_unit_m()) return refused("unit_m", "is for files only; other meshes are in metres");
   if (message.has_largest_extent_m()) return refused("largest_extent_m", "is for files only; give the size itself");
+  if (message.has_part()) return refused("part", "is for files only; other meshes are one");
   if (message.has_keep_crossings())
     return refused("keep_crossings", "is for files only; other meshes are left as they are");
   switch (message.source_case()) {

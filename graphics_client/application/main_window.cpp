@@ -33,7 +33,8 @@ constexpr int kMessage_ms = 5000, kLongMessage_ms = 20'000;
 /// Between the highest object and one that is imported (metres).
 constexpr double kAboveScene_m = 0.02;
 constexpr const char* kMeshFiles =
-    "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.OBJ *.PLY *.STL *.OFF *.OM *.IV);;All files (*)";
+    "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.wrl *.gltf *.glb *.dae *.zae *.3mf *.3ds *.fbx *.x3d "
+    "*.OBJ *.PLY *.STL *.OFF *.OM *.IV *.WRL *.GLTF *.GLB *.DAE *.ZAE *.3MF *.3DS *.FBX *.X3D);;All files (*)";
 
 /// Whether the picture of a hand would be another one.
 [[nodiscard]] bool looksOther(const TelemetrySample& now, const TelemetrySample& then) {

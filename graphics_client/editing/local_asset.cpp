@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -10,14 +11,8 @@
 namespace haptics {
 namespace {
 
-constexpr double kMillimetre_m = 1e-3;
 /// Of an object's name, less what is put behind it where it is taken.
 constexpr std::size_t kLongestName = 58;
-
-double longestSide_m(const MeshReport& report) {
-  const Vec3 size = report.boxMax_m - report.boxMin_m;
-  return std::max({size.x, size.y, size.z});
-}
 
 }  // namespace
 
@@ -31,6 +26,7 @@ ImportOptions importOptionsOf(const v1::MeshSource& source) {
   if (source.has_unit_m()) options.unit_m = source.unit_m();
   if (source.has_largest_extent_m()) options.largestExtent_m = source.largest_extent_m();
   options.keepCrossings = source.keep_crossings();
+  options.part = PartName(source.part());
   return options;
 }
 
@@ -44,15 +40,8 @@ Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOp
 Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop) {
   auto inMetres = readMeshFile(file, {}, stop);
   if (!inMetres) return inMetres;
-  const double side_m = longestSide_m(inMetres->report);
-  if (side_m <= kLargest_m) return inMetres;
-  ImportOptions options;
-  if (side_m * kMillimetre_m <= kLargest_m) {
-    options.unit_m = kMillimetre_m;
-  } else {
-    options.largestExtent_m = kScaledTo_m;
-  }
-  return readMeshFile(file, options, stop);
+  const auto scale = inMetres->report.isUnitKnown ? std::nullopt : likelyScale(inMetres->report.longestSide_m());
+  return scale ? readMeshFile(file, *scale, stop) : inMetres;
 }
 
 Result<void> outcomeOf(const v1::AssetUploadReply& reply, const std::filesystem::path& file) {

@@ -32,9 +32,7 @@ struct LocalMesh {
 /// importMeshFile() of a file of the user's own: takes up to minutes, ends soon after `stop` asks for it.
 [[nodiscard]] Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOptions& options,
                                              const std::stop_token& stop = {});
-/// The same of a file that nobody has said the unit of: metres where the mesh is then at most `kLargest_m` large, else
-/// millimetres where that makes it so, else scaled to `kScaledTo_m`.
-inline constexpr double kLargest_m = 1, kScaledTo_m = 0.1;
+/// The same of a file whose unit neither its sender nor itself says: as likelyScale() has it.
 [[nodiscard]] Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop);
 
 /// What became of the upload of a file's asset. Errors name the file.

@@ -98,7 +98,7 @@ Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double st
 Result<ResolvedMesh> MeshLibrary::unsimplified(const MeshSource& source) {
   if (const auto* file = std::get_if<FileSource>(&source.source)) return fromFile(source, *file);
   if (source.largestExtent_m) return refused("largest_extent_m", "only a mesh from a file is scaled; leave it out");
-  if (source.unit_m != 1) return refused("unit_m", "only a mesh from a file has a unit; leave it out");
+  if (source.unit_m) return refused("unit_m", "only a mesh from a file has a unit; leave it out");
   if (const auto* asset = std::get_if<AssetSource>(&source.source)) return fromStore(*asset);
   return generated(source);
 }
@@ -111,7 +111,8 @@ Result<MeshLibrary::FileKey> MeshLibrary::keyOf(const MeshSource& source, const 
                    fs::file_size(located.file, error),
                    source.unit_m,
                    source.largestExtent_m,
-                   source.keepCrossings};
+                   source.keepCrossings,
+                   source.part};
   });
 }
 
@@ -122,10 +123,12 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
   if (!key) return tl::unexpected(key.error());
   if (auto mesh = known(imported_, *key)) return *std::move(mesh);
   reportProgress(WorkStage::kMaking, 0);
-  auto imported = importMeshFile(
-      located->file, located->folder,
-      {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m, .keepCrossings = source.keepCrossings},
-      Interruptible::token());
+  auto imported = importMeshFile(located->file, located->folder,
+                                 {.unit_m = source.unit_m,
+                                  .largestExtent_m = source.largestExtent_m,
+                                  .keepCrossings = source.keepCrossings,
+                                  .part = source.part},
+                                 Interruptible::token());
   if (!imported) return refused("file", seenFromOutside(imported.error().text(), located->file, file.path));
   auto mesh = fromImporterProcess(std::move(imported->bytes));
   if (!mesh) return refused("file", file.path + ": " + mesh.error().text());

@@ -32,9 +32,9 @@ class MeshLibrary {
   [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source, double stiffness_N_per_m);
 
  private:
-  /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m, keepCrossings: the same mesh comes out.
-  using FileKey =
-      std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, double, std::optional<double>, bool>;
+  /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m, keepCrossings, part: the same mesh comes out.
+  using FileKey = std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, std::optional<double>,
+                             std::optional<double>, bool, PartName>;
   struct Imported {
     std::weak_ptr<const MeshAsset> asset;
     std::string report;

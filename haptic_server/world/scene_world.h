@@ -12,7 +12,7 @@ namespace haptics {
 /// give the server's forces, bit for bit. One thread at a time.
 ///
 /// step() and run() belong into the loop as World's do. Everything else may take milliseconds, a large mesh or a field that
-/// grows seconds. Files are read by the programs asset_importer and inventor_importer, each in a process of its own; they
+/// grows seconds. Files are read by the programs asset_importer, inventor_importer and assimp_importer, each in a process of its own; they
 /// are looked for in the folder that the environment variable HAPTICS_PROGRAMS names, beside the running program, and where
 /// they were installed.
 class SceneWorld {

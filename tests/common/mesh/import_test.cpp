@@ -44,7 +44,7 @@ TEST_F(Import, RefusesAWrongUnitByItsOwnName) {
 
 TEST_F(Import, RefusesAFormatThatItDoesNotKnow) {
   EXPECT_THAT(refusal("t.xyz", "1 2 3"), HasSubstr("unknown format"));
-  EXPECT_THAT(refusal("t", "1 2 3"), HasSubstr(".obj, .ply, .stl, .off, .om or .iv"));
+  EXPECT_THAT(refusal("t", "1 2 3"), HasSubstr(".fbx or .x3d, packed in .gz or not"));
 }
 
 TEST_F(Import, OfADamagedTextFileIsRefusedOrReportedButNeverFails) {

@@ -1,0 +1,411 @@
+#include "common/importer/assimp_gather.h"
+
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/config.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
+#include <charconv>
+#include <cstdint>
+#include <deque>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <map>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "common/importer/gltf_numbers.h"
+#include "common/importer/x3d_text.h"
+#include "common/importer/xml_text.h"
+#include "common/importer/zip_archive.h"
+#include "common/mesh/face_list.h"
+#include "common/mesh/text_scan.h"
+#include "common/mesh/tri_mesh.h"
+#include "common/text/printable.h"
+
+namespace haptics {
+namespace {
+
+using Matrix = glm::dmat4;
+
+/// A file's bytes that repeat meshes make no more triangles, and lead to no more nodes, than this and one for each byte. So
+/// many are imported within 1 GB.
+constexpr std::size_t kMaxOfFewBytes = 2'000'000;
+
+/// Text in an archive that is read within 1 GB.
+constexpr std::uint64_t kMaxUnpacked_bytes = 200'000'000;
+
+/// Names in a refusal.
+constexpr std::size_t kMaxNamesSaid = 8;
+
+/// How the format is called, and what a file's name has to end in for Assimp.
+struct Format {
+  const char* name;
+  const char* ending;
+};
+Format formatOf(MeshFormat format) {
+  switch (format) {
+    case MeshFormat::kGltf:
+      return {"glTF", "gltf"};
+    case MeshFormat::kGlb:
+      return {"binary glTF", "glb"};
+    case MeshFormat::kCollada:
+      return {"COLLADA", "dae"};
+    case MeshFormat::k3mf:
+      return {"3MF", "3mf"};
+    case MeshFormat::k3ds:
+      return {"3DS", "3ds"};
+    case MeshFormat::kFbx:
+      return {"FBX", "fbx"};
+    default:
+      return {"X3D", "x3d"};
+  }
+}
+
+/// "%20" as " ".
+std::string withoutPercents(const std::string& uri) {
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned char c = 0;
+    const char* const end = uri.data() + std::min(i + 3, uri.size());
+    if (uri[i] == '%' && std::from_chars(uri.data() + i + 1, end, c, 16).ptr == uri.data() + i + 3) {
+      name += static_cast<char>(c);
+      i += 2;
+    } else {
+      name += uri[i];
+    }
+  }
+  return name;
+}
+
+/// The file, and those beside it that the reader gives, each asked for once.
+class Files final : public Assimp::IOSystem {
+ public:
+  Files(std::string name, const std::string& bytes, const IncludeReader& readIncluded)
+      : name_(std::move(name)), bytes_(bytes), readIncluded_(readIncluded) {}
+
+  /// The first that was not given.
+  [[nodiscard]] const std::string& missing() const { return missing_; }
+  [[nodiscard]] std::size_t includedBytes() const { return includedBytes_; }
+
+  bool Exists(const char* name) const override { return find(name) != nullptr; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char* /*mode*/) override {
+    const std::string* const bytes = find(name);
+    if (bytes == nullptr) return nullptr;
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size());
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  const std::string* find(std::string_view name) const {
+    if (name.starts_with("./")) name.remove_prefix(2);
+    if (name == name_) return &bytes_;
+    const auto [at, isNew] = included_.try_emplace(std::string(name));
+    if (isNew) {
+      at->second = readIncluded_(at->first);
+      if (!at->second) at->second = readIncluded_(withoutPercents(at->first));
+      if (at->second) includedBytes_ += at->second->size();
+      if (!at->second && missing_.empty()) missing_ = at->first;
+    }
+    return at->second ? &*at->second : nullptr;
+  }
+
+  const std::string name_;
+  const std::string& bytes_;
+  const IncludeReader& readIncluded_;
+  mutable std::map<std::string, std::optional<std::string>> included_;
+  mutable std::string missing_;
+  mutable std::size_t includedBytes_ = 0;
+};
+
+/// An attribute of the first element of this name in an XML text; empty: there is none.
+std::string attributeOf(std::string_view text, std::string_view element, std::string_view attribute) {
+  std::string found;
+  eachTag(text, [&](const XmlTag& tag) {
+    if (tag.ends || tag.name != element) return true;
+    found = attributeIn(tag.inside, attribute);
+    return false;
+  });
+  return found;
+}
+
+std::optional<double> positive(std::string text) {
+  text.erase(0, std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !(value > 0) || value > std::numeric_limits<double>::max()) return std::nullopt;
+  return value;
+}
+
+/// 3MF Core Specification 1.3, section 3.4.
+double unitOf3mf(const std::string& word) {
+  for (const auto& [name, unit_m] :
+       {std::pair{"micron", 1e-6}, {"centimeter", 1e-2}, {"inch", 0.0254}, {"foot", 0.3048}, {"meter", 1.0}}) {
+    if (word == name) return unit_m;
+  }
+  return 1e-3;
+}
+
+/// What is known of a file before it is read.
+struct Beforehand {
+  std::optional<double> unit_m = std::nullopt;
+  GltfTriangles triangles = std::nullopt;
+  std::optional<X3dText> x3d = std::nullopt;
+};
+
+/// The text of COLLADA or 3MF that an archive holds.
+Result<std::string> textIn(const std::string& file, const std::string& ending) {
+  const auto archive = ZipArchive::open(file);
+  if (!archive) return tl::unexpected(archive.error());
+  if (archive->size_bytes() > kMaxUnpacked_bytes) {
+    return refused("", "unpacks to " + std::to_string(archive->size_bytes()) + " bytes; at most " +
+                           std::to_string(kMaxUnpacked_bytes) + " are taken");
+  }
+  std::vector<const ZipArchive::Entry*> texts;
+  for (const ZipArchive::Entry& entry : archive->entries()) {
+    if (inLowerCase(entry.name).ends_with(ending)) texts.push_back(&entry);
+  }
+  if (texts.empty()) return refused("", "is a ZIP archive without a file that ends in " + ending);
+  if (texts.size() > 1) {
+    return refused("", "is an archive of " + std::to_string(texts.size()) + " files that end in " + ending +
+                           "; one that holds all is read");
+  }
+  return archive->unpacked(*texts.front());
+}
+
+Result<Beforehand> lookAt(const std::string& file, MeshFormat format) {
+  if (file.starts_with("\xff\xfe") || file.starts_with("\xfe\xff")) {
+    return refused("", "is in UTF-16; save it in UTF-8");
+  }
+  const std::string ending = format == MeshFormat::k3mf ? ".model" : ".dae";
+  const bool isArchive = ZipArchive::isOne(file);
+  switch (format) {
+    case MeshFormat::kGltf:
+    case MeshFormat::kGlb:
+      return checkGltf(file, kMaxOfFewBytes + file.size()).map([](const GltfTriangles& triangles) {
+        return Beforehand{.unit_m = 1, .triangles = triangles};
+      });
+    case MeshFormat::k3mf:
+      if (!isArchive) return refused("", "is no 3MF: it is no ZIP archive");
+      return textIn(file, ending).map([](const std::string& text) {
+        return Beforehand{.unit_m = unitOf3mf(attributeOf(text, "model", "unit"))};
+      });
+    case MeshFormat::kCollada:
+      return (isArchive ? textIn(file, ending) : Result<std::string>(file)).map([](const std::string& text) {
+        return Beforehand{.unit_m = positive(attributeOf(text, "unit", "meter"))};
+      });
+    case MeshFormat::kX3d:
+      return preparedX3d(file).map(
+          [](X3dText text) { return Beforehand{.unit_m = positive(text.unit), .x3d = std::move(text)}; });
+    default:
+      return Beforehand{};
+  }
+}
+
+Matrix matrixOf(const aiMatrix4x4& m) {
+  return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
+}
+
+/// A node that has meshes, and where they are.
+struct Placed {
+  const aiNode* node;
+  Matrix toRoot;
+};
+
+Result<std::vector<Placed>> placedIn(const aiScene& scene, const Matrix& toRoot, std::size_t mostNodes) {
+  std::vector<Placed> found, left{{scene.mRootNode, toRoot}};
+  std::size_t nodes = 0;
+  while (!left.empty()) {
+    const Placed at = left.back();
+    left.pop_back();
+    if (at.node == nullptr) continue;
+    if (++nodes > mostNodes) return refused("", "leads to more than " + std::to_string(mostNodes) + " nodes");
+    const Matrix own = at.toRoot * matrixOf(at.node->mTransformation);
+    if (at.node->mNumMeshes > 0) found.push_back({at.node, own});
+    for (unsigned i = at.node->mNumChildren; i-- > 0;) left.push_back({at.node->mChildren[i], own});
+  }
+  return found;
+}
+
+/// Undoes what Assimp has put into the root: COLLADA scaled to metres, 3DS turned so that y is up.
+Matrix toFilesAxes(const aiScene& scene, MeshFormat format, double unit_m) {
+  const aiMatrix4x4 turned(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
+  if (format == MeshFormat::kCollada) return Matrix(glm::dmat3(1 / unit_m));
+  const bool isTurned =
+      format == MeshFormat::k3ds && scene.mRootNode != nullptr && scene.mRootNode->mTransformation == turned;
+  return isTurned ? glm::inverse(matrixOf(turned)) : Matrix(1);
+}
+
+std::string_view textOf(const aiString& text) {
+  return {text.data, std::min<std::size_t>(text.length, sizeof text.data)};
+}
+
+/// Of a glTF's mesh of several primitives, Assimp makes "name-0", "name-1".
+bool isNamed(std::string_view name, std::string_view part) {
+  if (!name.starts_with(part)) return false;
+  name.remove_prefix(part.size());
+  return name.empty() || (name.size() > 1 && name[0] == '-' && name.find_first_not_of("0123456789", 1) == name.npos);
+}
+
+class Gathering {
+ public:
+  Gathering(const aiScene& scene, std::size_t maxTriangles, bool isClockwise)
+      : scene_(scene), maxTriangles_(maxTriangles), isClockwise_(isClockwise) {
+    found.isFloat32 = true;
+    found.leftOut.animations = scene.mNumAnimations;
+  }
+
+  PolygonSoup found;
+
+  Result<void> take(const std::vector<Placed>& placed, std::string_view part) {
+    std::size_t number = std::numeric_limits<std::size_t>::max();
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+    const bool isNumber = error == std::errc() && end == part.data() + part.size();
+    const bool anyNamed = !part.empty() && std::any_of(placed.begin(), placed.end(),
+                                                       [&](const Placed& at) { return hasName(*at.node, part); });
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      const bool isAsked = part.empty() || (anyNamed ? hasName(*placed[i].node, part) : isNumber && i == number);
+      ++(isAsked ? found.meshesTaken : found.meshesLeft);
+      for (unsigned k = 0; isAsked && k < placed[i].node->mNumMeshes; ++k) {
+        const unsigned mesh = placed[i].node->mMeshes[k];
+        if (mesh >= scene_.mNumMeshes) continue;
+        if (auto ok = add(*scene_.mMeshes[mesh], placed[i].toRoot); !ok) return ok;
+      }
+    }
+    if (found.meshesTaken == 0 && !part.empty()) return refused("part", "is no mesh of the file: " + listOf(placed));
+    return {};
+  }
+
+ private:
+  const aiScene& scene_;
+  const std::size_t maxTriangles_;
+  const bool isClockwise_;
+
+  [[nodiscard]] bool hasName(const aiNode& node, std::string_view part) const {
+    if (textOf(node.mName) == part) return true;
+    for (unsigned k = 0; k < node.mNumMeshes; ++k) {
+      if (node.mMeshes[k] < scene_.mNumMeshes && isNamed(textOf(scene_.mMeshes[node.mMeshes[k]]->mName), part))
+        return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] static std::string listOf(const std::vector<Placed>& placed) {
+    if (placed.empty()) return "it has none";
+    std::string list = "it has ";
+    for (std::size_t i = 0; i < std::min(placed.size(), kMaxNamesSaid); ++i) {
+      list += (i > 0 ? ", " : "") + std::to_string(i) + ' ' + inQuotes(std::string(textOf(placed[i].node->mName)));
+    }
+    return list +
+           (placed.size() > kMaxNamesSaid ? " and " + std::to_string(placed.size() - kMaxNamesSaid) + " more" : "");
+  }
+
+  /// A mesh whose indices may be anything.
+  Result<void> add(const aiMesh& mesh, const Matrix& toRoot) {
+    if (mesh.mNumVertices > 0 && mesh.mVertices == nullptr) return refused("", "has a mesh without vertices");
+    if (found.triangles.size() + mesh.mNumFaces > maxTriangles_ ||
+        found.vertices.size() + mesh.mNumVertices > 3 * maxTriangles_) {
+      return refused("", "makes more than " + std::to_string(maxTriangles_) + " triangles by repeating meshes");
+    }
+    found.leftOut.skins += mesh.mNumBones > 0 ? 1 : 0;
+    found.leftOut.morphs += mesh.mNumAnimMeshes > 0 ? 1 : 0;
+    const auto first = static_cast<std::int64_t>(found.vertices.size());
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& at = mesh.mVertices[v];
+      found.vertices.emplace_back(toRoot * glm::dvec4(at.x, at.y, at.z, 1));
+    }
+    const bool isTurned = isClockwise_ != (glm::determinant(glm::dmat3(toRoot)) < 0);
+    std::vector<std::uint32_t> corners;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices < 3) {
+        ++(face.mNumIndices == 2 ? found.leftOut.lines : found.leftOut.points);
+        continue;
+      }
+      corners.clear();
+      for (unsigned k = 0; k < face.mNumIndices; ++k) {
+        const bool isThere = face.mIndices[k] < mesh.mNumVertices;
+        corners.push_back(found.numbered(isThere ? first + face.mIndices[k] : -1));
+      }
+      if (isTurned) std::reverse(corners.begin() + 1, corners.end());
+      if (auto ok = addFace(corners, 0, found); !ok) return ok;
+    }
+    return {};
+  }
+};
+
+/// Each mesh once, as GltfTriangles counts.
+std::uint64_t trianglesIn(const aiScene& scene) {
+  std::uint64_t triangles = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    triangles += static_cast<std::uint64_t>(std::count_if(mesh.mFaces, mesh.mFaces + mesh.mNumFaces,
+                                                          [](const aiFace& face) { return face.mNumIndices > 2; }));
+  }
+  return triangles;
+}
+
+tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& importer, const Files& files) {
+  const std::string said = importer.GetErrorString();
+  if (said.find("bad_alloc") != said.npos) throw std::bad_alloc();
+  if (!files.missing().empty()) {
+    return refused(
+        "", "names the file " + inQuotes(files.missing()) +
+                ", which is not in its folder or below, where alone files are looked for; a .glb holds all in one");
+  }
+  constexpr std::size_t kMostSaid = 200;
+  return refused("", std::string("cannot be read as ") + format + ": Assimp says \"" +
+                         printable(std::string_view(said).substr(0, kMostSaid)) + '"');
+}
+
+}  // namespace
+
+Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, const PartName& part,
+                                   const IncludeReader& readIncluded) {
+  const Format names = formatOf(format);
+  const auto known = lookAt(file, format);
+  if (!known) return tl::unexpected(known.error());
+
+  const bool isArchive = format == MeshFormat::kCollada && ZipArchive::isOne(file);
+  const std::string name = std::string("mesh.") + (isArchive ? "zae" : names.ending);
+  auto* const files = new Files(name, known->x3d ? known->x3d->text : file, readIncluded);
+  Assimp::Importer importer;
+  importer.SetIOHandler(files);  // which owns it from now on
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+#ifdef AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION, true);
+#endif
+  const aiScene* const scene = importer.ReadFile(name, 0);
+  if (scene == nullptr) return notRead(names.name, importer, *files);
+
+  const std::size_t most = std::min<std::size_t>(kMaxTriangles, kMaxOfFewBytes + file.size() + files->includedBytes());
+  std::optional<double> unit_m = known->unit_m;
+  float centimetres = 0;
+  if (format == MeshFormat::kFbx && scene->mMetaData != nullptr &&
+      scene->mMetaData->Get("UnitScaleFactor", centimetres) && centimetres > 0) {
+    unit_m = static_cast<double>(centimetres) * 1e-2;
+  }
+  const auto placed = placedIn(*scene, toFilesAxes(*scene, format, unit_m.value_or(1)), most);
+  if (!placed) return tl::unexpected(placed.error());
+  if (placed->empty() && !(known->x3d && known->x3d->skipped > 0))
+    return refused("", "holds no mesh that its scene shows");
+  Gathering gathering(*scene, most, known->x3d && known->x3d->isClockwise);
+  if (auto ok = gathering.take(*placed, part.text()); !ok) return tl::unexpected(std::move(ok).error());
+  gathering.found.unit_m = unit_m;
+  if (known->x3d) {
+    gathering.found.shapesSkipped = known->x3d->skipped;
+    gathering.found.leftOut.points = 0;  // lines among them
+  }
+  if (const std::uint64_t there = trianglesIn(*scene); known->triangles && *known->triangles > there) {
+    gathering.found.outOfRange += *known->triangles - there;
+  }
+  return std::move(gathering.found);
+}
+
+}  // namespace haptics

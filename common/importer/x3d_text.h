@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/error/error.h"
+
+namespace haptics {
+
+/// An X3D file's text as Assimp reads it whole.
+struct X3dText {
+  std::string text;
+  std::string unit;  ///< Metres, where it says so.
+  std::uint64_t skipped =
+      0;  ///< Shapes and nodes that nobody reads: texts, NURBS, lines, points, prototypes, other files.
+  bool isClockwise = false;  ///< ccw="false" in all shapes, which Assimp does not look at.
+};
+
+/// Names the groups that Assimp leaves out with all that is in them (Collision, Anchor, LOD, CADPart, HAnimJoint and so on) by
+/// those that it knows, and lines, which it takes for faces, as points. Refused: shapes of both orders of corners in one file.
+[[nodiscard]] Result<X3dText> preparedX3d(std::string_view file);
+
+}  // namespace haptics

@@ -1,0 +1,77 @@
+#include "common/importer/zip_archive.h"
+
+#include <cstddef>
+#include <utility>
+
+#include "common/importer/inflater.h"
+
+namespace haptics {
+namespace {
+
+constexpr std::string_view kEnd = "PK\x05\x06", kListed = "PK\x01\x02", kHead = "PK\x03\x04";
+constexpr std::size_t kEndSize = 22, kListedSize = 46, kHeadSize = 30;
+
+/// Little-endian; `at + size` is within `bytes`.
+std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
+  std::uint64_t value = 0;
+  for (std::size_t i = size; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+  return value;
+}
+
+tl::unexpected<Error> damaged() { return refused("", "is a ZIP archive that is cut off or damaged"); }
+
+}  // namespace
+
+// The layout is that of PKWARE's APPNOTE.TXT 6.3, sections 4.3.7, 4.3.12 and 4.3.16.
+Result<ZipArchive> ZipArchive::open(std::string_view file) {
+  const std::size_t end = file.rfind(kEnd);
+  if (end == std::string_view::npos || file.size() - end < kEndSize) return damaged();
+  const std::uint64_t count = number(file, end + 10, 2);
+  std::uint64_t at = number(file, end + 16, 4);
+  if (count == 0xFFFF || at == 0xFFFFFFFF)
+    return refused("", "is a ZIP archive of the large kind (ZIP64), which is not read");
+  ZipArchive archive;
+  archive.file_ = file;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    if (at > end || end - at < kListedSize || file.substr(at, kListed.size()) != kListed) return damaged();
+    const std::uint64_t flags = number(file, at + 8, 2), method = number(file, at + 10, 2);
+    const std::uint64_t nameSize = number(file, at + 28, 2);
+    Entry entry{.name = {},
+                .packed_bytes = number(file, at + 20, 4),
+                .size_bytes = number(file, at + 24, 4),
+                .at = number(file, at + 42, 4),
+                .isDeflated = method == 8};
+    if (end - at - kListedSize < nameSize) return damaged();
+    entry.name = file.substr(at + kListedSize, nameSize);
+    if ((flags & 1) != 0) return refused("", "is a ZIP archive that is encrypted");
+    if (method != 0 && method != 8) return refused("", "is a ZIP archive that is not packed by deflate");
+    if (entry.packed_bytes > file.size() || entry.size_bytes > kMaxInflation * entry.packed_bytes) return damaged();
+    archive.entries_.push_back(std::move(entry));
+    at += kListedSize + nameSize + number(file, at + 30, 2) + number(file, at + 32, 2);
+  }
+  return archive;
+}
+
+std::uint64_t ZipArchive::size_bytes() const {
+  std::uint64_t sum = 0;
+  for (const Entry& entry : entries_) sum += entry.size_bytes;
+  return sum;
+}
+
+Result<std::string> ZipArchive::unpacked(const Entry& entry) const {
+  if (entry.at > file_.size() || file_.size() - entry.at < kHeadSize || file_.substr(entry.at, kHead.size()) != kHead) {
+    return damaged();
+  }
+  const std::uint64_t from = entry.at + kHeadSize + number(file_, entry.at + 26, 2) + number(file_, entry.at + 28, 2);
+  if (from > file_.size() || file_.size() - from < entry.packed_bytes) return damaged();
+  const std::string_view packed = file_.substr(from, entry.packed_bytes);
+  if (!entry.isDeflated) return std::string(packed);
+  const Inflater inflater = makeInflater();
+  std::string bytes(entry.size_bytes, '\0');
+  const auto result =
+      libdeflate_deflate_decompress(inflater.get(), packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr);
+  if (result != LIBDEFLATE_SUCCESS) return damaged();
+  return bytes;
+}
+
+}  // namespace haptics

@@ -1,0 +1,397 @@
+#include <libdeflate.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "file_imports.h"
+
+// The files are written by hand, as the formats' specifications have them; the judge is the solid in memory.
+namespace haptics::import_assimp_test {
+namespace {
+
+using fixture::raw;
+using fixture::tetrahedron;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+using ImportAssimp = fixture::FileImports;
+
+double volume_m3(const TriMesh& mesh) {
+  double sum = 0;
+  for (const auto [a, b, c] : mesh.triangles) {
+    sum += glm::dot(Vec3(mesh.vertices[a]), glm::cross(Vec3(mesh.vertices[b]), Vec3(mesh.vertices[c]))) / 6;
+  }
+  return sum;
+}
+
+void expectBox(const Result<ImportedMesh>& imported, const Vec3& low, const Vec3& high) {
+  ASSERT_TRUE(imported) << imported.error().text();
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(imported->report.boxMin_m[axis], low[axis], 1e-5) << axis;
+    EXPECT_NEAR(imported->report.boxMax_m[axis], high[axis], 1e-5) << axis;
+  }
+  EXPECT_TRUE(imported->report.closed()) << imported->report.text();
+  EXPECT_GT(volume_m3(imported->mesh), 0);
+}
+
+// The tetrahedron's four positions and twelve indices.
+
+std::string buffer() {
+  std::string bytes;
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}) bytes += raw(x);
+  for (const std::uint16_t i : {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}) bytes += raw(i);
+  return bytes;
+}
+const std::string kBase64 =
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAQACAAMAAgAAAAMA";
+
+struct Gltf {
+  std::string nodes = R"([{"mesh": 0}])";
+  std::string sceneNodes = "[0]";
+  std::string primitives = R"([{"attributes": {"POSITION": 0}, "indices": 1}])";
+  std::string uri = {};
+  std::string more = {};
+  std::string positions = R"("componentType": 5126, "count": 4)";
+  std::string indices = R"("count": 12)";
+
+  [[nodiscard]] std::string text() const {
+    return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": )" + sceneNodes + R"(}], "nodes": )" +
+           nodes + R"(, "meshes": [{"name": "tetra", "primitives": )" + primitives + R"(}],
+      "accessors": [{"bufferView": 0, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1], )" +
+           positions + R"(}, {"bufferView": 1, "componentType": 5123, "type": "SCALAR", )" + indices + R"(}],
+      "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+      "buffers": [{"byteLength": 72)" +
+           (uri.empty() ? "" : R"(, "uri": ")" + uri + '"') + "}]" + more + "}";
+  }
+  /// Binary.
+  [[nodiscard]] std::string glb() const {
+    std::string json = text();
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::string binary = buffer();
+    const auto chunk = [](const std::string& bytes, const char* type) {
+      return raw(static_cast<std::uint32_t>(bytes.size())) + std::string(type, 4) + bytes;
+    };
+    const std::string chunks = chunk(json, "JSON") + chunk(binary, "BIN\0");
+    return "glTF" + raw(std::uint32_t{2}) + raw(static_cast<std::uint32_t>(12 + chunks.size())) + chunks;
+  }
+};
+
+std::string collada(const std::string& asset, const std::string& nodes, const std::string& library = "") {
+  return R"(<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset>)" +
+         asset + R"(</asset>
+<library_geometries><geometry id="g" name="tetra"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 1 0 0
+ 0 1 0 0 0 1</float_array><technique_common><accessor source="#a" count="4" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<polylist count="4"><input semantic="VERTEX" source="#v" offset="0"/><vcount>3 3 3 3</vcount>
+<p>0 2 1 0 1 3 1 2 3 2 0 3</p></polylist></mesh></geometry></library_geometries>)" +
+         library + R"(<library_visual_scenes><visual_scene id="s">)" + nodes +
+         R"(</visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+const std::string kInstance = R"(<instance_geometry url="#g"/>)";
+
+std::string x3d(const std::string& transform) {
+  return R"(<?xml version="1.0" encoding="UTF-8"?><X3D version="3.3" profile="Interchange"><Scene><Transform DEF="part" )" +
+         transform + R"(><Shape><IndexedFaceSet coordIndex="0 2 1 -1 0 1 3 -1 1 2 3 -1 2 0 3 -1">
+<Coordinate point="0 0 0, 1 0 0, 0 1 0, 0 0 1"/></IndexedFaceSet></Shape></Transform></Scene></X3D>)";
+}
+
+std::string fbx(const std::string& settings, const std::string& properties) {
+  return R"(; FBX 7.4.0 project file
+FBXHeaderExtension:  {
+	FBXHeaderVersion: 1003
+	FBXVersion: 7400
+}
+GlobalSettings:  {
+	Version: 1000
+	Properties70:  {
+)" + settings +
+         R"(	}
+}
+Objects:  {
+	Geometry: 10, "Geometry::tetra", "Mesh" {
+		Vertices: *12 {
+			a: 0,0,0,1,0,0,0,1,0,0,0,1
+		}
+		PolygonVertexIndex: *12 {
+			a: 0,2,-2,0,1,-4,1,2,-4,2,0,-4
+		}
+		GeometryVersion: 124
+	}
+	Model: 20, "Model::part", "Mesh" {
+		Version: 232
+		Properties70:  {
+)" + properties +
+         R"(		}
+	}
+}
+Connections:  {
+	C: "OO",20,0
+	C: "OO",10,20
+}
+)";
+}
+
+std::string studio() {
+  const auto chunk = [](std::uint16_t id, const std::string& content) {
+    return raw(id) + raw(static_cast<std::uint32_t>(6 + content.size())) + content;
+  };
+  std::string points = raw(std::uint16_t{4}), faces = raw(std::uint16_t{4});
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 3}) points += raw(x);
+  for (const auto& [a, b, c] : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}) {
+    for (const int i : {a, b, c, 0}) faces += raw(static_cast<std::uint16_t>(i));
+  }
+  using namespace std::string_literals;
+  const std::string mesh = chunk(0x4100, chunk(0x4110, points) + chunk(0x4120, faces));
+  return chunk(0x4D4D, chunk(0x3D3D, chunk(0x4000, "part\0"s + mesh)));
+}
+
+struct Packed {
+  std::string name, bytes;
+  std::uint32_t claimed_bytes = 0;  ///< 0: as many as there are.
+};
+
+/// Not compressed, unless it claims to be.
+std::string zip(const std::vector<Packed>& files) {
+  std::string archive, list;
+  for (const Packed& file : files) {
+    const auto size = static_cast<std::uint32_t>(file.bytes.size());
+    const std::uint16_t method = file.claimed_bytes > 0 ? 8 : 0;
+    const std::string about = raw(std::uint16_t{20}) + raw(std::uint16_t{0}) + raw(method) + raw(std::uint32_t{0}) +
+                              raw(libdeflate_crc32(0, file.bytes.data(), size)) + raw(size) +
+                              raw(file.claimed_bytes > 0 ? file.claimed_bytes : size) +
+                              raw(static_cast<std::uint16_t>(file.name.size())) + raw(std::uint16_t{0});
+    list += "PK\1\2" + raw(std::uint16_t{20}) + about + raw(std::uint16_t{0}) + raw(std::uint16_t{0}) +
+            raw(std::uint16_t{0}) + raw(std::uint32_t{0}) + raw(static_cast<std::uint32_t>(archive.size())) + file.name;
+    archive += "PK\3\4" + about + file.name + file.bytes;
+  }
+  const auto count = static_cast<std::uint16_t>(files.size());
+  return archive + list + "PK\5\6" + raw(std::uint32_t{0}) + raw(count) + raw(count) +
+         raw(static_cast<std::uint32_t>(list.size())) + raw(static_cast<std::uint32_t>(archive.size())) +
+         raw(std::uint16_t{0});
+}
+
+std::string printable3mf(const std::string& unit, const std::string& item = "") {
+  const std::string model = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + unit + R"( xml:lang="en-US"
+ xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources><object id="1" type="model"><mesh>
+<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/><vertex x="0" y="0" z="1"/></vertices>
+<triangles><triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/><triangle v1="1" v2="2" v3="3"/>
+<triangle v1="2" v2="0" v3="3"/></triangles></mesh></object></resources><build><item objectid="1" )" +
+                            item + "/></build></model>";
+  return zip(
+      {{"[Content_Types].xml",
+        R"(<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>)"},
+       {"_rels/.rels",
+        R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+<Relationship Target="/3D/3dmodel.model" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
+</Relationships>)"},
+       {"3D/3dmodel.model", model}});
+}
+
+TEST_F(ImportAssimp, ReadsEachFormatToTheSameMesh) {
+  write("tetra 1.bin", buffer());
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"t.glb", Gltf{}.glb()},
+      {"t.gltf", Gltf{.uri = "tetra%201.bin"}.text()},
+      {"u.gltf", Gltf{.uri = "data:application/octet-stream;base64," + kBase64}.text()},
+      {"t.dae", collada("", "<node>" + kInstance + "</node>")},
+      {"t.zae", zip({{"t.dae", collada("", "<node>" + kInstance + "</node>")}})},
+      {"t.3mf", printable3mf("unit='meter'")},
+      {"t.fbx", fbx("\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\",100\n", "")},
+      {"t.x3d", x3d("")},
+  };
+  for (const auto& [name, bytes] : files) {
+    const auto imported = import(name, bytes);
+    ASSERT_TRUE(imported) << name << ": " << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << name;
+  }
+}
+
+TEST_F(ImportAssimp, PlacesMeshesWhereTheNodesPutThemAndTurnsMirroredOnes) {
+  const std::string nodes = R"([{"translation": [10, 0, 0], "children": [1]}, {"scale": [-2, 1, 1], "mesh": 0}])";
+  expectBox(import("t.glb", Gltf{.nodes = nodes}.glb()), {8, 0, 0}, {10, 1, 1});
+  expectBox(import("t.dae", collada("",
+                                    "<node><translate>10 0 0</translate><node><matrix>-2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
+                                    "</matrix>" +
+                                        kInstance + "</node></node>")),
+            {8, 0, 0}, {10, 1, 1});
+  expectBox(import("t.3mf", printable3mf("unit='meter'", R"(transform="-2 0 0 0 1 0 0 0 1 10 0 0")")), {8, 0, 0},
+            {10, 1, 1});
+  expectBox(import("t.fbx", fbx("\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\",100\n",
+                                "\t\t\tP: \"Lcl Translation\", \"Lcl Translation\", \"\", \"A\",10,0,0\n"
+                                "\t\t\tP: \"Lcl Scaling\", \"Lcl Scaling\", \"\", \"A\",-2,1,1\n")),
+            {8, 0, 0}, {10, 1, 1});
+  // Scaled, turned, moved: x becomes y.
+  expectBox(import("t.x3d", x3d(R"(translation="10 0 0" rotation="0 0 1 1.5707963" scale="2 1 1")")), {9, 0, 0},
+            {10, 2, 1});
+}
+
+TEST_F(ImportAssimp, KeepsTheFilesAxes) {
+  expectBox(import("t.3ds", studio()), {0, 0, 0}, {1, 1, 3});
+  expectBox(import("t.dae", collada("<up_axis>Z_UP</up_axis>", "<node><scale>1 1 3</scale>" + kInstance + "</node>")),
+            {0, 0, 0}, {1, 1, 3});
+}
+
+TEST_F(ImportAssimp, TakesTheFilesUnitUnlessAnotherIsGiven) {
+  const std::string centimetres = collada("<unit name='centimetre' meter='0.01'/>", "<node>" + kInstance + "</node>");
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"t.glb", Gltf{}.glb()},
+      {"t.dae", centimetres},
+      {"t.zae", zip({{"t.dae", centimetres}})},
+      {"t.3mf", printable3mf("unit=\"inch\"")},
+      {"u.3mf", printable3mf("")},
+      {"t.fbx", fbx("\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\",1\n", "")}};
+  const double units_m[] = {1, 0.01, 0.01, 0.0254, 0.001, 0.01};
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto& [name, bytes] = files[i];
+    const auto own = import(name, bytes);
+    ASSERT_TRUE(own) << name << own.error().text();
+    EXPECT_NEAR(own->report.longestSide_m(), units_m[i], 1e-8) << name;
+    EXPECT_TRUE(own->report.isUnitKnown);
+    const auto given = import(name, bytes, {.unit_m = 2});
+    EXPECT_NEAR(given->report.longestSide_m(), 2, 1e-6) << name;
+  }
+  EXPECT_FALSE(import("t.x3d", x3d(""))->report.isUnitKnown);
+}
+
+TEST_F(ImportAssimp, AsksAboutAUnitThatNobodySays) {
+  const auto doubt = [](double scale, bool isKnown) {
+    MeshReport report;
+    report.boxMax_m = Vec3(scale, 1e-3, 1e-3);
+    report.isUnitKnown = isKnown;
+    return report.doubtOfUnit();
+  };
+  EXPECT_EQ(doubt(60, false), "60 m large; did you mean unit_m: 0.001?");
+  EXPECT_EQ(doubt(6000, false), "6000 m large; did you mean largest_extent_m: 0.1?");
+  EXPECT_EQ(doubt(0.9, false), "");
+  EXPECT_EQ(doubt(60, true), "");
+  EXPECT_THAT(import("t.3ds", studio())->report.text(), HasSubstr("3 m large; did you mean unit_m: 0.001?"));
+}
+
+TEST_F(ImportAssimp, TakesTheMeshThatIsAskedFor) {
+  const std::string file =
+      Gltf{.nodes = R"([{"name": "cup", "mesh": 0}, {"name": "lid", "mesh": 0, "translation": [3, 0, 0]},
+                                             {"name": "1", "mesh": 0, "translation": [5, 0, 0]}])",
+           .sceneNodes = "[0, 1, 2]"}
+          .glb();
+  const auto from = [&](const char* part) { return import("t.glb", file, {.part = PartName(part)}); };
+  expectBox(from(""), {0, 0, 0}, {6, 1, 1});
+  EXPECT_EQ(from("")->report.meshesTaken, 3U);
+  expectBox(from("lid"), {3, 0, 0}, {4, 1, 1});
+  EXPECT_EQ(from("lid")->report.meshesLeft, 2U);
+  expectBox(from("0"), {0, 0, 0}, {1, 1, 1});
+  expectBox(from("1"), {5, 0, 0}, {6, 1, 1});  // its name, before its number
+  expectBox(from("tetra"), {0, 0, 0}, {6, 1, 1});
+  EXPECT_EQ(from("handle").error().field, "part");
+  EXPECT_THAT(from("handle").error().reason, HasSubstr(R"(it has 0 "cup", 1 "lid", 2 "1")"));
+  EXPECT_EQ(from("3").error().field, "part");
+  EXPECT_EQ(import("t.off", fixture::kTetrahedronOff, {.part = PartName("cup")}).error().field, "part");
+}
+
+TEST_F(ImportAssimp, CountsWhatIsLeftOut) {
+  const std::string faces = R"({"attributes": {"POSITION": 0}, "indices": 1})";
+  const auto imported =
+      import("t.glb", Gltf{.primitives = "[" + faces + R"(, {"attributes": {"POSITION": 0}, "mode": 0},
+                                          {"attributes": {"POSITION": 0}, "mode": 1}])"}
+                          .glb());
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_EQ(imported->report.leftOut.points, 4U);
+  EXPECT_EQ(imported->report.leftOut.lines, 2U);
+  EXPECT_THAT(imported->report.text(), AllOf(HasSubstr("4 points left out"), HasSubstr("2 lines left out")));
+  EXPECT_THAT(refusal("t.glb", Gltf{.primitives = R"([{"attributes": {"POSITION": 0}, "mode": 0}])"}.glb()),
+              HasSubstr("nothing but 4 points"));
+
+  std::string bad = Gltf{}.glb();
+  const std::size_t last = bad.size() - sizeof(std::uint16_t);
+  bad.replace(last, sizeof(std::uint16_t), raw(std::uint16_t{4}));
+  EXPECT_EQ(import("t.glb", bad)->report.droppedOutOfRange, 1U);
+}
+
+TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
+  const std::string shape = R"(<Shape><IndexedFaceSet coordIndex="0 2 1 -1 0 1 3 -1 1 2 3 -1 2 0 3 -1">
+<Coordinate point="0 0 0, 1 0 0, 0 1 0, 0 0 1"/></IndexedFaceSet></Shape>)";
+  const auto scene = [](const std::string& nodes, const std::string& head = "") {
+    return "<?xml version='1.0'?><X3D version='3.3' profile='Interchange'>" + head + "<Scene>" + nodes +
+           "</Scene></X3D>";
+  };
+  for (const std::string group : {"Group", "Collision", "Anchor", "Billboard", "LOD", "CADLayer", "HAnimSegment"}) {
+    const auto imported = import("t.x3d", scene("<" + group + ">" + shape + "</" + group + ">"));
+    ASSERT_TRUE(imported) << group << ": " << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << group;
+  }
+  expectBox(import("t.x3d", scene("<HAnimJoint translation='3 0 0'>" + shape + "</HAnimJoint>")), {3, 0, 0}, {4, 1, 1});
+  const auto lines = import("t.x3d", scene(shape + R"(<Shape><IndexedLineSet coordIndex="0 1 2 -1">
+<Coordinate point="5 0 0, 6 0 0, 5 1 0"/></IndexedLineSet></Shape><!-- <Collision> --><Inline url="other.x3d"/>)"));
+  ASSERT_TRUE(lines) << lines.error().text();
+  EXPECT_EQ(lines->mesh, tetrahedron());
+  EXPECT_EQ(lines->report.shapesSkipped, 2U);
+
+  std::string clockwise = R"(<Shape><IndexedFaceSet ccw="false" coordIndex="0 1 2 -1 0 3 1 -1 1 3 2 -1 2 3 0 -1">
+<Coordinate point="0 0 0, 1 0 0, 0 1 0, 0 0 1"/></IndexedFaceSet></Shape>)";
+  expectBox(import("t.x3d", scene(clockwise)), {0, 0, 0}, {1, 1, 1});
+  EXPECT_THAT(refusal("t.x3d", scene(clockwise + shape)), HasSubstr("ccw=\"false\" in 1 of 2 shapes"));
+  const std::string inches = "<head><unit category='length' name='inch' conversionFactor='0.0254'/></head>";
+  EXPECT_NEAR(import("t.x3d", scene(shape, inches))->report.longestSide_m(), 0.0254, 1e-8);
+}
+
+TEST_F(ImportAssimp, FindsBuffersInTheFilesFolderOnly) {
+  write("tetra.bin", buffer());
+  std::filesystem::create_directory(folder_ / "inner");
+  for (const std::string uri : {"../tetra.bin", "none.bin", "/etc/passwd"}) {
+    EXPECT_THAT(refusal("inner/t.gltf", Gltf{.uri = uri}.text()),
+                AllOf(HasSubstr('"' + uri + '"'), HasSubstr("not in its folder")));
+  }
+}
+
+TEST_F(ImportAssimp, RefusesNumbersThatTheFileCannotStandFor) {
+  const std::vector<std::pair<Gltf, const char*>> files{
+      {{.positions = R"("componentType": 5126, "count": 4000000000)"},
+       "accessor 0 claims 4000000000 values; there are bytes for 4"},
+      {{.positions = R"("componentType": 5126, "count": 4, "byteOffset": 40)"}, "there are bytes for 0"},
+      {{.indices = R"("count": 13)"}, "accessor 1 claims 13 values; there are bytes for 12"},
+      {{.positions = R"("componentType": 5122, "count": 4)"}, "quantized"},
+      {{.more = R"(, "extensionsRequired": ["EXT_meshopt_compression"])"}, "EXT_meshopt_compression"}};
+  for (const auto& [gltf, reason] : files) EXPECT_THAT(refusal("t.glb", gltf.glb()), HasSubstr(reason));
+  EXPECT_TRUE(import("t.glb", Gltf{.more = R"(, "extensionsRequired": ["KHR_materials_unlit"])"}.glb()));
+
+  const std::string whole = Gltf{}.glb();
+  for (std::size_t size = 1; size < whole.size(); size += 7)
+    EXPECT_NE(refusal("t.glb", whole.substr(0, size)), "loaded");
+
+  const std::string packed(600'000, '\0');
+  EXPECT_THAT(refusal("t.3mf", zip({{"3D/3dmodel.model", packed, 500'000'000}})),
+              HasSubstr("unpacks to 500000000 bytes"));
+  EXPECT_THAT(refusal("t.3mf", zip({{"3D/3dmodel.model", "x", 500'000'000}})), HasSubstr("damaged"));
+  EXPECT_THAT(refusal("t.3mf", "PK"), HasSubstr("no ZIP archive"));
+  const std::string archive = printable3mf("");
+  for (std::size_t size = 4; size < archive.size(); size += 11) {
+    EXPECT_NE(refusal("t.3mf", archive.substr(0, size)), "loaded") << size;
+  }
+}
+
+TEST_F(ImportAssimp, RefusesFewBytesThatRepeatThemselves) {
+  std::string library = "<library_nodes><node id='n0'>" + kInstance + "</node>";
+  for (int i = 1; i < 40; ++i) {
+    const std::string below = "<instance_node url='#n" + std::to_string(i - 1) + "'/>";
+    library += "<node id='n" + std::to_string(i) + "'>" + below + below + "</node>";
+  }
+  const std::string bomb = collada("", "<node><instance_node url='#n39'/></node>", library + "</library_nodes>");
+  EXPECT_THAT(refusal("t.dae", bomb), ::testing::AnyOf(HasSubstr("memory"), HasSubstr("too long")));
+}
+
+TEST_F(ImportAssimp, GivesTheReadersWords) {
+  EXPECT_THAT(refusal("t.dae", "<COLLADA"), HasSubstr("cannot be read as COLLADA: Assimp says"));
+  EXPECT_THAT(refusal("t.dae", "\xff\xfe<"), HasSubstr("UTF-16"));
+  EXPECT_THAT(refusal("t.fbx", "no"), HasSubstr("cannot be read as FBX"));
+  EXPECT_THAT(refusal("t.glb", "glTF\1"), HasSubstr("cut off"));
+}
+
+}  // namespace
+}  // namespace haptics::import_assimp_test
