@@ -132,7 +132,7 @@ Result<Answer> carryOut(const ImportRequest& request, const FileHandle& file) {
   try {
     return std::visit(Carrier{file}, request);
   } catch (const std::bad_alloc&) {
-    return refused("", "needs more memory than there is");
+    return refused("", reading ? "needs more memory than a file of its size gets" : "needs more memory than there is");
   } catch (const std::length_error&) {
     return refused("", "needs more memory than there is");
   }

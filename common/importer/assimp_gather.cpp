@@ -5,8 +5,10 @@
 #include <assimp/scene.h>
 
 #include <algorithm>
+#include <assimp/DefaultLogger.hpp>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/LogStream.hpp>
 #include <charconv>
 #include <cstdint>
 #include <deque>
@@ -41,6 +43,12 @@ constexpr std::uint64_t kMaxUnpacked_bytes = 200'000'000;
 
 /// Names in a refusal.
 constexpr std::size_t kMaxNamesSaid = 8;
+
+/// Of what Assimp says.
+std::string words(std::string_view said) {
+  constexpr std::size_t kMostSaid = 200;
+  return '"' + printable(said.substr(0, kMostSaid)) + '"';
+}
 
 /// How the format is called, and what a file's name has to end in for Assimp.
 struct Format {
@@ -123,6 +131,41 @@ class Files final : public Assimp::IOSystem {
   mutable std::size_t includedBytes_ = 0;
 };
 
+/// What Assimp says of a file that it reads in spite of it, while this lives.
+class Log final : public Assimp::LogStream {
+ public:
+  Log() {
+    Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0, nullptr);
+    Assimp::DefaultLogger::get()->attachStream(this, Assimp::Logger::Warn | Assimp::Logger::Err);
+  }
+  ~Log() override {
+    Assimp::DefaultLogger::get()->detachStream(this, Assimp::Logger::Warn | Assimp::Logger::Err);
+    Assimp::DefaultLogger::kill();
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+
+  [[nodiscard]] bool ranOutOfMemory() const { return ranOutOfMemory_; }
+  /// Meshes and nodes of an FBX that it left out, and the first reason.
+  [[nodiscard]] std::uint64_t leftOut() const { return leftOut_; }
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+  /// Whether it has put another vertex in the place of one that is not there.
+  [[nodiscard]] bool movedIndices() const { return movedIndices_; }
+
+  void write(const char* message) override {
+    const std::string_view text = message;
+    const bool isFault = text.find("Error") != text.npos && text.find("FBX-DOM (") != text.npos;
+    ranOutOfMemory_ = ranOutOfMemory_ || text.find("bad_alloc") != text.npos;
+    movedIndices_ = movedIndices_ || text.find("index overflow") != text.npos;
+    if (isFault && ++leftOut_ == 1) reason_ = text.substr(text.find("FBX-DOM"), text.find('\n') - text.find("FBX-DOM"));
+  }
+
+ private:
+  bool ranOutOfMemory_ = false, movedIndices_ = false;
+  std::uint64_t leftOut_ = 0;
+  std::string reason_;
+};
+
 /// An attribute of the first element of this name in an XML text; empty: there is none.
 std::string attributeOf(std::string_view text, std::string_view element, std::string_view attribute) {
   std::string found;
@@ -178,6 +221,11 @@ Result<std::string> textIn(const std::string& file, const std::string& ending) {
   return archive->unpacked(*texts.front());
 }
 
+Result<std::string> notTooDeep(std::string text) {
+  if (deepestNestingOf(text) <= kDeepestNesting) return text;
+  return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
+}
+
 Result<Beforehand> lookAt(const std::string& file, MeshFormat format) {
   if (file.starts_with("\xff\xfe") || file.starts_with("\xfe\xff")) {
     return refused("", "is in UTF-16; save it in UTF-8");
@@ -192,13 +240,15 @@ Result<Beforehand> lookAt(const std::string& file, MeshFormat format) {
       });
     case MeshFormat::k3mf:
       if (!isArchive) return refused("", "is no 3MF: it is no ZIP archive");
-      return textIn(file, ending).map([](const std::string& text) {
+      return textIn(file, ending).and_then(notTooDeep).map([](const std::string& text) {
         return Beforehand{.unit_m = unitOf3mf(attributeOf(text, "model", "unit"))};
       });
     case MeshFormat::kCollada:
-      return (isArchive ? textIn(file, ending) : Result<std::string>(file)).map([](const std::string& text) {
-        return Beforehand{.unit_m = positive(attributeOf(text, "unit", "meter"))};
-      });
+      return (isArchive ? textIn(file, ending) : Result<std::string>(file))
+          .and_then(notTooDeep)
+          .map([](const std::string& text) {
+            return Beforehand{.unit_m = positive(attributeOf(text, "unit", "meter"))};
+          });
     case MeshFormat::kX3d:
       return preparedX3d(file).map(
           [](X3dText text) { return Beforehand{.unit_m = positive(text.unit), .x3d = std::move(text)}; });
@@ -254,8 +304,7 @@ bool isNamed(std::string_view name, std::string_view part) {
 
 class Gathering {
  public:
-  Gathering(const aiScene& scene, std::size_t maxTriangles, bool isClockwise)
-      : scene_(scene), maxTriangles_(maxTriangles), isClockwise_(isClockwise) {
+  Gathering(const aiScene& scene, std::size_t maxTriangles) : scene_(scene), maxTriangles_(maxTriangles) {
     found.isFloat32 = true;
     found.leftOut.animations = scene.mNumAnimations;
   }
@@ -284,7 +333,6 @@ class Gathering {
  private:
   const aiScene& scene_;
   const std::size_t maxTriangles_;
-  const bool isClockwise_;
 
   [[nodiscard]] bool hasName(const aiNode& node, std::string_view part) const {
     if (textOf(node.mName) == part) return true;
@@ -319,7 +367,7 @@ class Gathering {
       const aiVector3D& at = mesh.mVertices[v];
       found.vertices.emplace_back(toRoot * glm::dvec4(at.x, at.y, at.z, 1));
     }
-    const bool isTurned = isClockwise_ != (glm::determinant(glm::dmat3(toRoot)) < 0);
+    const bool isMirrored = glm::determinant(glm::dmat3(toRoot)) < 0;
     std::vector<std::uint32_t> corners;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
@@ -332,7 +380,7 @@ class Gathering {
         const bool isThere = face.mIndices[k] < mesh.mNumVertices;
         corners.push_back(found.numbered(isThere ? first + face.mIndices[k] : -1));
       }
-      if (isTurned) std::reverse(corners.begin() + 1, corners.end());
+      if (isMirrored) std::reverse(corners.begin() + 1, corners.end());
       if (auto ok = addFace(corners, 0, found); !ok) return ok;
     }
     return {};
@@ -352,15 +400,12 @@ std::uint64_t trianglesIn(const aiScene& scene) {
 
 tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& importer, const Files& files) {
   const std::string said = importer.GetErrorString();
-  if (said.find("bad_alloc") != said.npos) throw std::bad_alloc();
   if (!files.missing().empty()) {
     return refused(
         "", "names the file " + inQuotes(files.missing()) +
                 ", which is not in its folder or below, where alone files are looked for; a .glb holds all in one");
   }
-  constexpr std::size_t kMostSaid = 200;
-  return refused("", std::string("cannot be read as ") + format + ": Assimp says \"" +
-                         printable(std::string_view(said).substr(0, kMostSaid)) + '"');
+  return refused("", std::string("cannot be read as ") + format + ": Assimp says " + words(said));
 }
 
 }  // namespace
@@ -374,6 +419,7 @@ Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, c
   const bool isArchive = format == MeshFormat::kCollada && ZipArchive::isOne(file);
   const std::string name = std::string("mesh.") + (isArchive ? "zae" : names.ending);
   auto* const files = new Files(name, known->x3d ? known->x3d->text : file, readIncluded);
+  const Log log;
   Assimp::Importer importer;
   importer.SetIOHandler(files);  // which owns it from now on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
@@ -382,7 +428,9 @@ Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, c
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION, true);
 #endif
   const aiScene* const scene = importer.ReadFile(name, 0);
+  if (log.ranOutOfMemory()) throw std::bad_alloc();
   if (scene == nullptr) return notRead(names.name, importer, *files);
+  if (log.movedIndices()) return refused("", "has triangles that name a vertex that is not there");
 
   const std::size_t most = std::min<std::size_t>(kMaxTriangles, kMaxOfFewBytes + file.size() + files->includedBytes());
   std::optional<double> unit_m = known->unit_m;
@@ -393,11 +441,14 @@ Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, c
   }
   const auto placed = placedIn(*scene, toFilesAxes(*scene, format, unit_m.value_or(1)), most);
   if (!placed) return tl::unexpected(placed.error());
-  if (placed->empty() && !(known->x3d && known->x3d->skipped > 0))
-    return refused("", "holds no mesh that its scene shows");
-  Gathering gathering(*scene, most, known->x3d && known->x3d->isClockwise);
+  if (placed->empty() && !(known->x3d && known->x3d->skipped > 0)) {
+    return refused("", log.leftOut() == 0 ? "holds no mesh that its scene shows"
+                                          : "holds no mesh that can be read: Assimp says " + words(log.reason()));
+  }
+  Gathering gathering(*scene, most);
   if (auto ok = gathering.take(*placed, part.text()); !ok) return tl::unexpected(std::move(ok).error());
   gathering.found.unit_m = unit_m;
+  gathering.found.shapesSkipped = log.leftOut();
   if (known->x3d) {
     gathering.found.shapesSkipped = known->x3d->skipped;
     gathering.found.leftOut.points = 0;  // lines among them

@@ -1,5 +1,6 @@
 #include "common/importer/gltf_numbers.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/importer/xml_text.h"
 #include "common/mesh/text_scan.h"
 
 namespace haptics {
@@ -42,6 +44,24 @@ Result<Chunks> chunksOf(std::string_view file) {
   return Chunks{rest.substr(0, size), after.size() < kChunkHead ? 0 : after.size() - kChunkHead};
 }
 
+int deepestNesting(std::string_view text) {
+  int depth = 0, deepest = 0;
+  bool isQuoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (isQuoted && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      isQuoted = !isQuoted;
+    } else if (!isQuoted && (c == '[' || c == '{')) {
+      deepest = std::max(deepest, ++depth);
+    } else if (!isQuoted && (c == ']' || c == '}')) {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
 /// The member, where it is a whole number from 0; else `instead`.
 std::uint64_t numberIn(const json& object, const char* key, std::uint64_t instead) {
   const auto at = object.is_object() ? object.find(key) : object.end();
@@ -69,9 +89,11 @@ class Checker {
 
   Result<GltfTriangles> run() {
     if (auto ok = extensions(); !ok) return tl::unexpected(std::move(ok).error());
+    const auto meshes = meshesOfScene();
+    if (!meshes) return tl::unexpected(meshes.error());
     std::uint64_t triangles = 0;
     bool isKnown = true;
-    for (const std::uint64_t mesh : meshesOfScene()) {
+    for (const std::uint64_t mesh : *meshes) {
       for (const json& primitive : memberIn(itemIn(root_, "meshes", mesh), "primitives")) {
         const std::uint64_t positions = numberIn(memberIn(primitive, "attributes"), "POSITION", kNone);
         const std::uint64_t indices = numberIn(primitive, "indices", kNone);
@@ -83,6 +105,9 @@ class Checker {
         if (mode == kTriangles) triangles += corners / 3;
         if ((mode == kTriangleStrip || mode == kTriangleFan) && corners > 2) triangles += corners - 2;
         isKnown = isKnown && memberIn(primitive, "extensions").is_null();
+        if (triangles > mostOfNothing_) {
+          return refused("", "makes more than " + std::to_string(mostOfNothing_) + " triangles of the same values");
+        }
       }
     }
     return isKnown ? GltfTriangles(triangles) : std::nullopt;
@@ -108,19 +133,27 @@ class Checker {
     return {};
   }
 
-  /// Of the nodes that the default scene leads to.
-  [[nodiscard]] std::set<std::uint64_t> meshesOfScene() const {
+  /// Of the nodes that the default scene leads to. Refused: nodes that are no tree, or one too deep.
+  [[nodiscard]] Result<std::set<std::uint64_t>> meshesOfScene() const {
     std::set<std::uint64_t> nodes, meshes;
-    std::vector<const json*> lists{&memberIn(itemIn(root_, "scenes", numberIn(root_, "scene", 0)), "nodes")};
-    while (!lists.empty()) {
-      const json& list = *lists.back();
-      lists.pop_back();
-      for (const json& index : list) {
-        if (!index.is_number_unsigned() || !nodes.insert(index.get<std::uint64_t>()).second) continue;
-        const json& node = itemIn(root_, "nodes", index.get<std::uint64_t>());
-        if (const std::uint64_t mesh = numberIn(node, "mesh", kNone); mesh != kNone) meshes.insert(mesh);
-        lists.push_back(&memberIn(node, "children"));
+    std::vector<const json*> level{&memberIn(itemIn(root_, "scenes", numberIn(root_, "scene", 0)), "nodes")};
+    for (int depth = 0; !level.empty(); ++depth) {
+      if (depth > kDeepestNesting)
+        return refused("", "nests nodes more than " + std::to_string(kDeepestNesting) + " levels deep");
+      std::vector<const json*> next;
+      for (const json* const list : level) {
+        for (const json& item : *list) {
+          if (!item.is_number_unsigned()) continue;
+          const auto index = item.get<std::uint64_t>();
+          const json& node = itemIn(root_, "nodes", index);
+          if (!nodes.insert(index).second) {
+            return refused("", "node " + std::to_string(index) + " is the child of two, or of itself");
+          }
+          if (const std::uint64_t mesh = numberIn(node, "mesh", kNone); mesh != kNone) meshes.insert(mesh);
+          if (const json& children = memberIn(node, "children"); !children.empty()) next.push_back(&children);
+        }
       }
+      level = std::move(next);
     }
     return meshes;
   }
@@ -171,6 +204,9 @@ class Checker {
 
 Result<GltfTriangles> checkGltf(std::string_view file, std::uint64_t mostOfNothing) {
   return chunksOf(file).and_then([&](const Chunks& chunks) -> Result<GltfTriangles> {
+    if (deepestNesting(chunks.text) > kDeepestNesting) {
+      return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
+    }
     const json root = json::parse(chunks.text, nullptr, false);
     if (!root.is_object()) return refused("", "is no glTF: its JSON is cut off or damaged");
     return Checker(root, chunks.binary_bytes, mostOfNothing).run();

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -7,10 +9,12 @@
 
 #include "common/command_line/command_line.h"
 #include "common/importer/importer.h"
+#include "common/importer/mesh_picture.h"
 #include "common/mesh/mesh_asset.h"
 #include "common/text/printable.h"
 
-// Exit code: 0 when every file was there, whether it was loaded or refused; 1 when a file does not exist; CLI11's codes
+// Exit code: 0 when every file was there, whether it was loaded or refused; 1 when a file does not exist or the picture cannot
+// be written; CLI11's codes
 // (above 100) for wrong usage.
 namespace {
 
@@ -85,26 +89,44 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
 
 void printHeading() {
   std::cout << "| file | triangles | kept | degenerate | out of range | duplicate | skipped parts | boundary edges | "
-               "T-junctions | non-manifold | flipped | crossings | left | slivers | closed | max valence | size m |\n"
-               "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- "
-               "| ---: | --- |\n";
+               "T-junctions | non-manifold | flipped | crossings | left | filled | slivers | meshes | closed parts | "
+               "inside out "
+               "| closed | max valence | size m |\n"
+               "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | "
+               "---: | ---: "
+               "| ---: | ---: | --- | ---: | --- |\n";
 }
 
 void printRow(const std::string& file, const haptics::Result<EncodedMesh>& imported) {
   if (!imported) {
     std::cout << "| " << file << " | refused: " << haptics::printable(imported.error().reason)
-              << " | | | | | | | | | | | | | | | |\n";
+              << " | | | | | | | | | | | | | | | | | | | |\n";
     return;
   }
   const MeshReport& r = imported->report;
   const haptics::Vec3 size_m = r.boxMax_m - r.boxMin_m;
   char sizes[80];
   std::snprintf(sizes, sizeof sizes, "%.4g x %.4g x %.4g", size_m.x, size_m.y, size_m.z);
-  std::cout << "| " << file << " | " << r.trianglesInFile << " | " << r.kept << " | " << r.droppedDegenerate << " | "
-            << r.droppedOutOfRange << " | " << r.duplicateFaces << " | " << r.shapesSkipped << " | " << r.boundaryEdges
-            << " | " << r.tJunctions << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | "
-            << r.repair.selfIntersections << " | " << r.repair.selfIntersectionsLeft << " | " << r.slivers << " | "
-            << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes << " |\n";
+  std::cout << "| " << file;
+  for (const std::uint64_t count :
+       {r.trianglesInFile, r.kept, r.droppedDegenerate, r.droppedOutOfRange, r.duplicateFaces, r.shapesSkipped,
+        r.boundaryEdges, r.tJunctions, r.nonManifoldEdges, r.inconsistentEdges, r.repair.selfIntersections,
+        r.repair.selfIntersectionsLeft, r.repair.trianglesFilled, r.slivers, std::max(r.meshesTaken, std::uint64_t{1}),
+        r.closedParts, r.insideOutParts}) {
+    std::cout << " | " << count;
+  }
+  const std::string doubt = r.doubtOfUnit();
+  std::cout << " | " << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes
+            << (doubt.empty() ? "" : " (" + doubt + ')') << " |\n";
+}
+
+bool draw(const haptics::Result<EncodedMesh>& imported, const std::string& picture) {
+  if (!imported) return true;  // the row says why
+  const auto drawn = haptics::decodeMesh(imported->bytes).and_then([&](const haptics::TriMesh& mesh) {
+    return haptics::writePicture(mesh, picture);
+  });
+  if (!drawn) std::cerr << "mesh_report: " << drawn.error().text() << '\n';
+  return drawn.has_value();
 }
 
 }  // namespace
@@ -119,7 +141,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   haptics::ImportOptions options;
   bool asJson = false;
-  std::string part;
+  std::string part, picture;
   app.option("file", files, ".obj, .ply, .stl, .off, .om, .iv, .wrl, .gltf, .glb, .dae, .zae, .3mf, .3ds, .fbx or .x3d")
       .required();
   app.option("--unit", options.unit_m,
@@ -127,9 +149,15 @@ int main(int argc, char** argv) {
       .moreThanZero();
   app.option("--part", part,
              "Of files of several meshes: the one of this name, or of this number from 0 (default: all)");
+  app.option("--picture", picture, "Draw the mesh of one file into this .png: backs of faces orange, open edges blue")
+      .typeName("FILE");
   app.flag("--json", asJson, "Print a list of flat records instead of a Markdown table");
   if (const auto code = app.parse(argc, argv)) return *code;
 
+  if (!picture.empty() && files.size() != 1) {
+    std::cerr << "mesh_report: --picture is of one file, not of " << files.size() << '\n';
+    return 1;
+  }
   options.part = haptics::PartName(part);
   bool allThere = true;
   auto records = nlohmann::ordered_json::array();
@@ -137,6 +165,7 @@ int main(int argc, char** argv) {
   for (const std::string& file : files) {
     allThere = allThere && std::filesystem::exists(file);
     const auto imported = haptics::importMeshFile(file, options);
+    allThere = (picture.empty() || draw(imported, picture)) && allThere;
     if (asJson) {
       records.push_back(flat(file, imported));
     } else {

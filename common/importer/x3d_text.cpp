@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <vector>
 
 #include "common/importer/xml_text.h"
+#include "common/mesh/text_scan.h"
 
 namespace haptics {
 namespace {
@@ -34,9 +36,6 @@ const std::map<std::string_view, std::string_view>& readAs() {
   return names;
 }
 
-constexpr std::string_view kFaces[] = {"IndexedFaceSet",        "IndexedTriangleSet", "IndexedTriangleStripSet",
-                                       "IndexedTriangleFanSet", "TriangleSet",        "TriangleStripSet",
-                                       "TriangleFanSet",        "ElevationGrid",      "Extrusion"};
 constexpr std::string_view kSkipped[] = {"Text",
                                          "PointSet",
                                          "QuadSet",
@@ -56,6 +55,20 @@ constexpr std::string_view kSkipped[] = {"Text",
                                          "ScreenGroup",
                                          "TransformSensor"};
 
+/// Numbers, and with them the corners of each face, the other way round.
+std::string reversed(std::string_view numbers) {
+  std::vector<std::string_view> words;
+  for (std::size_t at = 0; (at = numbers.find_first_not_of(" ,\t\r\n", at)) != numbers.npos;) {
+    const std::size_t end = std::min(numbers.find_first_of(" ,\t\r\n", at), numbers.size());
+    words.push_back(numbers.substr(at, end - at));
+    at = end;
+  }
+  if (!words.empty() && words.back() == "-1") words.pop_back();
+  std::string text;
+  for (auto word = words.rbegin(); word != words.rend(); ++word) text.append(*word).append(" ");
+  return text;
+}
+
 template <std::size_t N>
 bool isOneOf(const std::string_view (&those)[N], std::string_view name) {
   return std::find(std::begin(those), std::end(those), name) != std::end(those);
@@ -65,28 +78,33 @@ bool isOneOf(const std::string_view (&those)[N], std::string_view name) {
 
 Result<X3dText> preparedX3d(std::string_view file) {
   X3dText prepared;
-  std::size_t taken = 0, shapes = 0, clockwise = 0;
+  std::string fault;
+  std::size_t taken = 0;
+  const auto replace = [&](std::string_view part, std::string_view by) {
+    const auto at = static_cast<std::size_t>(part.data() - file.data());
+    prepared.text.append(file.substr(taken, at - taken)).append(by);
+    taken = at + part.size();
+  };
   eachTag(file, [&](const XmlTag& tag) {
     if (tag.name == "unit" && attributeIn(tag.inside, "category") == "length") {
       prepared.unit = attributeIn(tag.inside, "conversionFactor");
     }
-    if (!tag.ends && isOneOf(kFaces, tag.name)) {
-      ++shapes;
-      clockwise += attributeIn(tag.inside, "ccw") == "false" ? 1 : 0;
+    if (attributeIn(tag.inside, "ccw") == "false") {
+      const bool isOfFaces = tag.name == "IndexedFaceSet";
+      const std::string_view indices = attributeIn(tag.inside, isOfFaces ? "coordIndex" : "index");
+      if (!isOfFaces && tag.name != "IndexedTriangleSet") {
+        fault = "has ccw=\"false\" in " + inQuotes(tag.name) + ", where it is not read";
+      } else if (!indices.empty()) {
+        replace(indices, reversed(indices));
+      }
     }
     prepared.skipped += !tag.ends && isOneOf(kSkipped, tag.name) ? 1 : 0;
     if (const auto as = readAs().find(tag.name); as != readAs().end()) {
-      prepared.text.append(file.substr(taken, tag.at - taken));
-      prepared.text.append(tag.ends ? as->second.substr(0, as->second.find(' ')) : as->second);
-      taken = tag.at + tag.name.size();
+      replace(tag.name, tag.ends ? as->second.substr(0, as->second.find(' ')) : as->second);
     }
-    return true;
+    return fault.empty();
   });
-  if (clockwise > 0 && clockwise < shapes) {
-    return refused("", "has ccw=\"false\" in " + std::to_string(clockwise) + " of " + std::to_string(shapes) +
-                           " shapes, and its reader does not tell them apart; give all of them one order");
-  }
-  prepared.isClockwise = clockwise > 0;
+  if (!fault.empty()) return refused("", fault);
   prepared.text.append(file.substr(taken));
   return prepared;
 }

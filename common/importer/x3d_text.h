@@ -14,11 +14,11 @@ struct X3dText {
   std::string unit;  ///< Metres, where it says so.
   std::uint64_t skipped =
       0;  ///< Shapes and nodes that nobody reads: texts, NURBS, lines, points, prototypes, other files.
-  bool isClockwise = false;  ///< ccw="false" in all shapes, which Assimp does not look at.
 };
 
 /// Names the groups that Assimp leaves out with all that is in them (Collision, Anchor, LOD, CADPart, HAnimJoint and so on) by
-/// those that it knows, and lines, which it takes for faces, as points. Refused: shapes of both orders of corners in one file.
+/// those that it knows, lines, which it takes for faces, points, and turns faces of ccw="false", which it does not look at.
+/// Refused: that of shapes other than faces and triangles by index.
 [[nodiscard]] Result<X3dText> preparedX3d(std::string_view file);
 
 }  // namespace haptics

@@ -2,6 +2,16 @@
 
 namespace haptics {
 
+int deepestNestingOf(std::string_view text) {
+  int depth = 0, deepest = 0;
+  eachTag(text, [&](const XmlTag& tag) {
+    if (!tag.inside.ends_with('/')) depth += tag.ends ? -1 : 1;
+    deepest = std::max(deepest, depth);
+    return true;
+  });
+  return deepest;
+}
+
 std::string_view attributeIn(std::string_view inside, std::string_view name) {
   constexpr std::string_view kBlanks = " \t\r\n";
   std::size_t at = 0;

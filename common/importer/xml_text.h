@@ -6,6 +6,9 @@
 
 namespace haptics {
 
+/// Of elements, lists and nodes, of which Assimp reads each within another, by recursion. Real files nest below 100.
+inline constexpr int kDeepestNesting = 1000;
+
 /// A tag of an XML text: "<name ...>" or "</name>".
 struct XmlTag {
   std::size_t at = 0;       ///< Of its name in the text.
@@ -44,6 +47,9 @@ void eachTag(std::string_view text, const Take& take) {
     }
   }
 }
+
+/// How many elements are within one another.
+[[nodiscard]] int deepestNestingOf(std::string_view text);
 
 /// What an attribute says in a tag's XmlTag::inside; empty: it is not there.
 [[nodiscard]] std::string_view attributeIn(std::string_view inside, std::string_view name);
