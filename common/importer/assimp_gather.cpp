@@ -46,8 +46,8 @@ constexpr std::size_t kMaxNamesSaid = 8;
 
 /// Of what Assimp says.
 std::string words(std::string_view said) {
-  constexpr std::size_t kMostSaid = 200;
-  return '"' + printable(said.substr(0, kMostSaid)) + '"';
+  constexpr std::size_t kMaxSaid = 200;
+  return '"' + printable(said.substr(0, kMaxSaid)) + '"';
 }
 
 /// How the format is called, and what a file's name has to end in for Assimp.

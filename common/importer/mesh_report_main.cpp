@@ -125,7 +125,7 @@ bool draw(const haptics::Result<EncodedMesh>& imported, const std::string& pictu
   const auto drawn = haptics::decodeMesh(imported->bytes).and_then([&](const haptics::TriMesh& mesh) {
     return haptics::writePicture(mesh, picture);
   });
-  if (!drawn) std::cerr << "mesh_report: " << drawn.error().text() << '\n';
+  if (!drawn) std::cerr << "mesh_report: " << haptics::printable(drawn.error().text()) << '\n';
   return drawn.has_value();
 }
 

@@ -24,7 +24,8 @@ std::string number(std::uint64_t n) { return std::to_string(n); }
 
 Result<void> checkOptions(const ImportOptions& options) {
   const auto good = [](double x) { return std::isfinite(x) && x > 0; };
-  if (!good(options.unit_m.value_or(1))) return refused("unit_m", "must be finite and > 0: metres per unit of the file");
+  if (!good(options.unit_m.value_or(1)))
+    return refused("unit_m", "must be finite and > 0: metres per unit of the file");
   if (options.largestExtent_m && !good(*options.largestExtent_m)) {
     return refused("largest_extent_m", "must be finite and > 0, in metres");
   }

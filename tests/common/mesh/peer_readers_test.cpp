@@ -39,7 +39,7 @@ int spellings() {
 }
 
 /// Transformations of a file: of more, the others read next to none.
-constexpr int kMostMade = 2;
+constexpr int kMaxMade = 2;
 
 /// Whether triangles are the solid: however its faces were cut, closed, of its size and its volume.
 bool isTheSolid(const std::vector<Vec3>& vertices, std::vector<TriangleIndices> triangles) {
@@ -129,7 +129,7 @@ class PeerReaders : public fixture::MeshFiles {
     for (int seed = 1, compared = 0; compared < spellings(); ++seed) {
       Spelling spelling(static_cast<std::uint64_t>(seed));
       const SpeltFile file = spelt(spelling);
-      if (std::count(spelling.made().begin(), spelling.made().end(), ' ') > kMostMade) continue;
+      if (std::count(spelling.made().begin(), spelling.made().end(), ' ') > kMaxMade) continue;
       ++compared;
       const std::string path = write("t." + ending, file.bytes);
       const Outcome assimp = inAProcess([&] { return byAssimp(file.bytes, ending); });
