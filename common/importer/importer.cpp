@@ -18,6 +18,8 @@
 #include "common/importer/import_request.h"
 #include "common/mesh/file_bytes.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/mesh/topology.h"
+#include "common/scene/asset_source.h"
 
 namespace haptics {
 namespace fs = std::filesystem;
@@ -143,6 +145,24 @@ Result<EncodedMesh> importFile(const fs::path& file, const ImportRequest& reques
       .map_error([&](Error error) { return naming(std::move(error), file); });
 }
 
+bool holdsAsset(const fs::path& file, AssetKind kind) { return file.extension() == fileEndingOf(kind); }
+
+Result<EncodedMesh> canonicalMeshIn(const fs::path& file, const ImportOptions& options) {
+  if (options.unit_m != 1 || options.largestExtent_m) {
+    return refused(options.largestExtent_m ? "largest_extent_m" : "unit_m",
+                   "is for files of other programs; a .mesh file is in metres as it is: leave it out");
+  }
+  auto bytes = readAssetFile(file);
+  if (!bytes) return tl::unexpected(naming(bytes.error(), file));
+  const auto mesh = decodeMesh(*bytes);
+  if (!mesh) return refused(file.string(), mesh.error().text());
+  MeshReport report;
+  report.trianglesInFile = report.kept = mesh->triangles.size();
+  report.verticesInFile = mesh->vertices.size();
+  describeTopology(*mesh, report);
+  return EncodedMesh{*std::move(bytes), report};
+}
+
 Result<std::string> made(const ImportRequest& request, const std::stop_token& stop, const FileHandle* of = nullptr) {
   return Import(request, stop).run(of, nullptr).map([](EncodedMesh mesh) { return std::move(mesh.bytes); });
 }
@@ -163,6 +183,7 @@ Result<FileHandle> fileOf(const std::string& bytes) {
 
 Result<EncodedMesh> importMeshFile(const fs::path& file, const fs::path& within, const ImportOptions& options,
                                    const std::stop_token& stop) {
+  if (holdsAsset(file, AssetKind::kMesh)) return canonicalMeshIn(file, options);
   const auto format = meshFormatOf(file);
   if (!format) return tl::unexpected(naming(format.error(), file));
   std::error_code error;
@@ -180,6 +201,9 @@ Result<EncodedMesh> importMeshFile(const fs::path& file, const ImportOptions& op
 }
 
 Result<std::string> importImage(const fs::path& file, const std::stop_token& stop) {
+  if (holdsAsset(file, AssetKind::kScalarField)) {
+    return readAssetFile(file).map_error([&](Error error) { return naming(std::move(error), file); });
+  }
   return importFile(file, ImageRequest{}, nullptr, stop).map([](EncodedMesh made) { return std::move(made.bytes); });
 }
 

@@ -22,7 +22,8 @@ struct EncodedMesh {
   MeshReport report;
 };
 
-/// importMesh() of a file of any format, by the ending of its name. Files that an Inventor file includes, and a glTF's buffers, are looked for in
+/// importMesh() of a file of any format, by the ending of its name; of .mesh, which holds a mesh's canonical bytes, those,
+/// read in this process. Files that an Inventor file includes, and a glTF's buffers, are looked for in
 /// its folder and below, and left out where they are not below `within` once symbolic links are followed. Errors have
 /// the file or the option as their field: what importMesh() refuses, missing, empty, no regular file, damaged.
 [[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const std::filesystem::path& within,
@@ -30,7 +31,7 @@ struct EncodedMesh {
 /// Imports a file of the user's own, which may include what is below its folder.
 [[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const ImportOptions& options);
 
-/// fieldFromImage() of a file; canonical bytes of a field, not checked.
+/// fieldFromImage() of a file, or what a .field file holds; canonical bytes of a field, not checked.
 [[nodiscard]] Result<std::string> importImage(const std::filesystem::path& file, const std::stop_token& stop = {});
 
 /// Canonical bytes of what generate(), reactionDiffusion() and grownReactionDiffusion() make, not checked.

@@ -18,14 +18,14 @@ tl::unexpected<Error> unreadable(int error) {
 }
 
 /// Size of a file; refused when it is too large to be read.
-Result<std::size_t> sizeOf(const FileHandle& file) {
+Result<std::size_t> sizeOf(const FileHandle& file, std::uintmax_t most = kMaxFileSize) {
   struct stat status {};
   if (fstat(file.descriptor(), &status) != 0) return unreadable(errno);
   if (!S_ISREG(status.st_mode)) return refused("", "is not a regular file");
   if (status.st_size == 0) return refused("", "is empty");
   const auto size = static_cast<std::uintmax_t>(status.st_size);
-  if (size <= kMaxFileSize) return size;
-  return refused("", "has " + std::to_string(size) + " bytes; at most " + std::to_string(kMaxFileSize) + " are taken");
+  if (size <= most) return size;
+  return refused("", "has " + std::to_string(size) + " bytes; at most " + std::to_string(most) + " are taken");
 }
 
 }  // namespace
@@ -54,6 +54,13 @@ Result<std::string> readFile(const FileHandle& file) {
 
 Result<std::string> readFile(const std::filesystem::path& path) {
   return openFile(path).and_then([](const FileHandle& file) { return readFile(file); });
+}
+
+Result<std::string> readAssetFile(const std::filesystem::path& path) {
+  return openFile(path).and_then([](const FileHandle& file) -> Result<std::string> {
+    if (const auto size = sizeOf(file, kMaxAssetFileSize); !size) return tl::unexpected(size.error());
+    return readFile(file);
+  });
 }
 
 }  // namespace haptics

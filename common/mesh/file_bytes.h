@@ -19,4 +19,9 @@ inline constexpr std::uintmax_t kMaxFileSize = 4'000'000'000;
 [[nodiscard]] Result<std::string> readFile(const FileHandle& file);
 [[nodiscard]] Result<std::string> readFile(const std::filesystem::path& path);
 
+/// Largest file of an asset's canonical bytes, in bytes: as much as all assets of a scene take.
+inline constexpr std::uintmax_t kMaxAssetFileSize = 512U << 20;
+/// All of it, likewise; refused as well: larger than that.
+[[nodiscard]] Result<std::string> readAssetFile(const std::filesystem::path& path);
+
 }  // namespace haptics

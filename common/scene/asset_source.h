@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/hash/content_hash.h"
 
@@ -15,6 +16,23 @@ enum class AssetKind : std::uint8_t {
   kMovedVertices = 5,
   kPointField = 6
 };
+
+/// Of the files that hold the canonical bytes of such assets.
+[[nodiscard]] constexpr std::string_view fileEndingOf(AssetKind kind) noexcept {
+  switch (kind) {
+    case AssetKind::kMesh:
+      return ".mesh";
+    case AssetKind::kScalarField:
+      return ".field";
+    case AssetKind::kVertexValues:
+      return ".values";
+    case AssetKind::kMovedVertices:
+      return ".moved";
+    case AssetKind::kPointField:
+      return ".points";
+  }
+  return "";
+}
 
 struct AssetName {
   AssetKind kind = AssetKind::kMesh;

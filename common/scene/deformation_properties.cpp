@@ -21,7 +21,12 @@ DeformationProperties edited(DeformationProperties properties, const Deformation
     properties.lattice = *edit.lattice;
     properties.residue.reset();
   }
-  if (edit.residue) properties.residue = *edit.residue;
+  if (!edit.residue) return properties;
+  properties.residue.reset();
+  if (const auto& given = *edit.residue) {
+    const auto* asset = std::get_if<AssetSource>(&*given);
+    properties.residue = asset != nullptr ? asset->hash : ContentHash{};
+  }
   return properties;
 }
 

@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "common/deform/soft_tissue.h"
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
 #include "common/mesh/moved_vertices.h"
+#include "common/scene/asset_source.h"
 
 // How an object yields, and what deforms it, as both databases hold it. SI units, object frame.
 namespace haptics {
@@ -42,16 +44,19 @@ struct DeformationProperties {
   [[nodiscard]] bool empty() const noexcept { return !softness && !lattice && !residue; }
 };
 
+using ResidueSource = std::variant<AssetSource, FileSource>;
+
 /// As an edit asks for it: each is kept where nothing is said of it, and taken away where it is given as nothing.
 struct DeformationEdit {
   std::optional<std::optional<Softness>> softness;
   std::optional<std::optional<Lattice>> lattice;
   bool latticeOfMesh = false;  ///< The lattice's box is to be that of the mesh.
-  std::optional<std::optional<ContentHash>> residue = std::nullopt;
+  std::optional<std::optional<ResidueSource>> residue = std::nullopt;
   [[nodiscard]] bool empty() const noexcept { return !softness && !lattice && !residue; }
 };
 
-/// A residue is of the shape that it was left on: another lattice takes it away, unless a new one is given with it.
+/// A residue is of the shape that it was left on: another lattice takes it away, unless a new one is given with it. Its hash is
+/// zero until its file has been read.
 [[nodiscard]] DeformationProperties edited(DeformationProperties properties, const DeformationEdit& edit);
 
 [[nodiscard]] SoftTissue tissueOf(const Softness& softness);

@@ -41,15 +41,15 @@ struct GrownReactionDiffusionSource {
   auto operator<=>(const GrownReactionDiffusionSource&) const = default;
 };
 
-/// Source of a mapped family's field. A file is an image.
+/// Source of a mapped family's field. A file is an image, or holds a field's canonical bytes.
 using FieldSource = std::variant<FileSource, AssetSource, ReactionDiffusionSource, SpotNoiseSource>;
 /// Source of a grown family's field.
-using PointFieldSource = std::variant<AssetSource, GrownReactionDiffusionSource>;
+using PointFieldSource = std::variant<AssetSource, GrownReactionDiffusionSource, FileSource>;
 
 struct GivenValues {
   std::vector<float> values;
 };
-using VertexValuesSource = std::variant<AssetSource, GivenValues>;
+using VertexValuesSource = std::variant<AssetSource, GivenValues, FileSource>;
 
 /// What of a mapped family an edit leaves to be made.
 struct MappedSource {

@@ -75,7 +75,13 @@ Result<Lattice> givenLatticeFrom(const v1::Lattice& message) {
   return latticeFrom(message, !message.has_size_m());
 }
 
-Result<ContentHash> residueFrom(const v1::Residue& message) { return hashFromWire(message.asset(), "asset"); }
+Result<ResidueSource> residueFrom(const v1::Residue& message) {
+  if (message.has_file()) {
+    if (auto bad = checkFilePath(message.file(), "file")) return refuse(bad);
+    return FileSource{message.file()};
+  }
+  return hashFromWire(message.asset(), "asset").map([](const ContentHash& hash) { return AssetSource{hash}; });
+}
 
 }  // namespace
 
@@ -98,7 +104,8 @@ Result<DeformationProperties> announcedDeformationFrom(const v1::Deformation& me
     if (auto bad = take(latticeFrom(message.lattice(), false), to.lattice, "lattice.")) return refuse(bad);
   }
   if (message.has_residue()) {
-    if (auto bad = take(residueFrom(message.residue()), to.residue, "residue.")) return refuse(bad);
+    const std::string& hash = message.residue().asset();
+    if (auto bad = take(hashFromWire(hash, "asset"), to.residue, "residue.")) return refuse(bad);
   }
   return to;
 }

@@ -174,10 +174,13 @@ Result<PointFieldSource> sourceFrom(const v1::GrownField& message) {
         return refuse(bad);
       return PointFieldSource{source};
     }
+    case v1::GrownField::kFile:
+      if (auto bad = checkFilePath(message.file(), "file")) return refuse(bad);
+      return PointFieldSource{FileSource{message.file()}};
     case v1::GrownField::SOURCE_NOT_SET:
       break;
   }
-  return refused("source", "is missing; give asset or reaction_diffusion");
+  return refused("source", "is missing; give file, asset or reaction_diffusion");
 }
 
 Result<FieldEdit> grownFrom(const v1::GrownField& message) {

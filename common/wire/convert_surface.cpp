@@ -52,10 +52,13 @@ Result<FactorMapEdit> perVertexFrom(const v1::PerVertex& message) {
       }
       return FactorMapEdit{PerVertexScale{}, VertexValuesSource{GivenValues{{values.begin(), values.end()}}}};
     }
+    case v1::PerVertex::kFile:
+      if (auto bad = checkFilePath(message.file(), "per_vertex.file")) return refuse(bad);
+      return FactorMapEdit{PerVertexScale{}, VertexValuesSource{FileSource{message.file()}}};
     case v1::PerVertex::SOURCE_NOT_SET:
       break;
   }
-  return refused("per_vertex.source", "is missing; give values or asset");
+  return refused("per_vertex.source", "is missing; give values, file or asset");
 }
 
 /// A map as a message has it.
@@ -166,7 +169,7 @@ Refusal checkAnnounced(const FactorMapSource& source, const std::string& prefix)
     return checkAnnounced(*fields, prefix + "field.");
   }
   if (std::holds_alternative<AssetSource>(std::get<VertexValuesSource>(source))) return std::nullopt;
-  return Error{prefix + "per_vertex.source", "is a list; a state names an asset"};
+  return Error{prefix + "per_vertex.source", "is no asset; a state names one"};
 }
 
 Result<Friction> announcedFriction(const v1::Friction& message) {

@@ -11,7 +11,7 @@ namespace {
 /// Adds what of these assets the view holds.
 void gather(const MirrorView& view, const std::set<AssetName>& names, NamedAssets& assets) {
   for (const AssetName& name : names) {
-    if (auto content = assetIn(view, name)) assets.emplace(name, *std::move(content));
+    if (auto content = view.contentOf(name)) assets.emplace(name, *std::move(content));
   }
 }
 

@@ -6,7 +6,9 @@
 #include <span>
 #include <utility>
 
+#include "common/assets/asset_content.h"
 #include "common/importer/importer.h"
+#include "common/mesh/file_bytes.h"
 
 namespace haptics {
 namespace {
@@ -14,13 +16,7 @@ namespace {
 /// Of an object's name, less what is put behind it where it is taken.
 constexpr std::size_t kLongestName = 58;
 
-}  // namespace
-
-LocalAsset localAsset(AssetKind kind, std::string bytes) {
-  const ContentHash hash = Hasher().add(std::as_bytes(std::span(bytes))).finish();
-  return {kind, std::move(bytes), hash};
-}
-
+/// The unit or extent, and what else a scene says of the mesh's file.
 ImportOptions importOptionsOf(const v1::MeshSource& source) {
   ImportOptions options;
   if (source.has_unit_m()) options.unit_m = source.unit_m();
@@ -28,6 +24,13 @@ ImportOptions importOptionsOf(const v1::MeshSource& source) {
   options.keepCrossings = source.keep_crossings();
   options.part = PartName(source.part());
   return options;
+}
+
+}  // namespace
+
+LocalAsset localAsset(AssetKind kind, std::string bytes) {
+  const ContentHash hash = Hasher().add(std::as_bytes(std::span(bytes))).finish();
+  return {kind, std::move(bytes), hash};
 }
 
 Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOptions& options,
@@ -42,6 +45,23 @@ Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const
   if (!inMetres) return inMetres;
   const auto scale = inMetres->report.isUnitKnown ? std::nullopt : likelyScale(inMetres->report.longestSide_m());
   return scale ? readMeshFile(file, *scale, stop) : inMetres;
+}
+
+Result<LocalFile> readNamedFile(const AssetReference& reference, const std::filesystem::path& file) {
+  if (const v1::MeshSource* source = reference.mesh()) {
+    return readMeshFile(file, importOptionsOf(*source)).map([](LocalMesh mesh) {
+      return LocalFile{std::move(mesh.asset), mesh.report.text()};
+    });
+  }
+  const bool isImage = reference.kind() == AssetKind::kScalarField;
+  auto bytes = isImage ? importImage(file) : readAssetFile(file).map_error([&](const Error& error) {
+    return Error{file.string(), error.reason};
+  });
+  if (!bytes) return tl::unexpected(std::move(bytes).error());
+  const auto content = decodeAsset(reference.kind(), *bytes);
+  if (!content) return refused(file.string(), content.error().text());
+  std::string report = std::to_string(bytes->size()) + " bytes";
+  return LocalFile{localAsset(reference.kind(), *std::move(bytes)), std::move(report)};
 }
 
 Result<void> outcomeOf(const v1::AssetUploadReply& reply, const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 #include "common/hash/content_hash.h"
 #include "common/mesh/import.h"
 #include "common/scene/asset_source.h"
+#include "graphics_client/editing/named_assets.h"
 #include "haptics/v1/envelope.pb.h"
 #include "haptics/v1/scene.pb.h"
 
@@ -27,13 +28,19 @@ struct LocalMesh {
   MeshReport report;
 };
 
-/// The unit or extent, and what else a scene says of the mesh's file.
-[[nodiscard]] ImportOptions importOptionsOf(const v1::MeshSource& source);
 /// importMeshFile() of a file of the user's own: takes up to minutes, ends soon after `stop` asks for it.
 [[nodiscard]] Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOptions& options,
                                              const std::stop_token& stop = {});
 /// The same of a file whose unit neither its sender nor itself says: as likelyScale() has it.
 [[nodiscard]] Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop);
+
+/// What a scene names by a file, with its options there.
+struct LocalFile {
+  LocalAsset asset;
+  std::string report;  ///< What its reading kept and dropped, one line.
+};
+/// Takes up to minutes. Errors name the file.
+[[nodiscard]] Result<LocalFile> readNamedFile(const AssetReference& reference, const std::filesystem::path& file);
 
 /// What became of the upload of a file's asset. Errors name the file.
 [[nodiscard]] Result<void> outcomeOf(const v1::AssetUploadReply& reply, const std::filesystem::path& file);

@@ -1,42 +1,23 @@
 #include "graphics_client/editing/scene_file.h"
 
-#include <cstddef>
+#include <algorithm>
 #include <fstream>
-#include <span>
+#include <map>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "common/mesh/file_bytes.h"
 #include "common/wire/convert.h"
+#include "graphics_client/editing/generated_mesh.h"
 #include "graphics_client/editing/named_assets.h"
 #include "graphics_client/editing/scene_text.h"
-#include "graphics_client/mirror/client_limits.h"
 
 namespace haptics {
 namespace {
 
 namespace fs = std::filesystem;
-
-const char* extensionOf(AssetKind kind) {
-  switch (kind) {
-    case AssetKind::kMesh:
-      return ".mesh";
-    case AssetKind::kScalarField:
-      return ".field";
-    case AssetKind::kVertexValues:
-      return ".values";
-    case AssetKind::kMovedVertices:
-      return ".moved";
-    case AssetKind::kPointField:
-      return ".points";
-  }
-  return "";
-}
-
-fs::path fileOf(const AssetName& asset, const fs::path& scene) {
-  return scene.parent_path() / (asset.hash.hex() + extensionOf(asset.kind));
-}
 
 /// Whole or not at all.
 Result<void> write(const fs::path& file, const std::string& bytes) {
@@ -54,82 +35,113 @@ Result<void> write(const fs::path& file, const std::string& bytes) {
   return {};
 }
 
-Result<AssetContent> read(const AssetName& asset, const fs::path& file) {
-  std::error_code ignored;
-  if (const auto size = fs::file_size(file, ignored); !ignored && size > kMaxHeldAssets_bytes) {
-    return refused(file.string(), "has " + std::to_string(size) + " bytes; a scene's assets have at most " +
-                                      std::to_string(kMaxHeldAssets_bytes));
-  }
-  const auto bytes = readFile(file);
-  if (!bytes) return refused(file.string(), bytes.error().reason);
-  if (Hasher().add(std::as_bytes(std::span(*bytes))).finish() != asset.hash) {
-    return refused(file.string(), "is damaged: its bytes do not have the hash of its name");
-  }
-  auto content = decodeAsset(asset.kind, *bytes);
-  if (!content) return refused(file.string() + ": " + content.error().field, content.error().reason);
-  return content;
-}
+/// The files beside a scene file.
+class AssetFiles {
+ public:
+  AssetFiles(const fs::path& folder, const MirrorView& view) : folder_(folder), view_(view) {}
 
-/// The assets that the transaction names and the present scene does not.
-/// @param mayLack  Those that do not lie beside the file are left out, not refused.
-Result<std::vector<AssetContent>> readAssets(const fs::path& file, const v1::Transaction& transaction,
-                                             const SceneVersion& present, bool mayLack) {
-  std::vector<AssetContent> assets;
-  const auto held = assetsNamedBy(present);
-  for (const AssetName& name : assetsNamedBy(transaction)) {
-    std::error_code ignored;
-    const fs::path beside = fileOf(name, file);
-    if (held.contains(name) || (mayLack && !fs::exists(beside, ignored))) continue;
-    auto content = read(name, beside);
-    if (!content) return tl::unexpected(std::move(content).error());
-    assets.push_back(*std::move(content));
+  /// The name of the asset's file, which is written unless it is there.
+  Result<std::string> nameOf(const AssetName& asset, const std::string& object) {
+    if (const auto known = names_.find(asset); known != names_.end()) return known->second;
+    const auto content = view_.contentOf(asset);
+    if (!content) {
+      return refused("object \"" + object + "\"", "cannot be written yet: its assets are on their way");
+    }
+    const std::string bytes = canonicalBytes(*content).copy();
+    const std::string ending(fileEndingOf(asset.kind));
+    for (int number = 1;; ++number) {
+      const std::string name = object + (number > 1 ? "-" + std::to_string(number) : "") + ending;
+      const fs::path file = folder_ / name;
+      std::error_code error;
+      if (!fs::exists(file, error)) {
+        if (auto written = write(file, bytes); !written) return tl::unexpected(written.error());
+      } else if (fs::file_size(file, error) != bytes.size() || readAssetFile(file).value_or("") != bytes) {
+        continue;
+      }
+      return names_.emplace(asset, name).first->second;
+    }
   }
-  return assets;
+
+ private:
+  const fs::path folder_;
+  const MirrorView& view_;
+  std::map<AssetName, std::string> names_;
+};
+
+/// Whether a name leads nowhere but to the folder and what is below.
+bool staysBelow(const fs::path& name) {
+  return !name.empty() && name.is_relative() && std::find(name.begin(), name.end(), "..") == name.end();
 }
 
 }  // namespace
 
-Result<void> saveScene(const MirrorView& view, const fs::path& file) {
-  const SceneVersion& scene = *view.scene;
-  const std::string text = sceneText(view, "");
-  if (text.size() > kMaxSceneTextBytes) {
-    return refused(file.string(), "would have " + std::to_string(text.size()) + " bytes; a scene file has at most " +
-                                      std::to_string(kMaxSceneTextBytes) + ": give lattices and creases less detail");
+Result<std::string> sceneFor(const fs::path& folder, const MirrorView& view, const std::string& name) {
+  v1::Transaction transaction = additionsOf(view, name);
+  AssetFiles files(folder, view);
+  for (v1::Operation& operation : *transaction.mutable_operations()) {
+    v1::AddObject& add = *operation.mutable_add();
+    auto done = forEachReference(add, [&](AssetReference& reference) -> Result<void> {
+      const auto asset = reference.asset();
+      if (!asset) return {};
+      const auto mesh = view.meshes.find(asset->hash);
+      if (reference.kind() == AssetKind::kMesh && mesh != view.meshes.end()) {
+        if (const auto generator = generatorOf(*mesh->second)) {
+          reference.setGenerator(*generator);
+          return {};
+        }
+      }
+      return files.nameOf(*asset, add.name()).map([&](const std::string& file) { reference.setFile(file); });
+    });
+    if (!done) return tl::unexpected(std::move(done).error());
   }
-  for (const auto& object : scene.objects()) {
-    if (view.isComplete(*object)) continue;
-    return refused(file.string(), "cannot be written yet: assets of object \"" + object->name + "\" are on their way");
-  }
-  std::vector<AssetContent> assets;
-  for (const AssetName& name : assetsNamedBy(scene)) assets.push_back(*assetIn(view, name));
-  if (auto written = saveBeside(file, assets); !written) return written;
-  return write(file, text);
+  std::string text = textOf(transaction);
+  if (text.size() <= kMaxSceneTextBytes) return text;
+  return refused("", "would have " + std::to_string(text.size()) + " bytes; a scene file has at most " +
+                         std::to_string(kMaxSceneTextBytes) + ": give lattices and creases less detail");
 }
 
-Result<void> saveBeside(const fs::path& file, const std::vector<AssetContent>& assets) {
-  for (const AssetContent& content : assets) {
-    const CanonicalBytes bytes = canonicalBytes(content);
-    if (auto written = write(fileOf({kindOf(content), bytes.hash()}, file), bytes.copy()); !written) return written;
-  }
-  return {};
+Result<void> saveScene(const MirrorView& view, const fs::path& file) {
+  auto text = sceneFor(file.parent_path(), view);
+  if (!text) return refused(file.string(), text.error().text());
+  return write(file, *text);
+}
+
+Result<void> takeFilesBeside(const fs::path& scene, v1::Transaction& transaction,
+                             const std::function<Result<void>(const std::string& name, LocalFile file)>& take) {
+  return forEachReference(transaction, [&](AssetReference& reference) -> Result<void> {
+    const auto named = reference.asset();  // as scenes were saved before: by a file named after the hash
+    const std::string name = named ? named->hash.hex() + std::string(fileEndingOf(named->kind)) : reference.file();
+    const fs::path beside = scene.parent_path() / name;
+    std::error_code ignored;
+    if (!staysBelow(name) || !fs::exists(beside, ignored)) return {};
+    auto file = readNamedFile(reference, beside);
+    if (!file) return tl::unexpected(std::move(file).error().within(reference.fileField() + ": "));
+    const ContentHash hash = file->asset.hash;
+    if (named && named->hash != hash) return refused(beside.string(), "is damaged: it has not the hash of its name");
+    if (auto taken = take(name, *std::move(file)); !taken) return taken;
+    reference.setAsset(hash);
+    return {};
+  });
 }
 
 Result<Edit> openScene(const fs::path& file, const SceneVersion& present) {
   auto transaction = readSceneFile(file.string());
   if (!transaction) return tl::unexpected(std::move(transaction).error());
-  auto uploads = readAssets(file, *transaction, present, false);
-  if (!uploads) return tl::unexpected(std::move(uploads).error());
-  Edit edit{{}, "Open " + file.filename().string(), *std::move(uploads)};
+  Edit edit{{}, "Open " + file.filename().string(), {}};
+  std::set<AssetName> held = assetsNamedBy(present);
+  auto taken = takeFilesBeside(file, *transaction, [&](const std::string&, const LocalFile& beside) -> Result<void> {
+    if (!held.insert({beside.asset.kind, beside.asset.hash}).second) return {};
+    auto content = decodeAsset(beside.asset.kind, beside.asset.bytes);
+    if (!content) return tl::unexpected(std::move(content).error());
+    edit.uploads.push_back(*std::move(content));
+    return {};
+  });
+  if (!taken) return tl::unexpected(std::move(taken).error());
   for (const auto& object : present.objects()) {
     edit.transaction.add_operations()->mutable_remove()->mutable_object()->set_id(object->id);
   }
   edit.transaction.MergeFrom(*transaction);
   return edit;
-}
-
-Result<std::vector<AssetContent>> assetsBeside(const fs::path& file, const v1::Transaction& transaction,
-                                               const SceneVersion& present) {
-  return readAssets(file, transaction, present, true);
 }
 
 }  // namespace haptics

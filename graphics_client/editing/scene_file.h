@@ -1,31 +1,37 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
+#include <functional>
+#include <string>
 
 #include "common/error/error.h"
 #include "graphics_client/editing/edit_history.h"
+#include "graphics_client/editing/local_asset.h"
 #include "graphics_client/mirror/mirror_view.h"
 
-// Scene files that a server can be given that holds none of their assets. Beside NAME.scene lie the assets that it
-// names, each in a file of its canonical bytes that is named by their hash: "4f...e1.mesh", ".field", ".values",
-// ".moved" or ".points". Scene files of one folder share them. Any thread; errors name the file.
+// Scene files that every server, World and client opens: what a generator makes is said by its generator; each other asset
+// is named by a file of its canonical bytes that lies beside the scene file and is named after the first object that has
+// it: "cup.mesh", ".field", ".values", ".points" or ".moved". Any thread; errors name the file.
 namespace haptics {
 
-/// Writes the file, if there is one instead of it, and its assets. Refused: an asset of the scene is not here yet.
+/// The text of a scene (of its object `name` alone where that is not empty) for a file in the folder, into which its assets
+/// are written. A file that is there is never replaced: where it holds something else, the next is "cup-2.mesh". Refused: an
+/// asset of the scene is not here yet, a folder that cannot be written to.
+[[nodiscard]] Result<std::string> sceneFor(const std::filesystem::path& folder, const MirrorView& view,
+                                           const std::string& name = "");
+/// Writes that into a file, whole or not at all, also in place of one that is there.
 [[nodiscard]] Result<void> saveScene(const MirrorView& view, const std::filesystem::path& file);
 
-/// Writes these assets beside the file, as saveScene() does.
-[[nodiscard]] Result<void> saveBeside(const std::filesystem::path& file, const std::vector<AssetContent>& assets);
+/// Reads each file that the transaction names and that lies beside the scene file or below, and names it by its hash
+/// instead. What is not there is left to the server's asset folders; likewise what is not below. Refused, by the field: a
+/// file that cannot be read, and what `take` refuses.
+/// @param take  Is told the name and what it holds.
+[[nodiscard]] Result<void> takeFilesBeside(
+    const std::filesystem::path& scene, v1::Transaction& transaction,
+    const std::function<Result<void>(const std::string& name, LocalFile file)>& take);
 
-/// An edit that removes the present objects and carries out the file's transaction, with uploads of the assets that the
-/// present scene does not name. Refused: an asset is missing, damaged, or of another kind than its name says.
+/// An edit that removes the present objects and carries out the file's transaction, with uploads of what lies beside it and
+/// the present scene does not name. Refused: as above.
 [[nodiscard]] Result<Edit> openScene(const std::filesystem::path& file, const SceneVersion& present);
-
-/// The assets that the transaction of a scene file names, lie beside it, and are not named by the present scene. Refused:
-/// one is damaged, or of another kind than its name says.
-[[nodiscard]] Result<std::vector<AssetContent>> assetsBeside(const std::filesystem::path& file,
-                                                             const v1::Transaction& transaction,
-                                                             const SceneVersion& present);
 
 }  // namespace haptics

@@ -26,7 +26,7 @@ void copyMaterial(const v1::ObjectState& state, v1::Material& material) {
 }
 
 template <class PoseOf>
-[[nodiscard]] std::string textOf(const SceneVersion& scene, const std::string& name, PoseOf poseOf) {
+[[nodiscard]] v1::Transaction additionsOf(const SceneVersion& scene, const std::string& name, PoseOf poseOf) {
   v1::Transaction transaction;
   for (const auto& object : scene.objects()) {
     if (!name.empty() && object->name != name) continue;
@@ -34,9 +34,7 @@ template <class PoseOf>
     add = additionOf(*object);
     toWire(poseOf(*object), *add.mutable_pose());
   }
-  std::string text;
-  pb::TextFormat::PrintToString(transaction, &text);
-  return text;
+  return transaction;
 }
 
 }  // namespace
@@ -55,12 +53,19 @@ v1::AddObject additionOf(const ObjectRecord& record) {
 }
 
 std::string sceneText(const SceneVersion& scene, const std::string& name) {
-  return textOf(scene, name, [](const ObjectRecord& object) { return object.pose; });
+  return textOf(additionsOf(scene, name, [](const ObjectRecord& object) { return object.pose; }));
 }
 
-std::string sceneText(const MirrorView& view, const std::string& name) {
-  return textOf(*view.scene, name,
-                [&](const ObjectRecord& object) { return object.movesByItself() ? object.pose : view.poseOf(object); });
+v1::Transaction additionsOf(const MirrorView& view, const std::string& name) {
+  return additionsOf(*view.scene, name, [&](const ObjectRecord& object) {
+    return object.movesByItself() ? object.pose : view.poseOf(object);
+  });
+}
+
+std::string textOf(const v1::Transaction& transaction) {
+  std::string text;
+  pb::TextFormat::PrintToString(transaction, &text);
+  return text;
 }
 
 }  // namespace haptics

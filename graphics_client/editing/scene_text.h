@@ -11,10 +11,11 @@ namespace haptics {
 /// Adds an object with this content, of assets that are named by their hash.
 [[nodiscard]] v1::AddObject additionOf(const ObjectRecord& record);
 
-/// A scene as a file that `hapticctl apply` and `haptic_server --scene` take: one `add` for each object (only the named
-/// one when `name` is not empty). Meshes are named by their hash, so a server takes it that holds them.
+/// A scene as an edit: one `add` for each object (only the named one when `name` is not empty). Assets are named by their
+/// hash, so a server takes it that holds them; saveScene() writes what every server takes.
 [[nodiscard]] std::string sceneText(const SceneVersion& scene, const std::string& name);
 /// The same with objects that are driven where they are.
-[[nodiscard]] std::string sceneText(const MirrorView& view, const std::string& name);
+[[nodiscard]] v1::Transaction additionsOf(const MirrorView& view, const std::string& name);
+[[nodiscard]] std::string textOf(const v1::Transaction& transaction);
 
 }  // namespace haptics

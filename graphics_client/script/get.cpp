@@ -1,10 +1,16 @@
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <thread>
 
 #include "common/json/message_json.h"
 #include "common/wire/convert.h"
+#include "graphics_client/editing/scene_file.h"
 #include "graphics_client/editing/scene_text.h"
 #include "graphics_client/script/verbs.h"
 
@@ -28,6 +34,24 @@ std::string namesIn(const SceneVersion& scene) {
   return names.empty() ? "none" : names;
 }
 
+/// The file that standard output goes into; empty: it goes somewhere else.
+std::filesystem::path standardOutputFile() {
+  struct stat status {};
+  if (fstat(STDOUT_FILENO, &status) != 0 || !S_ISREG(status.st_mode)) return {};
+  std::error_code error;
+  const auto file = std::filesystem::read_symlink("/proc/self/fd/1", error);
+  return std::filesystem::exists(file, error) ? file : std::filesystem::path();
+}
+
+/// The view with all assets; as it is where they do not come in time.
+std::shared_ptr<const MirrorView> withAssets(Connection& connection, std::shared_ptr<const MirrorView> view) {
+  const auto isWhole = [](const MirrorView& v) {
+    return std::ranges::all_of(v.scene->objects(), [&v](const auto& object) { return v.isComplete(*object); });
+  };
+  auto whole = connection.link().waitUntil(isWhole, connection.timeout());
+  return whole ? whole : view;
+}
+
 /// The view with the first sample, which has the poses of driven objects; as it is where none comes.
 std::shared_ptr<const MirrorView> withSample(Connection& connection, std::shared_ptr<const MirrorView> view) {
   constexpr int kLooks = 30;
@@ -43,10 +67,12 @@ std::shared_ptr<const MirrorView> withSample(Connection& connection, std::shared
 
 int get(const CommonOptions& common, const std::string& name) {
   constexpr double kSamples_Hz = 100;
-  Connection connection(common, {.telemetryRate_Hz = kSamples_Hz});
+  Connection connection(common, {.telemetryRate_Hz = kSamples_Hz, .meshes = !common.json});
   auto view = connection.open();
   if (!view) return fail(kNoConnection, view.error());
+  const auto file = common.json ? std::filesystem::path() : standardOutputFile();
   if (!common.json) *view = withSample(connection, *view);
+  if (!file.empty()) *view = withAssets(connection, *view);
   const SceneVersion& scene = *(*view)->scene;
   if (!name.empty() && !scene.find(name)) {
     return fail(kRefused, {name, "no such object; the scene has: " + namesIn(scene)});
@@ -54,8 +80,11 @@ int get(const CommonOptions& common, const std::string& name) {
   if (common.json) {
     std::cout << jsonOf(scene, name).line() << '\n';
   } else {
-    std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n'
-              << sceneText(**view, name);
+    // Elsewhere assets are named by their hash, as this server holds them.
+    const Result<std::string> text =
+        file.empty() ? textOf(additionsOf(**view, name)) : sceneFor(file.parent_path(), **view, name);
+    if (!text) return fail(kRefused, text.error());
+    std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n' << *text;
   }
   return kDone;
 }

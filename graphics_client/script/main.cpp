@@ -58,7 +58,9 @@ Command addApply(Command& app, ApplyOptions& options) {
             options.uploads[pair.substr(0, middle)] = pair.substr(middle + 1);
             return {};
           },
-          "Send a mesh or image of this machine: what the scene calls file or image: \"NAME\" is FILE here")
+          "Send a file of this machine: what the scene calls file or image: \"NAME\" is FILE here. What lies beside "
+          "the scene "
+          "by its name is sent by itself")
       .typeName("NAME=FILE");
   verb.footer(
       "Waits until the change is felt and says from which tick on.\n\n"
@@ -74,7 +76,11 @@ Command addApply(Command& app, ApplyOptions& options) {
 Command addGet(Command& app, std::string& name) {
   Command verb = app.verb("get", "Print the scene as a file that apply takes");
   verb.option("name", name, "Only this object").typeName("NAME");
-  verb.footer("Examples:\n  hapticctl get > now.scene\n  hapticctl --json get torus");
+  verb.footer(
+      "Into a file, it writes meshes and other assets beside it, and any server, World or client opens it. Elsewhere "
+      "they are\n"
+      "named by their hash, for this server alone.\n\n"
+      "Examples:\n  hapticctl get > now.scene\n  hapticctl --json get torus");
   return verb;
 }
 

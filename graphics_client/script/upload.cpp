@@ -6,11 +6,8 @@
 #include <memory>
 #include <set>
 #include <utility>
-#include <vector>
 
 #include "common/clock/monotonic.h"
-#include "common/importer/importer.h"
-#include "common/surface/field_asset.h"
 #include "common/text/printable.h"
 #include "graphics_client/editing/local_asset.h"
 #include "graphics_client/editing/named_assets.h"
@@ -21,12 +18,6 @@
 namespace haptics {
 namespace {
 
-v1::MeshSource* meshOf(v1::Operation& operation) {
-  if (operation.has_add()) return operation.mutable_add()->mutable_mesh();
-  if (operation.has_remesh()) return operation.mutable_remesh()->mutable_mesh();
-  return nullptr;
-}
-
 constexpr double kMegabyte = 1e6;
 /// Of an upload, by a slow server: it says nothing of it until it is built.
 constexpr double kBuilt_bytes_per_s = 1e6;
@@ -35,22 +26,6 @@ void showUpload(const std::string& name, std::uint64_t sent_bytes, std::uint64_t
   char total[32];
   std::snprintf(total, sizeof total, "of %.1f MB ", static_cast<double>(total_bytes) / kMegabyte);
   showProgress("uploading " + name, static_cast<double>(sent_bytes) / static_cast<double>(total_bytes), total);
-}
-
-Result<LocalAsset> meshIn(const std::filesystem::path& file, const v1::MeshSource& source) {
-  auto mesh = readMeshFile(file, importOptionsOf(source));
-  if (!mesh) return tl::unexpected(std::move(mesh).error());
-  std::fprintf(stderr, "%s: %s\n", file.c_str(), printable(mesh->report.text()).c_str());
-  return std::move(mesh->asset);
-}
-
-Result<LocalAsset> fieldIn(const std::filesystem::path& file) {
-  auto bytes = importImage(file);
-  if (!bytes) return tl::unexpected(std::move(bytes).error());
-  const auto field = decodeField(*bytes);
-  if (!field) return refused(file.string(), field.error().text());
-  std::fprintf(stderr, "%s: %u x %u samples\n", file.c_str(), field->width(), field->height());
-  return localAsset(AssetKind::kScalarField, *std::move(bytes));
 }
 
 /// Returns once the server holds it.
@@ -84,55 +59,33 @@ Result<void> uploadOne(Connection& connection, const std::string& name, const st
 Result<void> uploadFiles(Connection& connection, const std::map<std::string, std::filesystem::path>& files,
                          v1::Transaction& transaction) {
   std::set<std::string> used;
-  const auto upload = [&](const std::string& name, auto read, auto put) -> Result<void> {
-    const auto file = files.find(name);
-    if (file == files.end()) return {};
-    used.insert(name);
-    auto asset = read(file->second);
-    if (!asset) return tl::unexpected(std::move(asset).error());
-    const ContentHash hash = asset->hash;
-    if (auto sent = uploadOne(connection, file->first, file->second, *std::move(asset)); !sent) return sent;
-    put(hash.asBytes());
-    return {};
-  };
-  for (auto& operation : *transaction.mutable_operations()) {
-    v1::MeshSource* mesh = meshOf(operation);
-    if (mesh != nullptr && mesh->has_file()) {
-      auto sent = upload(
-          std::string(mesh->file()), [&](const auto& file) { return meshIn(file, *mesh); },
-          [&](const std::string& hash) {
-            mesh->Clear();
-            mesh->set_asset(hash);
-          });
-      if (!sent) return sent;
-    }
-    std::vector<v1::MappedField*> images;
-    forEachMessage(operation, [&images](google::protobuf::Message& message) {
-      auto* mapped = dynamic_cast<v1::MappedField*>(&message);
-      if (mapped != nullptr && mapped->source_case() == v1::MappedField::kImage) images.push_back(mapped);
-    });
-    for (v1::MappedField* field : images) {
-      auto sent =
-          upload(std::string(field->image()), fieldIn, [&](const std::string& hash) { field->set_asset(hash); });
-      if (!sent) return sent;
-    }
-  }
+  auto sent = forEachReference(transaction, [&](AssetReference& reference) -> Result<void> {
+    const auto given = files.find(reference.file());
+    if (given == files.end()) return {};
+    used.insert(given->first);
+    auto file = readNamedFile(reference, given->second);
+    if (!file) return tl::unexpected(std::move(file).error());
+    std::fprintf(stderr, "%s: %s\n", given->second.c_str(), printable(file->report).c_str());
+    const ContentHash hash = file->asset.hash;
+    auto uploaded = uploadOne(connection, given->first, given->second, std::move(file->asset));
+    if (uploaded) reference.setAsset(hash);
+    return uploaded;
+  });
+  if (!sent) return sent;
   for (const auto& [name, file] : files) {
-    if (!used.contains(name)) return refused("--upload " + name, "no mesh or image of the scene names this file");
+    if (!used.contains(name)) return refused("--upload " + name, "nothing in the scene names this file");
   }
   return {};
 }
 
-Result<void> uploadBeside(Connection& connection, const std::filesystem::path& scene,
-                          const v1::Transaction& transaction, const SceneVersion& present) {
-  const auto assets = assetsBeside(scene, transaction, present);
-  if (!assets) return tl::unexpected(assets.error());
-  for (const AssetContent& content : *assets) {
-    LocalAsset asset = localAsset(kindOf(content), canonicalBytes(content).copy());
-    const std::string name = asset.hash.hex();
-    if (auto sent = uploadOne(connection, name, scene, std::move(asset)); !sent) return sent;
-  }
-  return {};
+Result<void> uploadBeside(Connection& connection, const std::filesystem::path& scene, v1::Transaction& transaction,
+                          const SceneVersion& present) {
+  std::set<AssetName> held = assetsNamedBy(present);
+  return takeFilesBeside(scene, transaction, [&](const std::string& name, LocalFile file) -> Result<void> {
+    if (!held.insert({file.asset.kind, file.asset.hash}).second) return {};
+    std::fprintf(stderr, "%s: %s\n", printable(name).c_str(), printable(file.report).c_str());
+    return uploadOne(connection, name, scene.parent_path() / name, std::move(file.asset));
+  });
 }
 
 }  // namespace haptics

@@ -17,11 +17,7 @@ class AssetLibrary final : public AssetResolver {
  public:
   /// The store outlives the library. \param device for warnings.
   AssetLibrary(std::vector<std::filesystem::path> folders, AssetStore& store, const DeviceLimits& device = {})
-      : folders_(std::move(folders)),
-        store_(store),
-        device_(device),
-        meshes_(folders_, store),
-        fields_(folders_, store) {}
+      : folders_(std::move(folders)), device_(device), meshes_(folders_, store), fields_(folders_, store) {}
 
   [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source, double stiffness_N_per_m) override {
     return meshes_.resolve(source, stiffness_N_per_m);
@@ -37,12 +33,7 @@ class AssetLibrary final : public AssetResolver {
     return fields_.resolve(source);
   }
   [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override {
-    auto asset = as<MovedVerticesAsset>(store_.find(source.hash));
-    if (!asset) {
-      return refused("asset",
-                     "no moved vertices " + source.hash.hex() + " are here; upload them in this session first");
-    }
-    return Resolved<MovedVerticesAsset>{std::move(asset), ""};
+    return fields_.resolve(source);
   }
   [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record,
                                                   const ObjectAssets& assets) const override {
@@ -56,7 +47,6 @@ class AssetLibrary final : public AssetResolver {
 
  private:
   const AssetFolders folders_;
-  const AssetStore& store_;
   const DeviceLimits device_;
   MeshLibrary meshes_;
   FieldLibrary fields_;

@@ -17,11 +17,6 @@ struct Resolved {
   std::string report;  ///< Of its import or generation, one line.
 };
 
-/// A residue that the server holds.
-struct ResidueSource {
-  ContentHash hash;
-};
-
 /// An object that an edit was going to make, with all that was made of it.
 struct PreparedObject {
   ObjectRecord record;
@@ -50,7 +45,7 @@ class AssetResolver {
                                                                   const MeshAsset& mesh) = 0;
   /// and below PerVertex ("asset").
   [[nodiscard]] virtual Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) = 0;
-  /// Moved vertices by their hash; errors are of the field "asset" below Residue.
+  /// Errors name the field below Residue ("asset").
   [[nodiscard]] virtual Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) = 0;
   /// Warnings about an object as an edit would make it, a line each.
   [[nodiscard]] virtual std::vector<std::string> warnings(const ObjectRecord&, const ObjectAssets&) const { return {}; }

@@ -6,6 +6,7 @@
 #include "common/importer/importer.h"
 #include "common/interruption/interruption.h"
 #include "common/interruption/progress.h"
+#include "common/mesh/file_bytes.h"
 #include "common/surface/makers/spot_noise.h"
 
 namespace haptics {
@@ -29,11 +30,31 @@ Result<Resolved<VertexValuesAsset>> FieldLibrary::resolve(const VertexValuesSour
     return Resolved<VertexValuesAsset>{store_.intern(inlined->values),
                                        std::to_string(inlined->values.size()) + " vertex values"};
   }
+  if (const auto* file = std::get_if<FileSource>(&source)) {
+    return fromAssetFile<VertexValuesAsset>(*file).map([&](auto asset) {
+      return Resolved<VertexValuesAsset>{asset,
+                                         file->path + ": " + std::to_string(asset->values->size()) + " vertex values"};
+    });
+  }
   const ContentHash& hash = std::get<AssetSource>(source).hash;
   auto asset = as<VertexValuesAsset>(store_.find(hash));
   if (!asset)
     return refused("asset", "no vertex values " + hash.hex() + " are here; upload them in this session first");
   return Resolved<VertexValuesAsset>{std::move(asset), "vertex values that the server held"};
+}
+
+Result<Resolved<MovedVerticesAsset>> FieldLibrary::resolve(const ResidueSource& source) const {
+  if (const auto* file = std::get_if<FileSource>(&source)) {
+    return fromAssetFile<MovedVerticesAsset>(*file).map([&](auto asset) {
+      return Resolved<MovedVerticesAsset>{
+          asset, file->path + ": " + std::to_string(asset->moved->vertex.size()) + " moved vertices"};
+    });
+  }
+  const ContentHash& hash = std::get<AssetSource>(source).hash;
+  auto asset = as<MovedVerticesAsset>(store_.find(hash));
+  if (!asset)
+    return refused("asset", "no moved vertices " + hash.hex() + " are here; upload them in this session first");
+  return Resolved<MovedVerticesAsset>{std::move(asset), ""};
 }
 
 Result<Resolved<PointFieldAsset>> FieldLibrary::resolve(const PointFieldSource& source, const MeshAsset& mesh) {
@@ -42,6 +63,12 @@ Result<Resolved<PointFieldAsset>> FieldLibrary::resolve(const PointFieldSource& 
     if (!asset)
       return refused("asset", "no point field " + held->hash.hex() + " is here; upload it in this session first");
     return Resolved<PointFieldAsset>{std::move(asset), "a point field that the server held"};
+  }
+  if (const auto* file = std::get_if<FileSource>(&source)) {
+    return fromAssetFile<PointFieldAsset>(*file).map([&](auto asset) {
+      return Resolved<PointFieldAsset>{asset,
+                                       file->path + ": " + std::to_string(asset->field->samples().size()) + " samples"};
+    });
   }
   const auto& recipe = std::get<GrownReactionDiffusionSource>(source);
   auto asset = once(grown_, GrownKey(recipe, mesh.name.hash), [&] {
@@ -70,10 +97,19 @@ Result<std::shared_ptr<const Kind>> FieldLibrary::once(Made<K, Kind>& made, cons
 }
 
 template <class Kind>
-Result<std::shared_ptr<const Kind>> FieldLibrary::fromImporterProcess(Result<std::string> bytes) {
+Result<std::shared_ptr<const Kind>> FieldLibrary::fromImporterProcess(Result<std::string> bytes) const {
   return std::move(bytes)
       .and_then([this](std::string read) { return store_.internEncoded(Kind::kKind, std::move(read)); })
       .map(as<Kind>);
+}
+
+template <class Kind>
+Result<std::shared_ptr<const Kind>> FieldLibrary::fromAssetFile(const FileSource& file) const {
+  const auto located = folders_.locate(file.path, "file");
+  if (!located) return tl::unexpected<Error>(located.error());
+  auto asset = fromImporterProcess<Kind>(readAssetFile(located->file));
+  if (!asset) return refused("file", file.path + ": " + asset.error().text());
+  return asset;
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {

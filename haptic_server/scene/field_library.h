@@ -27,8 +27,9 @@ class FieldLibrary {
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source);
   /// A pattern grown on the mesh. Refused: one that cannot grow on it, a hash that is not here.
   [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source, const MeshAsset& mesh);
-  /// Refused: a hash that is not here.
+  /// Refused: a file that is not below an asset folder or holds something else, a hash that is not here.
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source);
+  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) const;
 
  private:
   /// Canonical path, modification time, size in bytes: the same image.
@@ -44,13 +45,15 @@ class FieldLibrary {
   Made<Key, FieldAsset> made_;
   Made<GrownKey, PointFieldAsset> grown_;
 
+  template <class Kind>
+  Result<std::shared_ptr<const Kind>> fromAssetFile(const FileSource& file) const;
   Result<Resolved<FieldAsset>> from(const FileSource& file);
   Result<Resolved<FieldAsset>> from(const AssetSource& source) const;
   Result<Resolved<FieldAsset>> from(const ReactionDiffusionSource& recipe);
   Result<Resolved<FieldAsset>> from(const SpotNoiseSource& recipe);
   /// Canonical bytes from a process that may have been taken over by what it read.
   template <class Kind>
-  Result<std::shared_ptr<const Kind>> fromImporterProcess(Result<std::string> bytes);
+  Result<std::shared_ptr<const Kind>> fromImporterProcess(Result<std::string> bytes) const;
   template <class K, class Kind, class Make>
   Result<std::shared_ptr<const Kind>> once(Made<K, Kind>& made, const K& key, Make make);
 };

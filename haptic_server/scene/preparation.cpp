@@ -55,6 +55,16 @@ Result<Resolved<PointFieldAsset>> Preparation::resolve(const PointFieldSource& s
   return once(points_, Place{&source, mesh.name.hash}, [&] { return library_.resolve(source, mesh); });
 }
 
+Result<Resolved<VertexValuesAsset>> Preparation::resolve(const VertexValuesSource& source) {
+  if (!std::holds_alternative<FileSource>(source)) return library_.resolve(source);
+  return once(values_, Place{&source, {}}, [&] { return library_.resolve(source); });
+}
+
+Result<Resolved<MovedVerticesAsset>> Preparation::resolve(const ResidueSource& source) {
+  if (!std::holds_alternative<FileSource>(source)) return library_.resolve(source);
+  return once(residues_, Place{&source, {}}, [&] { return library_.resolve(source); });
+}
+
 Result<void> Preparation::beforeWork(std::size_t triangles) {
   if (!mayTakeLong_ && triangles > maxTriangles_) return refuseLongWork();
   return {};

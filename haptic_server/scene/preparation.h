@@ -33,12 +33,8 @@ class Preparation final : public AssetResolver {
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override;
   [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source,
                                                           const MeshAsset& mesh) override;
-  [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
-    return library_.resolve(source);
-  }
-  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override {
-    return library_.resolve(source);
-  }
+  [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override;
+  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override;
   [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record,
                                                   const ObjectAssets& assets) const override {
     return library_.warnings(record, assets);
@@ -65,6 +61,8 @@ class Preparation final : public AssetResolver {
   Kept<MeshPlace, MeshAsset> meshes_;
   Kept<Place, FieldAsset> fields_;
   Kept<Place, PointFieldAsset> points_;
+  Kept<Place, VertexValuesAsset> values_;
+  Kept<Place, MovedVerticesAsset> residues_;
   std::vector<PreparedObject> objects_;
 
   [[nodiscard]] tl::unexpected<Error> refuseLongWork();

@@ -125,8 +125,7 @@ void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, Ob
   if (edit.lattice) given.latticeOfMesh = edit.latticeOfMesh;
   if (!edit.residue || !*edit.residue) return;
   given.residue = field + "residue";
-  pendingAssets_.push_back(
-      {given.residue + ".", record.id, record.name, Place::kResidue, ResidueSource{**edit.residue}});
+  pendingAssets_.push_back({given.residue + ".", record.id, record.name, Place::kResidue, &**edit.residue});
 }
 
 /// Drops a residue of another mesh or lattice, or one that a later operation overrules.

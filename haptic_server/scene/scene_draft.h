@@ -47,7 +47,8 @@ class SceneDraft {
     ObjectId object;
     std::string name;
     Place place;
-    std::variant<const MeshSource*, const MappedSource*, const GrownSource*, const VertexValuesSource*, ResidueSource>
+    std::variant<const MeshSource*, const MappedSource*, const GrownSource*, const VertexValuesSource*,
+                 const ResidueSource*>
         source;
   };
   /// The fields, if any, by which the operations last gave what an object is made of.

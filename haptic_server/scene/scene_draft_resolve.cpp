@@ -82,7 +82,7 @@ Result<std::string> SceneDraft::make(const PendingAsset& named, AssetResolver& r
     auto operator()(const MappedSource* source) const { return resolver.resolve(source->field); }
     auto operator()(const GrownSource* source) const { return resolver.resolve(source->points, *mesh); }
     auto operator()(const VertexValuesSource* source) const { return resolver.resolve(*source); }
-    auto operator()(const ResidueSource& source) const { return resolver.resolve(source); }
+    auto operator()(const ResidueSource* source) const { return resolver.resolve(*source); }
   };
   return std::visit(
       [&](const auto& source) -> Result<std::string> {
@@ -103,6 +103,7 @@ void SceneDraft::setAssetHash(const PendingAsset& named, const ContentHash& hash
   ObjectRecord* record = put(named.object);
   if (!record) return;
   if (named.place == Place::kMesh) record->mesh = hash;
+  if (named.place == Place::kResidue) record->deformation.residue = hash;
   if (FieldFamily* family = fieldFamily(named)) {
     if (auto* mapped = std::get_if<MappedFamily>(family)) mapped->field = hash;
     if (auto* grown = std::get_if<GrownFamily>(family)) grown->points = hash;

@@ -48,7 +48,8 @@ std::size_t heldBy(const std::vector<FamilySource>& sources) noexcept {
   std::size_t bytes = sources.capacity() * sizeof(FamilySource);
   for (const FamilySource& source : sources) {
     const auto* mapped = std::get_if<MappedSource>(&source);
-    const auto* file = mapped ? std::get_if<FileSource>(&mapped->field) : nullptr;
+    const auto* file = mapped ? std::get_if<FileSource>(&mapped->field)
+                              : std::get_if<FileSource>(&std::get<GrownSource>(source).points);
     if (file) bytes += heldBy(file->path);
   }
   return bytes;
@@ -58,7 +59,9 @@ std::size_t heldBy(const FactorMap& map, const FactorMapSource& source) noexcept
   std::size_t bytes = 0;
   if (const auto* family = std::get_if<FieldFamily>(&map)) bytes += heldBy(*family);
   if (const auto* fields = std::get_if<std::vector<FamilySource>>(&source)) return bytes + heldBy(*fields);
-  const auto* given = std::get_if<GivenValues>(&std::get<VertexValuesSource>(source));
+  const auto& values = std::get<VertexValuesSource>(source);
+  if (const auto* file = std::get_if<FileSource>(&values)) return bytes + heldBy(file->path);
+  const auto* given = std::get_if<GivenValues>(&values);
   return given ? bytes + heldBy(given->values) : bytes;
 }
 
@@ -79,7 +82,8 @@ std::size_t heldBy(const SurfaceEdit& edit) noexcept {
 }
 
 std::size_t heldBy(const DeformationEdit& edit) noexcept {
-  return edit.lattice && *edit.lattice ? heldBy((*edit.lattice)->control_m) : 0;
+  const auto* file = edit.residue && *edit.residue ? std::get_if<FileSource>(&**edit.residue) : nullptr;
+  return (edit.lattice && *edit.lattice ? heldBy((*edit.lattice)->control_m) : 0) + (file ? heldBy(file->path) : 0);
 }
 
 std::size_t heldBy(const std::optional<MotionProperties>& motion) noexcept {

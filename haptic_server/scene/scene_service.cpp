@@ -201,13 +201,14 @@ bool SceneService::bakeDents(ObjectId object, std::span<const PermanentDent> den
   if (taken.releasedUpTo > 0) servoScenes_.releaseDents(object, taken.releasedUpTo);
   if (taken.upTo > 0) {
     std::shared_ptr<const Asset> asset;
+    std::optional<ContentHash> residue;
     SetDeformation set{ObjectRef{object}, {}};
     set.deformation.residue.emplace();
     if (!taken.residue.vertex.empty()) {
       asset = store_.intern(taken.residue);
-      *set.deformation.residue = asset->name.hash;
+      residue = asset->name.hash;
+      *set.deformation.residue = AssetSource{*residue};
     }
-    const std::optional<ContentHash> residue = *set.deformation.residue;
     servoScenes_.setBakedDents(object, residue, taken.upTo);
     if (residue != record->deformation.residue) {
       const Submission submission{kServerSession, before->version.revision() + 1, {{}, {std::move(set)}}};

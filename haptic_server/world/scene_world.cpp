@@ -78,14 +78,16 @@ struct SceneWorld::Impl {
                        std::max(handled[object].releasedUpTo, taken.releasedUpTo)};
     if (taken.upTo == 0) return;
     std::shared_ptr<const Asset> asset;  // held until the edit names it
+    std::optional<ContentHash> residue;
     SetDeformation set{ObjectRef{object}, {}};
     set.deformation.residue.emplace();
     if (!taken.residue.vertex.empty()) {
       asset = store.intern(taken.residue);
-      *set.deformation.residue = asset->name.hash;
+      residue = asset->name.hash;
+      *set.deformation.residue = AssetSource{*residue};
     }
-    builder.setBakedDents(object, *set.deformation.residue, taken.upTo);
-    if (*set.deformation.residue != record->deformation.residue) (void)apply({{}, {std::move(set)}});
+    builder.setBakedDents(object, residue, taken.upTo);
+    if (residue != record->deformation.residue) (void)apply({{}, {std::move(set)}});
   }
 };
 
@@ -106,6 +108,8 @@ SceneWorld SceneWorld::load(const std::string& file, const World::Device& device
 std::vector<std::string> SceneWorld::apply(const std::string& edit) {
   return impl_->apply(transactionOf(parseSceneText(edit, "edit")));
 }
+
+std::string SceneWorld::root() const { return impl_->sequencer.history()->version.root().hex(); }
 
 std::vector<SceneWorld::Body> SceneWorld::bodies() const {
   MotionState motion;

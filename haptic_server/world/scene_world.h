@@ -43,6 +43,8 @@ class SceneWorld {
   /// @throws InvalidInput what is wrong with which field, where in the text, and what would be right.
   std::vector<std::string> apply(const std::string& edit);
   [[nodiscard]] std::vector<Body> bodies() const;  ///< In order of number.
+  /// SHA-256 over all objects and their meshes, in hexadecimal digits: a server's with the same scene is the same.
+  [[nodiscard]] std::string root() const;
   /// Makes the dents that stay in plastic bodies part of their shapes, as the server does every 0.2 s. Until then 6 are
   /// held, and further ones do not stay.
   void keepDents();

@@ -229,12 +229,6 @@ class EditWithMouse(harness.EndToEnd):
         self.addCleanup(other.kill)
         self.assertEqual(other.ctl("apply", file).code, 0)
         self.assertIn('"box"', other.ctl("get").output)
-        remove = 'operations { remove { object { name: "box" } } }'
-        self.assertEqual(other.ctl("apply", "-", text=remove).code, 0)
-        next(self.folder.glob("*.mesh")).write_text("damaged")
-        answer = other.ctl("apply", file)
-        self.assertEqual(answer.code, 1)
-        self.assertIn("is damaged", answer.errors)
 
 
 if __name__ == "__main__":

@@ -272,7 +272,7 @@ void SimServer::Process::dent() {
     if (taken.residue.vertex.empty()) continue;
     const auto asset = store.intern(taken.residue);
     SetDeformation set{ObjectRef{object->id}, {}};
-    set.deformation.residue = asset->name.hash;
+    set.deformation.residue = AssetSource{asset->name.hash};
     Edit own{.submission = {kServerSession, version.revision() + 1, {{}, {std::move(set)}}}};
     decide(std::vector{&own}, library);
     return;

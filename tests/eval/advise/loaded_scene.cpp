@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "common/wire/convert.h"
-#include "graphics_client/editing/scene_file.h"
 #include "haptic_server/scene/scene_service.h"
 
 namespace haptics::eval {
@@ -13,17 +12,9 @@ Result<std::vector<LoadedObject>> loadScene(const std::string& file, std::vector
   if (!message) return tl::unexpected(message.error());
   auto transaction = fromWire(*message);
   if (!transaction) return tl::unexpected(std::move(transaction.error()).within(file + ": "));
-  const auto beside = assetsBeside(file, *message, SceneVersion());
-  if (!beside) return tl::unexpected(beside.error());
   assets.insert(assets.begin(), std::filesystem::absolute(file).parent_path());
   SceneMailbox mailbox;
   SceneService sceneService({.assetFolders = std::move(assets), .makePlan = {}, .log = {}}, mailbox);
-  std::vector<std::shared_ptr<const Asset>> held;  // until the scene names them
-  for (const AssetContent& content : *beside) {
-    auto asset = sceneService.assetStore().internEncoded(kindOf(content), canonicalBytes(content).copy());
-    if (!asset) return tl::unexpected(std::move(asset).error());
-    held.push_back(*std::move(asset));
-  }
   auto reports = sceneService.loadStartScene(*transaction);
   if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
 

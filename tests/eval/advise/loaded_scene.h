@@ -26,7 +26,7 @@ struct LoadedObject {
   [[nodiscard]] bool held() const noexcept { return motion && motion->tool; }  ///< By the hand, as a tool.
 };
 
-/// Reads a scene file as the server does, with the assets beside one that was saved (saveScene()). Errors name file and field.
+/// Reads a scene file as the server does. Errors name file and field.
 [[nodiscard]] Result<std::vector<LoadedObject>> loadScene(const std::string& file,
                                                           std::vector<std::filesystem::path> assets);
 

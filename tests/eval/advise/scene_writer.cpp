@@ -10,7 +10,7 @@
 
 #include "common/text/plain_text.h"
 #include "common/wire/convert.h"
-#include "graphics_client/editing/scene_file.h"
+#include "graphics_client/editing/named_assets.h"
 #include "haptic_server/scene/asset_folders.h"
 #include "tests/eval/advise/ply_file.h"
 #include "tests/eval/advise/verdict.h"
@@ -98,11 +98,13 @@ class SceneText {
     }
     return edited + appended_;
   }
-  [[nodiscard]] const v1::Transaction& scene() const noexcept { return scene_; }
-  /// That are named still: meshes and images, below the asset folders.
-  [[nodiscard]] std::vector<std::string> files() const {
+  /// That are named still, below the asset folders.
+  [[nodiscard]] std::vector<std::string> files() {
     std::vector<std::string> files;
-    collect(scene_, files);
+    orThrow(forEachReference(scene_, [&files](const AssetReference& reference) -> Result<void> {
+      if (!reference.file().empty()) files.push_back(reference.file());
+      return {};
+    }));
     return files;
   }
 
@@ -149,27 +151,6 @@ class SceneText {
   void replace(const Tree& where, const pb::FieldDescriptor* field, std::string with) {
     const Span span = spanOf(text_, where, field);
     replaced_[span.begin] = {span, std::move(with)};
-  }
-
-  static void collect(const pb::Message& message, std::vector<std::string>& files) {
-    if (const auto* mesh = dynamic_cast<const v1::MeshSource*>(&message); mesh && mesh->has_file()) {
-      files.push_back(mesh->file());
-    }
-    if (const auto* mapped = dynamic_cast<const v1::MappedField*>(&message); mapped && mapped->has_image()) {
-      files.push_back(mapped->image());
-    }
-    std::vector<const pb::FieldDescriptor*> fields;
-    const pb::Reflection& reflection = *message.GetReflection();
-    reflection.ListFields(message, &fields);
-    for (const pb::FieldDescriptor* field : fields) {
-      if (field->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) continue;
-      const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
-      for (int i = 0; i < count; ++i) {
-        collect(field->is_repeated() ? reflection.GetRepeatedMessage(message, field, i)
-                                     : reflection.GetMessage(message, field),
-                files);
-      }
-    }
   }
 };
 
@@ -236,7 +217,6 @@ std::vector<LoadedObject> writeAdvised(const SceneAdvice& advice, const fs::path
     writeNew(folder / name, readText(found.file));
   }
   const fs::path file = folder / scene.filename();
-  orThrow(saveBeside(file, orThrow(assetsBeside(scene, text.scene(), SceneVersion()))));
   writeNew(file, text.text());
   return readWritten(advice, file);
 }

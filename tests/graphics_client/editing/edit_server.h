@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,6 +17,8 @@ namespace haptics::test {
 /// The server's sequencer with its real assets, and what a client mirrors of it.
 class EditServer {
  public:
+  /// @param folders  Of its own files.
+  explicit EditServer(std::vector<std::filesystem::path> folders = {}) : library_(std::move(folders), store_) {}
   v1::EditReply decide(SessionId session, const v1::EditRequest& request);
   /// Holds it for the next edit that is accepted.
   Result<void> upload(const AssetContent& content);
@@ -29,7 +32,7 @@ class EditServer {
 
  private:
   AssetStore store_;
-  AssetLibrary library_{{}, store_};
+  AssetLibrary library_;
   Sequencer sequencer_{7, library_};
   std::vector<std::shared_ptr<const Asset>> uploaded_;
 };

@@ -272,7 +272,7 @@ TEST_F(MirrorOfTwo, KnowsWhereAnObjectIsDrivenUntilAnEditHasSetItsPose) {
   sample.sceneRevision = server_.scene.revision();
   ASSERT_TRUE(mirror_.take(sample, driven));
   EXPECT_EQ(mirror_.contents().poseOf(record).position, Vec3(1, 2, 3));
-  EXPECT_NE(sceneText(mirror_.contents(), "").find("z: 3"), std::string::npos) << "so it is saved";
+  EXPECT_NE(textOf(additionsOf(mirror_.contents(), "")).find("z: 3"), std::string::npos) << "so it is saved";
 
   record.pose.position.x += 0.5;
   ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));

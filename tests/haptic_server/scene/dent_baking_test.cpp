@@ -202,7 +202,7 @@ TEST_F(RoomWithClay, GivesAnotherShapeWhereTheResidueIsTakenAway) {
 
 Operation setResidue(const ContentHash& asset) {
   SetDeformation set{ObjectRef{std::string("a")}, {}};
-  set.deformation.residue = asset;
+  set.deformation.residue = AssetSource{asset};
   return set;
 }
 

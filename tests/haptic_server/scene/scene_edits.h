@@ -85,7 +85,7 @@ class BoxResolver final : public AssetResolver {
   }
   Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override {
     ++resolved;
-    return found<MovedVerticesAsset>(source.hash);
+    return found<MovedVerticesAsset>(std::get<AssetSource>(source).hash);
   }
   [[nodiscard]] static SampledField smallField(float value) {
     return SampledField::make(2, 2, {0, value / 2, value, value / 4}).value();
