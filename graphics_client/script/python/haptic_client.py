@@ -22,6 +22,7 @@ import ssl
 import threading
 import time
 
+import haptics.scene
 from google.protobuf import text_format
 from google.protobuf.message import DecodeError
 
@@ -148,8 +149,10 @@ class Client:
             return self._scene.revision, self._scene.root.hex()
 
     def submit(self, transaction):
-        """Queues a Transaction, or its text format; sent when connected. One that is larger than a frame, 1 MiB, is answered
-        at once with Rejected."""
+        """Queues a Transaction, its text format, or a haptics.scene.Scene; sent when connected. One that is larger than a
+        frame, 1 MiB, is answered at once with Rejected."""
+        if isinstance(transaction, haptics.scene.Scene):
+            transaction = transaction.transaction
         if isinstance(transaction, str):
             transaction = text_format.Parse(transaction, scene_pb2.Transaction())
         with self._changed:
@@ -158,9 +161,21 @@ class Client:
         return edit
 
     def apply(self, transaction, timeout_s=30.0):
-        """Waits until it is felt: (Accepted, first tick). Raises Conflict, Rejected, StateLost, Closed, TimeoutError."""
+        """Waits until it is felt: (Accepted, first tick). Of a Scene, assets in its folder (.mesh, .field and so on) are sent
+        before; other files are the server's to find. Raises Conflict, Rejected, StateLost, UploadRefused, Closed,
+        TimeoutError, and ValueError for a file's name that leaves the folder."""
+        if isinstance(transaction, haptics.scene.Scene):
+            transaction = self._with_assets_sent(transaction, timeout_s)
         edit = self.submit(transaction)
         return edit.result(timeout_s), edit.live_since_tick(timeout_s)
+
+    def _with_assets_sent(self, scene, timeout_s):
+        sent = haptics.scene.Scene(scene.transaction, scene.folder)
+        for reference in list(sent.references()):
+            data = reference.asset_below(sent.folder)
+            if data is not None:
+                reference.message.asset = self.upload(reference.kind, data, timeout_s)
+        return sent
 
     def upload(self, kind, data, timeout_s=60.0):
         """Sends an asset, as upload(haptic_assets.FIELD, haptic_assets.field(rows)), and waits until the server holds it,

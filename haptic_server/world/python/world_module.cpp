@@ -126,6 +126,19 @@ py::array_t<World::ToolSample> runTool(SharedWorld& shared, const py::array& pos
   return samples;
 }
 
+/// @param scene  A file, or a haptics.Scene.
+std::unique_ptr<SharedSceneWorld> load(const py::object& scene, const World::Device& device,
+                                       std::vector<std::string> folders) {
+  const std::string text = py::str(scene).cast<std::string>();
+  const bool isFile = !py::hasattr(scene, "transaction");
+  if (!isFile) folders.insert(folders.begin(), py::str(scene.attr("folder")).cast<std::string>());
+  const py::gil_scoped_release released;
+  if (isFile) return std::make_unique<SharedSceneWorld>(SceneWorld::load(text, device, std::move(folders)));
+  SceneWorld world(device, std::move(folders));
+  (void)world.apply(text);
+  return std::make_unique<SharedSceneWorld>(std::move(world));
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_world, module) {
@@ -235,20 +248,19 @@ PYBIND11_MODULE(_world, module) {
       module, "SceneWorld",
       "The scene of a scene file, with all that one can say. Files that it names are below its\n"
       "folder or the given ones. Threads and errors as World's.")
-      .def(py::init([](const std::string& file, const World::Device& device, std::vector<std::string> folders) {
-             const py::gil_scoped_release released;
-             return std::make_unique<SharedSceneWorld>(SceneWorld::load(file, device, std::move(folders)));
-           }),
-           py::arg("file"), py::arg("device") = World::Device{}, py::arg("folders") = std::vector<std::string>{})
+      .def(py::init(&load), py::arg("scene"), py::arg("device") = World::Device{},
+           py::arg("folders") = std::vector<std::string>{}, "scene: a file, or a haptics.Scene")
       .def(
           "apply",
-          [](SharedSceneWorld& shared, const std::string& edit) {
-            return shared.with([&](SceneWorld& world) {
+          [](SharedSceneWorld& shared, const py::object& edit) {
+            return shared.with([&, text = py::str(edit).cast<std::string>()](SceneWorld& world) {
               const py::gil_scoped_release released;
-              return world.apply(edit);
+              return world.apply(text);
             });
           },
-          py::arg("edit"), "One edit in the text of scene files, all of it or none; returns what it kept and dropped.")
+          py::arg("edit"),
+          "One edit, a haptics.Scene or in the text of scene files, all of it or none; returns what it kept and "
+          "dropped.")
       .def(
           "bodies",
           [](SharedSceneWorld& shared) { return shared.with([](SceneWorld& world) { return world.bodies(); }); },
@@ -256,6 +268,9 @@ PYBIND11_MODULE(_world, module) {
       .def(
           "keep_dents", [](SharedSceneWorld& shared) { shared.with([](SceneWorld& world) { world.keepDents(); }); },
           "Makes the dents that stay in plastic bodies part of their shapes; until then 6 are held.")
+      .def(
+          "root", [](SharedSceneWorld& shared) { return shared.with([](SceneWorld& world) { return world.root(); }); },
+          "SHA-256 over all objects and their meshes, in hexadecimal digits; that of a server with the same scene.")
       .def("run", &run<SceneWorld>, py::arg("positions"), kRunIs);
 }
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy
 
 import haptics
+from haptics.scene import Material, MeshSource, Operation, Sphere
 
 
 def box(half=0.05):
@@ -244,6 +245,73 @@ class PythonSceneWorld(unittest.TestCase):
         edit.operations.add().remove.object.name = "ball"
         self.world.apply(text_format.MessageToString(edit))
         self.assertEqual([body.name for body in self.world.bodies()], ["plate"])
+
+
+class PythonScene(unittest.TestCase):
+    """A scene that is written without text format."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.scene = haptics.Scene(folder=self.folder)
+
+    def test_it_is_that_of_the_same_text(self):
+        self.scene.add(name="ball", mesh=MeshSource(sphere=Sphere(radius_m=0.02)), material=Material(stiffness_N_per_m=600))
+        self.scene.set_pose(object={"name": "ball"}, pose={"position": {"z": 0.05}})
+        self.scene.save(self.folder / "ball.scene")
+        (self.folder / "text.scene").write_text("""
+          operations { add { name: "ball" mesh { sphere { radius_m: 0.02 } } material { stiffness_N_per_m: 600 } } }
+          operations { set_pose { object { name: "ball" } pose { position { z: 0.05 } } } }""")
+        roots = {haptics.SceneWorld(scene).root()
+                 for scene in (self.scene, self.folder / "ball.scene", str(self.folder / "text.scene"))}
+        self.assertEqual(len(roots), 1)
+        self.assertRegex(roots.pop(), "^[0-9a-f]{64}$")
+        self.assertEqual(haptics.Scene.load(self.folder / "text.scene").transaction, self.scene.transaction)
+
+    def test_every_operation_has_a_method(self):
+        for field in Operation.DESCRIPTOR.fields:
+            message = getattr(self.scene, field.name)()
+            self.assertIs(message.DESCRIPTOR, field.message_type)
+            self.assertEqual(self.scene.transaction.operations[-1].WhichOneof("op"), field.name)
+        with self.assertRaisesRegex(TypeError, "Sphere is no operation"):
+            self.scene.append(Sphere())
+
+    def test_an_edit_is_a_scene_too(self):
+        self.scene.add(name="ball", mesh={"sphere": {"radius_m": 0.02}})
+        world = haptics.SceneWorld(self.scene)
+        before = world.root()
+        edit = haptics.Scene()
+        edit.set_material(object={"name": "ball"}, material={"stiffness_N_per_m": 300})
+        world.apply(edit)
+        self.assertNotEqual(world.root(), before)
+
+    def test_files_that_it_names_go_with_it(self):
+        (self.folder / "parts").mkdir()
+        (self.folder / "parts/corner.obj").write_text(
+            "v 0 0 0\nv 0.05 0 0\nv 0 0.05 0\nv 0 0 0.05\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        self.scene.add(name="corner", mesh=MeshSource(file="parts/corner.obj"))
+        self.scene.add(name="head", mesh=MeshSource(file="of_the_server.iv"))
+        self.scene.save(self.folder / "a.scene")
+        other = self.folder / "other"
+        other.mkdir()
+        haptics.Scene.load(self.folder / "a.scene").save(other / "a.scene")
+        self.assertTrue((other / "parts/corner.obj").exists())
+        (other / "parts/corner.obj").write_text("another")
+        with self.assertRaisesRegex(FileExistsError, r"operations\[0\].add.mesh.file: .*corner.obj is there already"):
+            haptics.Scene.load(self.folder / "a.scene").save(other / "a.scene")
+
+    def test_what_it_cannot_take_is_named(self):
+        self.scene.add(name="corner", mesh=MeshSource(file="../corner.obj"))
+        with self.assertRaisesRegex(ValueError, r"operations\[0\].add.mesh.file: \"../corner.obj\" leaves"):
+            self.scene.save(self.folder / "a.scene")
+        with self.assertRaisesRegex(ValueError, r"operations\[0\].add.mesh.file"):
+            haptics.SceneWorld(self.scene)
+        (self.folder / "bad.scene").write_text("operations { grow { } }")
+        with self.assertRaisesRegex(ValueError, r"bad.scene:1:14 .*grow"):
+            haptics.Scene.load(self.folder / "bad.scene")
+        with self.assertRaises(TypeError):
+            self.scene.add(name=7)
 
 
 if __name__ == "__main__":

@@ -7,20 +7,18 @@ The second form reads the object, and changes it only if nobody else did in betw
 """
 import argparse
 import sys
-from pathlib import Path
 
-from google.protobuf import text_format
-from haptic_client import Client, Conflict, Refused, Rejected
-from haptics.v1 import scene_pb2
+from haptic_client import Client, Conflict, Refused, Rejected, UploadRefused
+from haptics.scene import Scene
 
 
 def scene_of(file):
     try:
-        return text_format.Parse(Path(file).read_text(encoding="utf-8"), scene_pb2.Transaction())
+        return Scene.load(file)
     except OSError as error:
         sys.exit(f"push_scene_change: {file}: {error.strerror}")
-    except (UnicodeDecodeError, text_format.ParseError) as error:
-        sys.exit(f"push_scene_change: {file}: {error}")
+    except ValueError as error:
+        sys.exit(f"push_scene_change: {error}")
 
 
 def set_stiffness(client, name, stiffness):
@@ -49,7 +47,7 @@ def main():
             accepted, tick = (client.apply(scene) if scene is not None else
                               set_stiffness(client, arguments.what, arguments.stiffness))
             print(f"revision {accepted.revision}, live since tick {tick}, root {accepted.root.hex()}")
-    except (Refused, Rejected, Conflict) as error:
+    except (Refused, Rejected, Conflict, UploadRefused, ValueError) as error:
         sys.exit(f"push_scene_change: {error}")
 
 

@@ -1,0 +1,151 @@
+"""Scenes without text format.
+
+    from haptics.scene import Material, MeshSource, Scene, Sphere
+
+    scene = Scene()
+    scene.add(name="ball", mesh=MeshSource(sphere=Sphere(radius_m=0.02)), material=Material(stiffness_N_per_m=600))
+    scene.set_pose(object={"name": "ball"}, pose={"position": {"z": 0.05}})
+    scene.save("ball.scene")             # for haptic_server --scene, deploy/run --scene, hapticctl apply, the viewer
+    haptics.SceneWorld(scene)            # in this process
+    client.apply(scene)                  # on a server
+
+This module has every message of scene.proto, which says fields, units, ranges and defaults; editors complete them. A dict
+stands for a message in any place. What a file may not hold is said by who opens it, by its field.
+"""
+import filecmp
+import os
+import shutil
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import Callable, Concatenate, Iterator, NamedTuple, ParamSpec, TypeVar
+
+from google.protobuf import text_format
+from google.protobuf.message import Message
+
+from haptics.v1.scene_pb2 import *  # noqa: F401,F403
+from haptics.v1.scene_pb2 import (AddObject, AssetKind, Operation, RemeshObject, RemoveObject, SetDeformation, SetMaterial, SetMotion,
+                                  SetPose, Transaction)
+from haptics.v1 import scene_pb2
+
+_P = ParamSpec("_P")
+_M = TypeVar("_M", bound=Message)
+
+
+def _appends(kind: Callable[_P, _M]) -> "Callable[Concatenate[Scene, _P], _M]":
+    def append(self, *args, **fields):
+        message = kind(*args, **fields)
+        self.append(message)
+        return message
+    fields = [Parameter(field.name, Parameter.KEYWORD_ONLY, default=None) for field in kind.DESCRIPTOR.fields]
+    append.__signature__ = Signature([Parameter("self", Parameter.POSITIONAL_OR_KEYWORD), *fields])
+    append.__doc__ = f"Appends {kind.__name__} with these fields."
+    return append
+
+
+class Scene:
+    """Operations in their order, one transaction: all of it becomes a scene, or none."""
+
+    def __init__(self, transaction: Transaction | None = None, folder: "str | os.PathLike[str]" = "."):
+        """`folder`: below which lie the files that the operations name."""
+        self.transaction = Transaction()
+        if transaction is not None:
+            self.transaction.CopyFrom(transaction)
+        self.folder = Path(folder)
+
+    add = _appends(AddObject)
+    remove = _appends(RemoveObject)
+    remesh = _appends(RemeshObject)
+    set_pose = _appends(SetPose)
+    set_material = _appends(SetMaterial)
+    set_motion = _appends(SetMotion)
+    set_deformation = _appends(SetDeformation)
+
+    def append(self, message: Message) -> None:
+        """Any of the messages that an Operation may be."""
+        for field in Operation.DESCRIPTOR.oneofs_by_name["op"].fields:
+            if field.message_type is message.DESCRIPTOR:
+                getattr(self.transaction.operations.add(), field.name).CopyFrom(message)
+                return
+        raise TypeError(f"{message.DESCRIPTOR.name} is no operation")
+
+    def __str__(self) -> str:
+        """As a scene file has it."""
+        return text_format.MessageToString(self.transaction)
+
+    @classmethod
+    def load(cls, file: "str | os.PathLike[str]") -> "Scene":
+        """Raises OSError; ValueError, which names file, line and column."""
+        try:
+            text = Path(file).read_text(encoding="utf-8-sig")
+            return cls(text_format.Parse(text, Transaction()), Path(file).parent)
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{file}: is not in UTF-8: {error.reason} at byte {error.start}") from None
+        except text_format.ParseError as error:
+            raise ValueError(f"{file}:{error}") from None
+
+    def save(self, file: "str | os.PathLike[str]") -> None:
+        """Writes a scene file, and beside it copies of the files that the scene names and that lie below its folder; others are
+        the reader's to find. Replaces the scene file, but none of the others: raises FileExistsError where one holds
+        something else. ValueError: a name that leaves the folder; OSError."""
+        file = Path(file)
+        for reference in self.references():
+            found = reference.below(self.folder)
+            if found is None:
+                continue
+            copy = file.parent / reference.file
+            if not copy.exists():
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(found, copy)
+            elif not filecmp.cmp(found, copy, shallow=False):
+                raise FileExistsError(f"{reference.field}: {copy} is there already and holds something else")
+        partial = file.with_name(file.name + ".part")
+        partial.write_text(str(self), encoding="utf-8")
+        partial.replace(file)
+
+    def references(self) -> "Iterator[Reference]":
+        """Each place that names a file."""
+        return _references(self.transaction, "")
+
+
+_KINDS = {"MeshSource": AssetKind.ASSET_KIND_MESH, "MappedField": AssetKind.ASSET_KIND_SCALAR_FIELD,
+          "GrownField": AssetKind.ASSET_KIND_POINT_FIELD, "PerVertex": AssetKind.ASSET_KIND_VERTEX_VALUES,
+          "Residue": AssetKind.ASSET_KIND_MOVED_VERTICES}
+_CANONICAL = (".mesh", ".field", ".points", ".values", ".moved")
+
+
+class Reference(NamedTuple):
+    """A message that names a file."""
+    message: Message
+    field: str  # "operations[0].add.mesh.file"
+    file: str
+
+    @property
+    def kind(self) -> int:
+        return _KINDS[self.message.DESCRIPTOR.name]
+
+    def below(self, folder: Path) -> "Path | None":
+        """The file; None where it is not there. Raises ValueError for a name that leaves the folder."""
+        if Path(self.file).is_absolute() or ".." in Path(self.file).parts:
+            raise ValueError(f'{self.field}: "{self.file}" leaves the scene\'s folder; give a path below it')
+        path = folder / self.file
+        return path if path.is_file() else None
+
+    def asset_below(self, folder: Path) -> "bytes | None":
+        """An asset's canonical bytes, which the file holds; None where it is not there, or holds something else."""
+        path = self.below(folder)
+        return path.read_bytes() if path is not None and path.suffix in _CANONICAL else None
+
+
+def _references(message: Message, path: str) -> "Iterator[Reference]":
+    name = "image" if message.DESCRIPTOR.name == "MappedField" else "file"
+    if message.DESCRIPTOR.name in _KINDS and getattr(message, name):
+        yield Reference(message, f"{path}.{name}", getattr(message, name))
+    for field, value in message.ListFields():
+        if field.type != field.TYPE_MESSAGE:
+            continue
+        below = f"{path}.{field.name}" if path else field.name
+        if field.label == field.LABEL_REPEATED:
+            for i, one in enumerate(value):
+                yield from _references(one, f"{below}[{i}]")
+        else:
+            yield from _references(value, below)
