@@ -135,7 +135,7 @@ class Server(Process):
 
     def __init__(self, folder, scene=SCENE, listen="127.0.0.1:0", options=(), prefix=(), credentials=None,
                  device="simulated", env=None):
-        """`credentials`: a folder of make_credentials()."""
+        """`scene`: its text, a Path where it lies, or None. `credentials`: a folder of make_credentials()."""
         self.folder = Path(folder)
         self.credentials = credentials
         if credentials:
@@ -143,9 +143,10 @@ class Server(Process):
         if "--recordings" not in options:  # one that is killed leaves one
             options = [*options, "--recordings", self.folder / "recordings"]
         self.summary_file = self.folder / "server.json"
-        scene_file = self.folder / "test.scene"
-        scene_file.write_text(scene)
-        super().__init__([BIN / "haptic_server", "--scene", scene_file, "--device", device, "--listen", listen,
+        if isinstance(scene, str):
+            scene, text = self.folder / "test.scene", scene
+            scene.write_text(text)
+        super().__init__([BIN / "haptic_server", *(["--scene", scene] if scene else []), "--device", device, "--listen", listen,
                           "--summary", self.summary_file, *options], prefix=prefix, env=env)
         try:
             wait_until(lambda: self.find(r"^listening on ") or not self.alive(), START_TIMEOUT_S, self.text)
