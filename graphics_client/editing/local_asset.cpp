@@ -43,7 +43,8 @@ Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOp
 Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop) {
   auto inMetres = readMeshFile(file, {}, stop);
   if (!inMetres) return inMetres;
-  const auto scale = inMetres->report.isUnitKnown ? std::nullopt : likelyScale(inMetres->report.longestSide_m());
+  const bool isKnown = inMetres->report.isUnitKnown || file.extension() == fileEndingOf(AssetKind::kMesh);
+  const auto scale = isKnown ? std::nullopt : likelyScale(inMetres->report.longestSide_m());
   return scale ? readMeshFile(file, *scale, stop) : inMetres;
 }
 

@@ -31,7 +31,7 @@ struct LocalMesh {
 /// importMeshFile() of a file of the user's own: takes up to minutes, ends soon after `stop` asks for it.
 [[nodiscard]] Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOptions& options,
                                              const std::stop_token& stop = {});
-/// The same of a file whose unit neither its sender nor itself says: as likelyScale() has it.
+/// The same of a file whose unit neither its sender nor itself says (a .mesh file is in metres): as likelyScale() has it.
 [[nodiscard]] Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop);
 
 /// What a scene names by a file, with its options there.

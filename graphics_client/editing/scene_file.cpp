@@ -75,9 +75,9 @@ bool staysBelow(const fs::path& name) {
 
 }  // namespace
 
-Result<std::string> sceneFor(const fs::path& folder, const MirrorView& view, const std::string& name) {
+Result<std::string> sceneFor(const std::optional<fs::path>& folder, const MirrorView& view, const std::string& name) {
   v1::Transaction transaction = additionsOf(view, name);
-  AssetFiles files(folder, view);
+  AssetFiles files(folder.value_or(fs::path()), view);
   for (v1::Operation& operation : *transaction.mutable_operations()) {
     v1::AddObject& add = *operation.mutable_add();
     auto done = forEachReference(add, [&](AssetReference& reference) -> Result<void> {
@@ -90,6 +90,7 @@ Result<std::string> sceneFor(const fs::path& folder, const MirrorView& view, con
           return {};
         }
       }
+      if (!folder) return {};
       return files.nameOf(*asset, add.name()).map([&](const std::string& file) { reference.setFile(file); });
     });
     if (!done) return tl::unexpected(std::move(done).error());

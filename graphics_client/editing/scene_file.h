@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/error/error.h"
@@ -17,7 +18,8 @@ namespace haptics {
 /// The text of a scene (of its object `name` alone where that is not empty) for a file in the folder, into which its assets
 /// are written. A file that is there is never replaced: where it holds something else, the next is "cup-2.mesh". Refused: an
 /// asset of the scene is not here yet, a folder that cannot be written to.
-[[nodiscard]] Result<std::string> sceneFor(const std::filesystem::path& folder, const MirrorView& view,
+/// @param folder  Nothing: assets are named by their hash, for a server that holds them.
+[[nodiscard]] Result<std::string> sceneFor(const std::optional<std::filesystem::path>& folder, const MirrorView& view,
                                            const std::string& name = "");
 /// Writes that into a file, whole or not at all, also in place of one that is there.
 [[nodiscard]] Result<void> saveScene(const MirrorView& view, const std::filesystem::path& file);

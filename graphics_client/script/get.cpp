@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "common/json/message_json.h"
@@ -16,6 +17,9 @@
 
 namespace haptics {
 namespace {
+
+constexpr const char* kByHash =
+    "# Of assets by their hash, which this server holds; into a file (> FILE) they would be written beside it.\n";
 
 Json jsonOf(const SceneVersion& scene, const std::string& name) {
   Json objects = Json::array();
@@ -72,7 +76,7 @@ int get(const CommonOptions& common, const std::string& name) {
   if (!view) return fail(kNoConnection, view.error());
   const auto file = common.json ? std::filesystem::path() : standardOutputFile();
   if (!common.json) *view = withSample(connection, *view);
-  if (!file.empty()) *view = withAssets(connection, *view);
+  if (!common.json) *view = withAssets(connection, *view);
   const SceneVersion& scene = *(*view)->scene;
   if (!name.empty() && !scene.find(name)) {
     return fail(kRefused, {name, "no such object; the scene has: " + namesIn(scene)});
@@ -80,11 +84,10 @@ int get(const CommonOptions& common, const std::string& name) {
   if (common.json) {
     std::cout << jsonOf(scene, name).line() << '\n';
   } else {
-    // Elsewhere assets are named by their hash, as this server holds them.
-    const Result<std::string> text =
-        file.empty() ? textOf(additionsOf(**view, name)) : sceneFor(file.parent_path(), **view, name);
+    const auto text = sceneFor(file.empty() ? std::nullopt : std::optional(file.parent_path()), **view, name);
     if (!text) return fail(kRefused, text.error());
-    std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n' << *text;
+    std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n'
+              << (text->find("asset: ") == std::string::npos ? "" : kByHash) << *text;
   }
   return kDone;
 }

@@ -17,29 +17,35 @@ import os
 import shutil
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Callable, Concatenate, Iterator, NamedTuple, ParamSpec, TypeVar
+from typing import Callable, Generic, Iterator, NamedTuple, ParamSpec, TypeVar
 
 from google.protobuf import text_format
 from google.protobuf.message import Message
 
 from haptics.v1.scene_pb2 import *  # noqa: F401,F403
-from haptics.v1.scene_pb2 import (AddObject, AssetKind, Operation, RemeshObject, RemoveObject, SetDeformation, SetMaterial, SetMotion,
-                                  SetPose, Transaction)
-from haptics.v1 import scene_pb2
+from haptics.v1.scene_pb2 import (ASSET_KIND_MESH, ASSET_KIND_MOVED_VERTICES, ASSET_KIND_POINT_FIELD, ASSET_KIND_SCALAR_FIELD,
+                                  ASSET_KIND_VERTEX_VALUES, AddObject, Operation, RemeshObject, RemoveObject,
+                                  SetDeformation, SetMaterial, SetMotion, SetPose, Transaction)
 
 _P = ParamSpec("_P")
 _M = TypeVar("_M", bound=Message)
 
 
-def _appends(kind: Callable[_P, _M]) -> "Callable[Concatenate[Scene, _P], _M]":
-    def append(self, *args, **fields):
-        message = kind(*args, **fields)
-        self.append(message)
-        return message
-    fields = [Parameter(field.name, Parameter.KEYWORD_ONLY, default=None) for field in kind.DESCRIPTOR.fields]
-    append.__signature__ = Signature([Parameter("self", Parameter.POSITIONAL_OR_KEYWORD), *fields])
-    append.__doc__ = f"Appends {kind.__name__} with these fields."
-    return append
+class _Appending(Generic[_P, _M]):
+    """An operation as a method of Scene, with the fields that its message has."""
+
+    def __init__(self, kind: Callable[_P, _M]):
+        self._kind = kind
+
+    def __get__(self, scene: "Scene", owner: "type | None" = None) -> Callable[_P, _M]:
+        def append(*args, **fields):
+            message = self._kind(*args, **fields)
+            scene.append(message)
+            return message
+        append.__doc__ = f"Appends {self._kind.__name__} with these fields."
+        append.__signature__ = Signature([Parameter(field.name, Parameter.KEYWORD_ONLY, default=None)
+                                          for field in self._kind.DESCRIPTOR.fields])
+        return append
 
 
 class Scene:
@@ -52,13 +58,13 @@ class Scene:
             self.transaction.CopyFrom(transaction)
         self.folder = Path(folder)
 
-    add = _appends(AddObject)
-    remove = _appends(RemoveObject)
-    remesh = _appends(RemeshObject)
-    set_pose = _appends(SetPose)
-    set_material = _appends(SetMaterial)
-    set_motion = _appends(SetMotion)
-    set_deformation = _appends(SetDeformation)
+    add = _Appending(AddObject)
+    remove = _Appending(RemoveObject)
+    remesh = _Appending(RemeshObject)
+    set_pose = _Appending(SetPose)
+    set_material = _Appending(SetMaterial)
+    set_motion = _Appending(SetMotion)
+    set_deformation = _Appending(SetDeformation)
 
     def append(self, message: Message) -> None:
         """Any of the messages that an Operation may be."""
@@ -107,9 +113,9 @@ class Scene:
         return _references(self.transaction, "")
 
 
-_KINDS = {"MeshSource": AssetKind.ASSET_KIND_MESH, "MappedField": AssetKind.ASSET_KIND_SCALAR_FIELD,
-          "GrownField": AssetKind.ASSET_KIND_POINT_FIELD, "PerVertex": AssetKind.ASSET_KIND_VERTEX_VALUES,
-          "Residue": AssetKind.ASSET_KIND_MOVED_VERTICES}
+_KINDS = {"MeshSource": ASSET_KIND_MESH, "MappedField": ASSET_KIND_SCALAR_FIELD,
+          "GrownField": ASSET_KIND_POINT_FIELD, "PerVertex": ASSET_KIND_VERTEX_VALUES,
+          "Residue": ASSET_KIND_MOVED_VERTICES}
 _CANONICAL = (".mesh", ".field", ".points", ".values", ".moved")
 
 
@@ -141,11 +147,9 @@ def _references(message: Message, path: str) -> "Iterator[Reference]":
     if message.DESCRIPTOR.name in _KINDS and getattr(message, name):
         yield Reference(message, f"{path}.{name}", getattr(message, name))
     for field, value in message.ListFields():
-        if field.type != field.TYPE_MESSAGE:
-            continue
         below = f"{path}.{field.name}" if path else field.name
-        if field.label == field.LABEL_REPEATED:
+        if isinstance(value, Message):
+            yield from _references(value, below)
+        elif field.type == field.TYPE_MESSAGE:
             for i, one in enumerate(value):
                 yield from _references(one, f"{below}[{i}]")
-        else:
-            yield from _references(value, below)

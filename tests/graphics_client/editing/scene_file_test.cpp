@@ -96,6 +96,15 @@ TEST_F(SceneFile, LiesBesideTheAssetsThatItNames) {
   EXPECT_EQ(rootByClient(file), server.scene().root().hex());
 }
 
+TEST_F(SceneFile, WithoutAFolderNamesByTheirHashWhatNoGeneratorMakes) {
+  ASSERT_TRUE(editor.submit(addBox("box")));
+  const auto text = sceneFor(std::nullopt, *server.mirrored());
+  ASSERT_TRUE(text) << text.error().text();
+  EXPECT_THAT(*text, HasSubstr("asset: "));
+  EXPECT_THAT(*text, HasSubstr("box {"));
+  EXPECT_THAT(*sceneFor(std::nullopt, *server.mirrored(), "box"), ::testing::Not(HasSubstr("asset: ")));
+}
+
 TEST_F(SceneFile, NamesAnAssetOfSeveralObjectsOnceAndLeavesOtherFilesAlone) {
   ASSERT_TRUE(editor.submit(addMesh("saucer", tetrahedron(0.05))));
   ASSERT_TRUE(saveScene(*server.mirrored(), file));
@@ -106,7 +115,7 @@ TEST_F(SceneFile, NamesAnAssetOfSeveralObjectsOnceAndLeavesOtherFilesAlone) {
   ASSERT_TRUE(its.submit(addMesh("cup", tetrahedron(0.06)), {tetrahedron(0.06)}));
   ASSERT_TRUE(saveScene(*other.mirrored(), folder / "other.scene"));
   EXPECT_THAT(files(), UnorderedElementsAre("a b.scene", "other.scene", "cup.mesh", "cup-2.mesh"));
-  EXPECT_EQ(rootOf(file), server.scene().root().hex());
+  EXPECT_EQ(rootOf(file), rootByClient(file));
   EXPECT_EQ(rootOf(folder / "other.scene"), other.scene().root().hex());
 }
 
