@@ -11,6 +11,7 @@ from pathlib import Path
 
 import haptics
 import harness
+from haptic_client import Client
 from haptics.scene import Scene
 from viewer_window import Window
 
@@ -89,6 +90,14 @@ class SceneRoundTrips(harness.EndToEnd):
         server.stop()
         return root
 
+    def by_client(self, file):
+        server = self.server()
+        with Client(server.address) as client:
+            client.apply(Scene.load(file))
+            root = client.revision_and_root()[1]
+        server.stop()
+        return root
+
     def in_viewer(self, file):
         server = self.server()
         window = self.window(server)
@@ -112,6 +121,8 @@ class SceneRoundTrips(harness.EndToEnd):
                 readers = [self.in_server, self.in_world] + ([] if names_scans else [self.by_apply])
                 if not names_scans and (LONG or writer == self.by_viewer):
                     readers.append(self.in_viewer)
+                if writer in (self.by_get, self.by_viewer):
+                    readers.append(self.by_client)
                 roots = {reader.__name__: reader(file) for reader in readers}
                 self.assertEqual(len(set(roots.values())), 1, roots)
                 # A hand that leaves a dent makes another revision.
