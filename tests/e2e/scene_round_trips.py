@@ -9,6 +9,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
+import haptic_assets
 import haptics
 import harness
 from haptic_client import Client
@@ -136,6 +137,35 @@ class SceneRoundTrips(harness.EndToEnd):
         for scene in sorted(SCENES.glob("*.scene")) if LONG else [SCENES / "doughnut.scene"]:
             if SCANS.exists() or "CyberHeads" not in scene.read_text():
                 self.round_trip(scene, writers)
+
+    def test_every_kind_of_asset_lies_beside_it(self):
+        server = self.server()
+        ball = {"name": "ball"}
+        with Client(server.address) as client:
+            values = client.upload(haptic_assets.VERTEX_VALUES, haptic_assets.vertex_values([1.0] * 97 + [0.5]))
+            points = client.upload(haptic_assets.POINT_FIELD, haptic_assets.point_field([(0.0, 0.0, 0.02, 1.0)], reach_m=0.01))
+            moved = client.upload(haptic_assets.MOVED_VERTICES, haptic_assets.moved_vertices({0: (0.0, 0.0, 0.021)}))
+            scene = Scene()
+            scene.add(name="ball", mesh={"sphere": {"radius_m": 0.02, "segments": 4}}, pose={"position": {"z": 0.5}})
+            scene.set_material(object=ball, material={
+                "friction": {"mu_static": 0.5, "mu_dynamic": 0.3, "per_vertex": {"asset": values}},
+                "stiffness_over": {"variation": 0.5, "field": {"grown": {"asset": points}}}})
+            scene.set_deformation(object=ball, deformation={"residue": {"asset": moved}})
+            client.apply(scene)
+        folder = self.folder / "written"
+        folder.mkdir()
+        file = folder / "ball.scene"
+        self.by_get(server, None, file)
+        self.assertEqual({each.name for each in folder.iterdir()},
+                         {"ball.scene", "ball.values", "ball.points", "ball.moved"})
+        roots = {reader.__name__: reader(file) for reader in (self.in_server, self.in_world, self.by_apply, self.by_client)}
+        self.assertEqual(set(roots.values()), {root_of(server)[1]}, roots)
+        of_its_own = self.folder / "of_its_own"
+        of_its_own.mkdir()
+        other = harness.Server(of_its_own, scene=None, options=["--assets", folder])
+        self.addCleanup(other.kill)
+        self.assertEqual(other.ctl("apply", "-", text=file.read_text()).code, 0)
+        self.assertEqual(root_of(other), root_of(server))
 
     def test_files_that_it_lacks_are_said_by_name_and_field(self):
         server = self.server()

@@ -137,6 +137,11 @@ TEST_P(RandomlyEdited, SceneIsSavedAndOpenedOnAServerThatHoldsNoneOfIt) {
   ASSERT_TRUE(done) << done.error().text();
   EXPECT_EQ(contentHash(other.scene()), contentHash(server.scene()));
 
+  EditServer beside({folder});
+  const auto itself = Editor(beside, 1).submit(readSceneFile((folder / "table.scene").string()).value());
+  ASSERT_TRUE(itself) << itself.error().text();
+  EXPECT_EQ(contentHash(beside.scene()), contentHash(server.scene()));
+
   ASSERT_TRUE(opener.undo());
   EXPECT_TRUE(other.scene().find("present"));
   EXPECT_EQ(other.scene().objects().size(), 1U);
