@@ -84,10 +84,8 @@ class Scene:
         try:
             text = Path(file).read_text(encoding="utf-8-sig")
             return cls(text_format.Parse(text, Transaction()), Path(file).parent)
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{file}: is not in UTF-8: {error.reason} at byte {error.start}") from None
-        except text_format.ParseError as error:
-            raise ValueError(f"{file}:{error}") from None
+        except (UnicodeDecodeError, text_format.ParseError) as error:
+            raise ValueError(f"{file}: {error}") from None
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes a scene file, and beside it copies of the files that the scene names and that lie below its folder; others are

@@ -308,7 +308,7 @@ class PythonScene(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, r"operations\[0\].add.mesh.file"):
             haptics.SceneWorld(self.scene)
         (self.folder / "bad.scene").write_text("operations { grow { } }")
-        with self.assertRaisesRegex(ValueError, r"bad.scene:1:14 .*grow"):
+        with self.assertRaisesRegex(ValueError, r"bad.scene: 1:14 .*grow"):
             haptics.Scene.load(self.folder / "bad.scene")
         with self.assertRaises(TypeError):
             self.scene.add(name=7)
