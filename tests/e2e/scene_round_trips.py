@@ -6,6 +6,7 @@ viewer wrote is opened in it.
 import os
 import re
 import subprocess
+import time
 import unittest
 from pathlib import Path
 
@@ -43,11 +44,20 @@ class SceneRoundTrips(harness.EndToEnd):
         self.addCleanup(server.kill)
         return server
 
-    def window(self, server):
+    def answer_in_window(self, server, keys, title, file, said):
+        """Of a viewer of this server: a dialog that the keys open is given a file."""
         window = Window(server.address, self.display, folder=self.folder)
-        self.addCleanup(window.kill)
-        window.focus()
-        return window
+        try:
+            def is_asked():  # keys are lost that come before the window listens
+                window.focus()
+                window.do("key", keys)
+                time.sleep(1)
+                return window.windows(title)
+            harness.wait_until(is_asked, harness.START_TIMEOUT_S, f"{keys} opens no dialog")
+            window.type_into_dialog(title, str(file))
+            window.said(said)
+        finally:
+            window.stop()
 
     # ---- what writes ----
 
@@ -56,11 +66,7 @@ class SceneRoundTrips(harness.EndToEnd):
             subprocess.run([harness.BIN / "hapticctl", "--connect", server.address, "get"], stdout=out, check=True)
 
     def by_viewer(self, server, scene, file):
-        window = self.window(server)
-        window.do("key", "ctrl+shift+s")
-        window.type_into_dialog("Save scene as", str(file))
-        window.said(r"saved .*\.scene")
-        window.stop()
+        self.answer_in_window(server, "ctrl+shift+s", "Save scene as", file, r"saved .*\.scene")
 
     def by_python(self, server, scene, file):
         Scene.load(scene).save(file)
@@ -101,12 +107,8 @@ class SceneRoundTrips(harness.EndToEnd):
 
     def in_viewer(self, file):
         server = self.server()
-        window = self.window(server)
-        window.do("key", "ctrl+o")
-        window.type_into_dialog("Open scene", str(file))
-        window.said(r"opened .*\.scene")
+        self.answer_in_window(server, "ctrl+o", "Open scene", file, r"opened .*\.scene")
         root = root_of(server)[1]
-        window.stop()
         server.stop()
         return root
 
