@@ -51,7 +51,10 @@ natsStatus setNatsServers(natsOptions& options, const std::string& urls,
   natsStatus status = natsOptions_SetServers(&options, servers.data(), static_cast<int>(servers.size()));
   const bool hasUser = credentials && !credentials->user.empty();
   const bool hasTrusted = credentials && !credentials->trustedPem.empty();
-  if (status == NATS_OK && (hasTrusted || urls.starts_with("tls://"))) status = natsOptions_SetSecure(&options, true);
+  // Others that a server names, in a line before TLS, are none of these.
+  if (status == NATS_OK) status = natsOptions_SetIgnoreDiscoveredServers(&options, true);
+  const bool isSecure = hasTrusted || urls.find("tls://") != std::string::npos;
+  if (status == NATS_OK && isSecure) status = natsOptions_SetSecure(&options, true);
   if (status == NATS_OK && hasUser)
     status = natsOptions_SetUserInfo(&options, credentials->user.c_str(), credentials->password.c_str());
   if (status == NATS_OK && hasTrusted)

@@ -20,8 +20,8 @@ struct NatsCredentials {
 /// Errors name the file and what is missing in it.
 [[nodiscard]] Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file);
 
-/// A connection with these options is to one of these servers, each "nats://HOST:PORT" or "tls://HOST:PORT", with commas
-/// between them; by TLS also where the credentials say whom to trust.
+/// A connection with these options is to one of these servers and no other, each "nats://HOST:PORT" or "tls://HOST:PORT", with
+/// commas between them; by TLS where one of them says so or the credentials say whom to trust.
 [[nodiscard]] natsStatus setNatsServers(natsOptions& options, const std::string& urls,
                                         const std::optional<NatsCredentials>& credentials);
 

@@ -10,6 +10,7 @@ using Options = Handle<natsOptions, &natsOptions_Destroy>;
 using Connection = Handle<natsConnection, &natsConnection_Destroy>;
 using Subscription = Handle<natsSubscription, &natsSubscription_Destroy>;
 using Message = Handle<natsMsg, &natsMsg_Destroy>;
+using Statistics = Handle<natsStatistics, &natsStatistics_Destroy>;
 using JetStream = Handle<jsCtx, &jsCtx_Destroy>;
 
 }  // namespace haptics::nats

@@ -1,5 +1,7 @@
 #include "graphics_client/audience/audience_link.h"
 
+#include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -17,6 +19,30 @@ namespace {
 
 /// Between looks at whether to stop.
 constexpr std::chrono::milliseconds kSlice{50};
+/// What has come and waits to be looked at; while it is more, NATS is not read.
+constexpr std::size_t kMaxUnseen_bytes = 8U << 20;
+/// Before a NATS server that did not answer is tried again: twice the one before, up to this.
+constexpr std::chrono::milliseconds kFirstPause{250}, kLongestPause{8000};
+
+/// Bytes that one thread hands to another; who hands over waits while they are too many.
+class Backlog {
+ public:
+  void add(std::size_t bytes, const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    bytes_ += bytes;
+    becameFew_.wait(lock, stop, [this] { return bytes_ <= kMaxUnseen_bytes; });
+  }
+  void remove(std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    bytes_ -= bytes;
+    becameFew_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable_any becameFew_;
+  std::size_t bytes_ = 0;
+};
 
 /// Tasks for a loop from other threads, which its owner, on the loop's thread, outlives or not.
 class Poster {
@@ -109,8 +135,13 @@ class RelayedTransport final : public Transport {
   void follow(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (auto message = live_.next(kSlice)) {
-        if (message->subject == subjects_.sample && live_.waiting() > kMaxBehindSample) continue;
-        poster_.post([this, message = *std::move(message)] { take(message); });
+        if (message->subject.ends_with(subjects_.sample) && live_.waiting() > kMaxBehindSample) continue;
+        const std::size_t bytes = message->bytes.size();
+        poster_.post([this, message = *std::move(message)] {
+          take(message);
+          unseen_.remove(message.bytes.size());
+        });
+        unseen_.add(bytes, stop);
       } else if (auto why = connection_->failure()) {
         return poster_.post([this, why = why->text()] { close(why); });
       }
@@ -118,7 +149,7 @@ class RelayedTransport final : public Transport {
   }
 
   void take(const NatsMessage& message) {
-    const bool isCommit = message.subject == subjects_.commit;
+    const bool isCommit = message.subject.ends_with(subjects_.commit);
     if (auto taken = isCommit ? session_.commit(message.bytes) : session_.sample(message.bytes); !taken) {
       close(taken.error().text());
     }
@@ -150,11 +181,14 @@ class RelayedTransport final : public Transport {
           if (!chunk || (total_bytes != 0 && chunk->total_size() != total_bytes)) return false;
           ++arrived;
           total_bytes = chunk->total_size();
-          poster_.post([this, chunk = behind(*std::move(chunk), wanted.offset)] {
+          const std::size_t bytes = chunk->data().size();
+          poster_.post([this, bytes, chunk = behind(*std::move(chunk), wanted.offset)] {
             v1::Envelope envelope;
             *envelope.mutable_asset_chunk() = chunk;
             deliver(envelope);
+            unseen_.remove(bytes);
           });
+          unseen_.add(bytes, stop);
           isWhole = arrived * kPublishedChunk_bytes >= total_bytes;
           return !isWhole;
         },
@@ -183,6 +217,7 @@ class RelayedTransport final : public Transport {
   RelayedSession session_;
   Events events_;
   FrameDecoder decoder_;
+  Backlog unseen_;
   std::uint64_t messageId_ = 0;
   bool isClosed_ = false;
 
@@ -195,10 +230,12 @@ class RelayedTransport final : public Transport {
 /// One attempt to join a session, on a thread of its own.
 class Attempt {
  public:
+  /// @param silent  Attempts before this one that no server answered.
   Attempt(EventLoop& loop, const NatsOptions& options, const SessionSubjects& subjects, const std::string& name,
-          ServerLink::Connected done)
+          const std::shared_ptr<std::atomic<int>>& silent, ServerLink::Connected done)
       : loop_(loop), poster_(loop), done_(std::move(done)), joining_([=, this](const std::stop_token& stop) {
-          auto joined = join(options, subjects, name, stop);
+          pause(*silent, stop);
+          auto joined = join(options, subjects, name, *silent, stop);
           // Shared, for a task of the loop is copied.
           const auto outcome = std::make_shared<Result<Joined>>(std::move(joined));
           poster_.post([this, outcome, subjects, peer = "session " + name + " at " + options.url] {
@@ -208,16 +245,27 @@ class Attempt {
         }) {}
 
  private:
+  static void pause(int silent, const std::stop_token& stop) {
+    if (silent == 0) return;
+    constexpr int kMostDoubled = 10;
+    const auto length = std::min(kLongestPause, kFirstPause * (1 << std::min(silent, kMostDoubled)));
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any never;
+    never.wait_for(lock, stop, length, [] { return false; });
+  }
+
   static Result<Joined> join(const NatsOptions& options, const SessionSubjects& subjects, const std::string& name,
-                             const std::stop_token& stop) {
-    auto connection = NatsConnection::open(options);
+                             std::atomic<int>& silent, const std::stop_token& stop) {
+    auto connection = NatsConnection::open(options, stop);
+    silent = connection ? 0 : silent + 1;
     if (!connection) return tl::unexpected(std::move(connection).error());
-    auto live = (*connection)->subscribe(subjects.live);
+    auto live = (*connection)->subscribe(subjects.live, subjects.audienceLive);
     if (!live) return tl::unexpected(std::move(live).error());
     const std::uint64_t deadline_ns = monotonicNow_ns() + kSignWithin_ns;
     for (bool isPublished = false; !isPublished;) {
       if (const auto message = live->next(kSlice)) {
-        isPublished = message->subject == subjects.sample && readLiveMessage(message->bytes).has_value();
+        isPublished = message->subject.ends_with(subjects.sample) && readLiveMessage(message->bytes).has_value();
       }
       if (auto why = (*connection)->failure()) return tl::unexpected(*std::move(why));
       if (stop.stop_requested()) return refused("", "stopped");
@@ -240,9 +288,10 @@ class Attempt {
 }  // namespace
 
 ServerLink::Connect connectThroughNats(NatsOptions options, SessionSubjects subjects, std::string sessionName) {
-  return [options = std::move(options), subjects = std::move(subjects), name = std::move(sessionName)](
-             EventLoop& loop, ServerLink::Connected done) -> std::shared_ptr<void> {
-    return std::make_shared<Attempt>(loop, options, subjects, name, std::move(done));
+  return [options = std::move(options), subjects = std::move(subjects), name = std::move(sessionName),
+          silent = std::make_shared<std::atomic<int>>(0)](EventLoop& loop,
+                                                          ServerLink::Connected done) -> std::shared_ptr<void> {
+    return std::make_shared<Attempt>(loop, options, subjects, name, silent, std::move(done));
   };
 }
 

@@ -1,5 +1,6 @@
 #include "graphics_client/audience/nats_connection.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <map>
@@ -20,6 +21,10 @@ constexpr std::int64_t kFlushWithin_ms = 2000;
 /// Longest wait for one stored message: a server under load takes tens of milliseconds.
 constexpr std::uint64_t kReadWithin_ns = 3'000'000'000;
 constexpr std::int64_t kSlice_ms = 50;  // between looks at whether to stop
+/// A server that does not read is left.
+constexpr std::int64_t kWriteWithin_ms = 2000;
+/// How the subjects end at which stored messages are awaited (deploy/nats.conf).
+constexpr std::string_view kAnswer = ".r";
 
 std::string textOf(natsMsg* message) {
   return {natsMsg_GetData(message), static_cast<std::size_t>(natsMsg_GetDataLength(message))};
@@ -60,7 +65,8 @@ natsStatus apply(natsOptions* options, const NatsOptions& wanted) {
        {setNatsServers(*options, wanted.url, wanted.credentials),
         natsOptions_SetName(options, wanted.clientName.c_str()), natsOptions_SetTimeout(options, kConnectWithin_ms),
         natsOptions_SetAllowReconnect(options, false), natsOptions_SetPingInterval(options, kPing_ms),
-        natsOptions_SetMaxPingsOut(options, kUnansweredPings)}) {
+        natsOptions_SetMaxPingsOut(options, kUnansweredPings),
+        natsOptions_SetWriteDeadline(options, kWriteWithin_ms)}) {
     if (step != NATS_OK) return step;
   }
   return NATS_OK;
@@ -81,7 +87,7 @@ std::size_t NatsSubscription::waiting() const {
                                                                                    : 0;
 }
 
-Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& options) {
+Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& options, const std::stop_token& stop) {
   natsOptions* made = nullptr;
   natsStatus status = natsOptions_Create(&made);
   const nats::Options owner(made);
@@ -113,9 +119,15 @@ Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& 
         made, [](natsConnection*, void* self) noexcept { static_cast<NatsConnection*>(self)->closed(); },
         connection.get());
   }
-  if (status == NATS_OK) status = natsConnection_Connect(&connection->connection_, made);
-  if (status == NATS_OK) return connection;
-  if (status == NATS_NO_SERVER) return refused(options.url, "no NATS server answers there");
+  NatsSocket socket;
+  if (status == NATS_OK) status = connectToNats(connection->connection_, *made, options.url, stop, socket);
+  if (status == NATS_OK) {
+    connection->guarding_ =
+        std::jthread([self = connection.get(), socket](const std::stop_token& ends) { self->guard(socket, ends); });
+    return connection;
+  }
+  if (status == NATS_NO_SERVER || status == NATS_CONNECTION_CLOSED)
+    return refused(options.url, "no NATS server answers there");
   if (status == NATS_CONNECTION_AUTH_FAILED || status == NATS_SSL_ERROR) {
     return refused(options.url, std::string(kNatsRefusal) + natsErrorText(status));
   }
@@ -124,6 +136,8 @@ Result<std::unique_ptr<NatsConnection>> NatsConnection::open(const NatsOptions& 
 
 NatsConnection::~NatsConnection() {
   if (connection_ == nullptr) return;
+  guarding_.request_stop();
+  guarding_.join();
   (void)natsConnection_FlushTimeout(connection_, kSlice_ms);
   natsConnection_Close(connection_);
   {
@@ -143,6 +157,8 @@ void NatsConnection::fail(std::string_view kind, const char* why) noexcept {
   const std::lock_guard lock(mutex_);
   if (failure_) return;
   try {
+    if (!optionalSubject_.empty() && std::string_view(why).find('"' + optionalSubject_ + '"') != std::string_view::npos)
+      return;
     failure_ = Error{"NATS", std::string(kind) + why};
   } catch (const std::bad_alloc&) {
     failure_ = Error{"NATS", "no memory"};  // so short that it takes none
@@ -156,18 +172,59 @@ std::optional<Error> NatsConnection::failure() const {
 
 Result<NatsSubscription> NatsConnection::subscribe(const std::string& subject) {
   natsSubscription* made = nullptr;
-  natsStatus status = subscribe(subject, made);
+  natsStatus status = addSubscription(subject, made);
   if (status == NATS_OK) status = natsConnection_FlushTimeout(connection_, kFlushWithin_ms);
   if (status != NATS_OK) return refused("NATS subject " + subject, natsErrorText(status));
   if (auto why = failure()) return tl::unexpected(*std::move(why));
   return NatsSubscription(made);
 }
 
-natsStatus NatsConnection::subscribe(const std::string& subject, natsSubscription*& made) {
-  const natsStatus status = natsConnection_SubscribeSync(&made, connection_, subject.c_str());
+Result<NatsSubscription> NatsConnection::subscribe(const std::string& subject, const std::string& other) {
+  {
+    const std::lock_guard lock(mutex_);
+    optionalSubject_ = subject;
+  }
+  auto first = subscribe(subject);
+  return first && isRefused(subject) ? subscribe(other) : std::move(first);
+}
+
+/// Known once the server has seen all that was sent; the library calls back only later.
+bool NatsConnection::isRefused(const std::string& subject) const {
+  const char* detail = nullptr;
+  return natsConnection_GetLastError(connection_, &detail) == NATS_NOT_PERMITTED && detail != nullptr &&
+         std::string_view(detail).find('"' + subject + '"') != std::string_view::npos;
+}
+
+natsStatus NatsConnection::addSubscription(const std::string& subject, natsSubscription*& made) {
+  natsStatus status = natsConnection_SubscribeSync(&made, connection_, subject.c_str());
+  if (status == NATS_OK) status = natsSubscription_SetPendingLimits(made, kMaxWaiting, kMaxWaiting_bytes);
   const std::lock_guard lock(subscribing_);
   subscriptions_.emplace_back(made);
   return status;
+}
+
+/// Leaves a server whose message does not end.
+void NatsConnection::guard(const NatsSocket& socket, const std::stop_token& stop) {
+  natsStatistics* made = nullptr;
+  if (natsStatistics_Create(&made) != NATS_OK) return;
+  const nats::Statistics statistics(made);
+  std::uint64_t messages = 0, begin_bytes = 0;
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock lock(mutex);
+  while (!never.wait_for(lock, stop, std::chrono::milliseconds(kSlice_ms), [] { return false; }) &&
+         !stop.stop_requested()) {
+    std::uint64_t received = 0;
+    if (natsConnection_GetStats(connection_, made) != NATS_OK ||
+        natsStatistics_GetCounts(made, &received, nullptr, nullptr, nullptr, nullptr) != NATS_OK) {
+      return;
+    }
+    const std::uint64_t bytes = socket.received_bytes();
+    if (received != std::exchange(messages, received)) begin_bytes = bytes;
+    if (bytes < begin_bytes + kMaxMessage_bytes) continue;
+    fail("", "the server sends a message of more than 8 MiB");
+    return socket.shutDown();
+  }
 }
 
 Result<void> NatsConnection::publish(const std::string& subject, std::string_view bytes) {
@@ -201,7 +258,7 @@ Result<void> NatsConnection::readStored(const std::function<std::optional<Stored
   const std::string inbox = made;
   natsInbox_Destroy(made);
   natsSubscription* subscribed = nullptr;
-  if (const auto status = subscribe(inbox + ".*", subscribed); status != NATS_OK)
+  if (const auto status = addSubscription(inbox + ".>", subscribed); status != NATS_OK)
     return refused("NATS", natsErrorText(status));
   const std::unique_ptr<natsSubscription, decltype(&natsSubscription_Unsubscribe)> answers(
       subscribed, &natsSubscription_Unsubscribe);
@@ -217,7 +274,7 @@ Result<void> NatsConnection::readStored(const std::function<std::optional<Stored
         isLast = true;
         break;
       }
-      const natsStatus status = ask(connection_, *query, inbox + "." + std::to_string(asked));
+      const natsStatus status = ask(connection_, *query, inbox + "." + std::to_string(asked) + std::string(kAnswer));
       if (status != NATS_OK) return refused("NATS", natsErrorText(status));
       ++asked;
     }
@@ -245,7 +302,7 @@ Result<void> NatsConnection::readStored(const std::function<std::optional<Stored
     auto stored = storedIn(answer);
     if (!stored) return tl::unexpected(std::move(stored).error());
     const std::string_view subject = natsMsg_GetSubject(answer);
-    const std::uint64_t index = numberIn(subject.substr(subject.rfind('.') + 1));
+    const std::uint64_t index = numberIn(subject.substr(std::min(subject.size(), inbox.size() + 1)));
     if (index >= taken && index < asked) arrived[index] = *std::move(stored);
   }
 }

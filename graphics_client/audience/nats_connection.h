@@ -11,11 +11,13 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "common/error/error.h"
 #include "common/nats/nats_credentials.h"
 #include "common/nats/nats_handles.h"
+#include "common/nats/nats_socket.h"
 
 namespace haptics {
 
@@ -63,9 +65,15 @@ class NatsConnection {
  public:
   /// Requests that are under way at once while many messages are read: hides the round trip, and is no burst.
   static constexpr std::size_t kReadAhead = 32;
+  /// What waits in a subscription, at most; what comes then is lost, and its reader finds the gap.
+  static constexpr int kMaxWaiting = 4096, kMaxWaiting_bytes = 16 << 20;
+  /// A server that announces a longer message is left. Those of a session are below 1 MiB; JetStream's own tell of all chunks.
+  static constexpr std::uint64_t kMaxMessage_bytes = 8U << 20;
 
-  /// Refused: no server answers, it refuses the credentials, or its certificate is not trusted.
-  [[nodiscard]] static Result<std::unique_ptr<NatsConnection>> open(const NatsOptions& options);
+  /// Refused: no server answers within some seconds or before a stop, it refuses the credentials, or its certificate is not
+  /// trusted.
+  [[nodiscard]] static Result<std::unique_ptr<NatsConnection>> open(const NatsOptions& options,
+                                                                    const std::stop_token& stop = {});
   ~NatsConnection();
   NatsConnection(const NatsConnection&) = delete;
   NatsConnection& operator=(const NatsConnection&) = delete;
@@ -75,6 +83,10 @@ class NatsConnection {
 
   /// What is published after it returned arrives.
   [[nodiscard]] Result<NatsSubscription> subscribe(const std::string& subject);
+  /// To the other subject where the server does not permit this one.
+  [[nodiscard]] Result<NatsSubscription> subscribe(const std::string& subject, const std::string& other);
+  /// Of one message, in bytes, as the server takes it.
+  [[nodiscard]] std::int64_t maxPayload() const { return natsConnection_GetMaxPayload(connection_); }
   [[nodiscard]] Result<void> publish(const std::string& subject, std::string_view bytes);
   /// Bytes that the system has not taken yet.
   [[nodiscard]] std::size_t unsent_bytes() const;
@@ -97,10 +109,15 @@ class NatsConnection {
   std::vector<nats::Subscription> subscriptions_;
   mutable std::mutex mutex_;  // guards what follows, which the library's threads set
   std::optional<Error> failure_;
-  bool closed_ = false;  // the last that the library calls back with
+  std::string optionalSubject_;  // may be refused
+  bool closed_ = false;          // the last that the library calls back with
   std::condition_variable becameClosed_;
 
-  [[nodiscard]] natsStatus subscribe(const std::string& subject, natsSubscription*& made);
+  std::jthread guarding_;
+
+  [[nodiscard]] natsStatus addSubscription(const std::string& subject, natsSubscription*& made);
+  [[nodiscard]] bool isRefused(const std::string& subject) const;
+  void guard(const NatsSocket& socket, const std::stop_token& stop);
   // The library, which calls these back, is C.
   void fail(std::string_view kind, const char* why) noexcept;
   void closed() noexcept;

@@ -12,6 +12,8 @@ Result<SessionSubjects> SessionSubjects::of(std::string_view name) {
   if (name.empty() || name.size() > kLongest || !std::ranges::all_of(name, isAllowed)) {
     return refused("--session", "\"" + std::string(name) + "\" is not a name of 1 to 32 letters, digits, - and _");
   }
+  // The stream of its scene would be that of another's assets.
+  if (name.ends_with("-assets")) return refused("--session", "the name \"" + std::string(name) + "\" ends in -assets");
   SessionSubjects subjects;
   subjects.sceneStream = "haptics-" + std::string(name);
   subjects.assetStream = subjects.sceneStream + "-assets";
@@ -21,6 +23,7 @@ Result<SessionSubjects> SessionSubjects::of(std::string_view name) {
   subjects.commit = subjects.root_ + "live.commit";
   subjects.sample = subjects.root_ + "live.sample";
   subjects.live = subjects.root_ + "live.*";
+  subjects.audienceLive = "_R_." + subjects.live;
   subjects.relay = subjects.root_ + "relay";
   subjects.assets = subjects.root_ + "asset.>";
   return subjects;

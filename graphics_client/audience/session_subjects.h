@@ -17,11 +17,12 @@ inline constexpr std::size_t kPublishedChunk_bytes = 128U << 10;
 /// The names of one published session's subjects and streams (audience.proto).
 struct SessionSubjects {
   std::string snapshot, latest, commit, sample, relay;
-  std::string live;  ///< Commits and samples.
+  std::string live;          ///< Commits and samples.
+  std::string audienceLive;  ///< The same, where who watches has an account apart (deploy/nats.conf).
   std::string sceneStream, assetStream;
   std::string assets;  ///< Of every chunk.
 
-  /// Refused: a name that is not 1 to 32 letters, digits, - and _.
+  /// Refused: a name that is not 1 to 32 letters, digits, - and _, or that ends in -assets.
   [[nodiscard]] static Result<SessionSubjects> of(std::string_view name);
 
   [[nodiscard]] std::string chunksOf(std::string_view assetInHex) const;

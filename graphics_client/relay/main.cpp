@@ -1,5 +1,7 @@
 // haptic_relay: publishes a haptic_server's session through NATS, for an audience that only watches.
 
+#include <unistd.h>
+
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -34,6 +36,9 @@ struct Arguments {
   std::string credentials, nats, natsCredentials, session;
   int replicas = 1;
 };
+
+/// What is not sent so long after a signal is not waited for; it is read and sent by the next relay.
+constexpr unsigned kEndWithin_s = 1;
 
 std::atomic<bool> stopRequested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
@@ -90,7 +95,11 @@ int main(int argc, char** argv) {
       .showDefault();
   if (const auto code = app.parse(argc, argv)) return *code == 0 ? kDone : kBadUsage;
   struct sigaction action = {};
-  action.sa_handler = [](int) { stopRequested = true; };
+  action.sa_handler = [](int) { _exit(kDone); };
+  sigaction(SIGALRM, &action, nullptr);
+  action.sa_handler = [](int) {
+    if (!stopRequested.exchange(true)) alarm(kEndWithin_s);
+  };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   const auto options = optionsFrom(arguments);

@@ -32,6 +32,8 @@ class PublishedSurfaces {
 
   /// The textured objects of this view's scene; those whose assets are not all here are left for a later call.
   void want(const MirrorView& view);
+  /// With the next want().
+  void makeAgain(const ContentHash& key) { begun_.erase(key); }
   /// Of the objects wanted. A key names a surface among a session's assets: the hash of the object's record with nothing in it
   /// but mesh, shading, texture, lattice and residue (audience.proto).
   [[nodiscard]] const std::set<ContentHash>& keys() const noexcept { return keys_; }

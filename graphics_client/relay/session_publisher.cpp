@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/assets/asset_content.h"
+#include "common/clock/monotonic.h"
 #include "common/wire/framing.h"
 #include "common/wire/snapshot.h"
 #include "graphics_client/audience/published_messages.h"
@@ -16,6 +17,12 @@ namespace {
 
 constexpr std::chrono::milliseconds kClaimWithin{500};
 constexpr std::int64_t kAnswerWithin_ms = 5000;
+/// What is still under way at the end is waited for so long.
+constexpr std::int64_t kEndWithin_ms = 500;
+/// A message of a session, with what NATS and its subject add.
+constexpr std::int64_t kLeastPayload_bytes = kMaxFrameBytes;
+/// After a chunk was published: it may be under way.
+constexpr std::uint64_t kUnderWay_ns = 5'000'000'000;
 /// Chunks that are not acknowledged yet: 4 MiB in memory.
 constexpr std::int64_t kPendingChunks = 32;
 constexpr std::int64_t kPendingScene = 8192;
@@ -31,6 +38,9 @@ RelayFailure failureOf(const std::string& where, natsStatus status, jsErrCode co
     return {
         {where, "is full, or JetStream has no room for it: " + text + "; give it more, or remove what is not needed"},
         true};
+  }
+  if (status == NATS_MAX_PAYLOAD) {
+    return {{where, "a message is larger than NATS takes; raise its max_payload"}, true};
   }
   if (code == JSStreamWrongLastSequenceErr) return {{where, "has another writer: " + text}};
   return {{where, text.empty() ? natsErrorText(status) : text}};
@@ -49,8 +59,8 @@ tl::expected<std::unique_ptr<SessionPublisher>, RelayFailure> SessionPublisher::
   auto connection = NatsConnection::open(options);
   if (!connection) return tl::unexpected(failureOf(std::move(connection).error()));
   std::unique_ptr<SessionPublisher> publisher(new SessionPublisher(*std::move(connection), subjects, replicas));
-  for (const auto step : {&SessionPublisher::claim, &SessionPublisher::makeContexts, &SessionPublisher::prepareStreams,
-                          &SessionPublisher::readStored}) {
+  for (const auto step : {&SessionPublisher::checkPayload, &SessionPublisher::claim, &SessionPublisher::makeContexts,
+                          &SessionPublisher::prepareStreams, &SessionPublisher::readStored}) {
     if (auto failure = (publisher.get()->*step)()) return tl::unexpected(*std::move(failure));
   }
   return publisher;
@@ -60,10 +70,19 @@ SessionPublisher::~SessionPublisher() {
   if (scene_) {
     jsPubOptions options;
     jsPubOptions_Init(&options);
-    options.MaxWait = connection_->failure() ? 1 : kAnswerWithin_ms;
+    options.MaxWait = connection_->failure() ? 1 : kEndWithin_ms;
     (void)js_PublishAsyncComplete(scene_.get(), &options);
   }
   connection_.reset();  // before its subscriptions: NatsConnection says why
+}
+
+std::optional<RelayFailure> SessionPublisher::checkPayload() {
+  const std::int64_t most_bytes = connection_->maxPayload();
+  if (most_bytes >= kLeastPayload_bytes) return std::nullopt;
+  return RelayFailure{
+      {"NATS", "takes messages of " + std::to_string(most_bytes) + " bytes, and a session has some of " +
+                   std::to_string(kLeastPayload_bytes) + "; raise its max_payload"},
+      true};
 }
 
 /// Asks whether a relay answers for this session, then answers for it.
@@ -139,9 +158,13 @@ std::optional<RelayFailure> SessionPublisher::prepareStreams() {
       config.Replicas = replicas_;
       status = js_AddStream(&info, scene_.get(), &config, nullptr, &code);
     }
+    if (status == NATS_NO_RESPONDERS || code == JSNotEnabledErr || code == JSNotEnabledForAccountErr) {
+      return RelayFailure{
+          {"JetStream", "is not on at this NATS server; start it with -js, or with jetstream in its file"}, true};
+    }
     if (status != NATS_OK) return failureOf("JetStream stream " + one.stream, status, code, natsErrorText(status));
     if (&one.stream == &subjects_.sceneStream) lastSequence_ = info->State.LastSeq;
-    noteStoredChunks(*info);
+    noteStored(*info);
     jsStreamInfo_Destroy(info);
   }
   return std::nullopt;
@@ -244,7 +267,7 @@ void SessionPublisher::store(const std::string& subject, const google::protobuf:
   if (!id.empty()) options.MsgId = id.c_str();
   const natsStatus status =
       js_PublishAsync(scene_.get(), subject.c_str(), bytes.data(), static_cast<int>(bytes.size()), &options);
-  if (status != NATS_OK) return fail({{"JetStream stream " + subjects_.sceneStream, natsErrorText(status)}});
+  if (status != NATS_OK) return fail(failureOf("JetStream stream " + subjects_.sceneStream, status, {}, {}));
   ++lastSequence_;
 }
 
@@ -258,7 +281,7 @@ void SessionPublisher::publishAssets(const MirrorView& view, const std::set<Cont
       if (content) storeAsset(asset.hash, static_cast<v1::AssetKind>(asset.kind), canonicalBytes(*content));
     }
   }
-  std::erase_if(storedChunks_, [&](const auto& entry) {
+  std::erase_if(assetsStored_, [&](const auto& entry) {
     if (named.contains(entry.first)) return false;
     purge(subjects_.assetStream, subjects_.chunksOf(entry.first), 0);
     return true;
@@ -269,33 +292,89 @@ void SessionPublisher::publishSurface(const ContentHash& key, const std::string&
   storeAsset(key, v1::ASSET_KIND_UNSPECIFIED, CanonicalBytes(bytes, {}));
 }
 
+/// What an earlier relay stored is read, and replaced where it is not as it has to be.
 void SessionPublisher::storeAsset(const ContentHash& name, v1::AssetKind kind, const CanonicalBytes& bytes) {
+  const auto [entry, isNew] = assetsStored_.try_emplace(name.hex());
+  Stored& stored = entry->second;
+  if (!stored.chunks.empty()) return;
+  stored.name = name;
   const std::uint64_t chunks = (bytes.size() + kPublishedChunk_bytes - 1) / kPublishedChunk_bytes;
-  std::uint64_t& stored = storedChunks_[name.hex()];
-  if (stored == chunks) return;
-  for (stored = 0; stored < chunks && !failure(); ++stored) {
+  const auto message = [&](std::uint64_t index) {
     v1::AssetChunk chunk;
     chunk.set_hash(name.asBytes());
     chunk.set_kind(kind);
     chunk.set_total_size(bytes.size());
-    chunk.set_offset(stored * kPublishedChunk_bytes);
+    chunk.set_offset(index * kPublishedChunk_bytes);
     chunk.set_data(bytes.copy(chunk.offset(), kPublishedChunk_bytes));
-    const std::string message = chunk.SerializeAsString();
-    const natsStatus status = js_PublishAsync(assets_.get(), subjects_.chunk(name, stored).c_str(), message.data(),
-                                              static_cast<int>(message.size()), nullptr);
-    if (status != NATS_OK) return fail({{"JetStream stream " + subjects_.assetStream, natsErrorText(status)}});
+    return chunk.SerializeAsString();
+  };
+  std::vector<bool> isStored(chunks, false);
+  if (!isNew) {
+    std::uint64_t asked = 0, taken = 0;
+    const auto read = connection_->readStored(
+        [&]() -> std::optional<StoredQuery> {
+          if (asked == chunks) return std::nullopt;
+          return StoredQuery{.stream = subjects_.assetStream, .subject = subjects_.chunk(name, asked++)};
+        },
+        [&](const std::optional<StoredMessage>& found) {
+          isStored[taken] = found && found->bytes == message(taken);
+          ++taken;
+          return true;
+        });
+    if (!read) return fail(failureOf(read.error()));
+  }
+  for (std::uint64_t index = 0; index < chunks && !failure(); ++index) {
+    const std::string chunk = message(index);
+    stored.chunks.push_back(Hasher().add(chunk).finish());
+    if (isStored[index]) continue;
+    const natsStatus status = js_PublishAsync(assets_.get(), subjects_.chunk(name, index).c_str(), chunk.data(),
+                                              static_cast<int>(chunk.size()), nullptr);
+    if (status != NATS_OK) return fail(failureOf("JetStream stream " + subjects_.assetStream, status, {}, {}));
+    lastStored_ns_ = monotonicNow_ns();
   }
 }
 
+std::optional<ContentHash> SessionPublisher::checkStored() {
+  if (monotonicNow_ns() < lastStored_ns_ + kUnderWay_ns) return std::nullopt;
+  std::vector<std::pair<Stored*, std::uint64_t>> asked;
+  for (auto at = assetsStored_.lower_bound(nextCheck_.first); at != assetsStored_.end(); ++at) {
+    std::uint64_t index = at->first == nextCheck_.first ? nextCheck_.second : 0;
+    for (; index < at->second.chunks.size() && asked.size() < NatsConnection::kReadAhead; ++index) {
+      asked.emplace_back(&at->second, index);
+    }
+    nextCheck_ = {at->first, index};
+    if (asked.size() == NatsConnection::kReadAhead) break;
+  }
+  if (asked.size() < NatsConnection::kReadAhead) nextCheck_ = {};  // from the first on
+  Stored* damaged = nullptr;
+  std::size_t next = 0, taken = 0;
+  const auto read = connection_->readStored(
+      [&]() -> std::optional<StoredQuery> {
+        if (next == asked.size()) return std::nullopt;
+        const auto& [of, index] = asked[next++];
+        return StoredQuery{.stream = subjects_.assetStream, .subject = subjects_.chunk(of->name, index)};
+      },
+      [&](const std::optional<StoredMessage>& found) {
+        const auto& [of, index] = asked[taken++];
+        const bool isRight = found && Hasher().add(found->bytes).finish() == of->chunks[index];
+        if (!isRight) damaged = of;
+        return isRight;
+      });
+  if (!read) fail(failureOf(read.error()));
+  if (damaged == nullptr) return std::nullopt;
+  damaged->chunks.clear();
+  return damaged->name;
+}
+
 /// Subjects end in HASH.N.
-void SessionPublisher::noteStoredChunks(const jsStreamInfo& info) {
+void SessionPublisher::noteStored(const jsStreamInfo& info) {
   if (info.State.Subjects == nullptr) return;
   constexpr std::size_t kDigits = 64;
   for (int i = 0; i < info.State.Subjects->Count; ++i) {
     const std::string_view subject = info.State.Subjects->List[i].Subject;
     const std::size_t dot = subject.rfind('.');
     if (dot == std::string_view::npos || dot < kDigits) continue;
-    ++storedChunks_[std::string(subject.substr(dot - kDigits, kDigits))];
+    assetsStored_.try_emplace(std::string(subject.substr(dot - kDigits, kDigits)));
   }
 }
 

@@ -7,6 +7,8 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
@@ -59,6 +61,9 @@ class SessionPublisher {
   void publishAssets(const MirrorView& view, const std::set<ContentHash>& surfaces);
   void publishSurface(const ContentHash& key, const std::string& bytes);
   void publishHeartbeat(const MirrorView& view);
+  /// Reads some of the stored chunks again, others at each call.
+  /// @return An asset or surface of which one is not as it was published; who publishes it again puts that right.
+  [[nodiscard]] std::optional<ContentHash> checkStored();
   [[nodiscard]] std::optional<RelayFailure> failure() const;
 
  private:
@@ -79,11 +84,19 @@ class SessionPublisher {
   std::uint64_t commitsSince_ = 0;
   std::size_t bytesSince_ = 0;
 
-  std::map<std::string, std::uint64_t> storedChunks_;  // by the asset's hash in hexadecimal; of who publishes assets
+  // Of who publishes assets:
+  struct Stored {
+    ContentHash name;
+    std::vector<ContentHash> chunks;  // of each message; empty: not known to be right, as what an earlier relay stored
+  };
+  std::map<std::string, Stored> assetsStored_;  // by the name in hexadecimal
+  std::pair<std::string, std::uint64_t> nextCheck_;
+  std::uint64_t lastStored_ns_ = 0;
 
   mutable std::mutex mutex_;  // guards failure_
   std::optional<RelayFailure> failure_;
 
+  [[nodiscard]] std::optional<RelayFailure> checkPayload();
   [[nodiscard]] std::optional<RelayFailure> claim();
   [[nodiscard]] std::optional<RelayFailure> makeContexts();
   [[nodiscard]] std::optional<RelayFailure> prepareStreams();
@@ -93,7 +106,7 @@ class SessionPublisher {
   void telemetry(const v1::Telemetry& telemetry);
   void store(const std::string& subject, const google::protobuf::Message& message, const std::string& id = {});
   void storeAsset(const ContentHash& name, v1::AssetKind kind, const CanonicalBytes& bytes);
-  void noteStoredChunks(const jsStreamInfo& info);
+  void noteStored(const jsStreamInfo& info);
   void purge(const std::string& stream, const std::string& subject, std::uint64_t upTo);
   void fail(RelayFailure failure);
   static void acknowledged(jsCtx* context, natsMsg* message, jsPubAck* ack, jsPubAckErr* error, void* self) noexcept;

@@ -6,9 +6,12 @@ import {hex} from './scene.js';
 const element = (id) => document.getElementById(id);
 const newton = (vector) => Math.hypot(vector?.x || 0, vector?.y || 0, vector?.z || 0);
 
+/** User and password of the file are for its own server: a link may lead to another one. */
 async function options() {
   const file = await fetch('haptics.json').then((answer) => (answer.ok ? answer.json() : {})).catch(() => ({}));
-  return {...file, ...Object.fromEntries(new URLSearchParams(location.search))};
+  const link = Object.fromEntries(new URLSearchParams(location.search));
+  const {user, pass, ...rest} = file;
+  return (link.nats ?? file.nats) === file.nats ? {...file, ...link} : {...rest, ...link};
 }
 
 function show(chosen) {
@@ -21,6 +24,7 @@ function show(chosen) {
       Object.assign(state, {epoch: scene.epoch, revision: scene.revision, root: hex(scene.root)});
     },
     asset: (name, bytes) => picture.addAsset(name, bytes),
+    drop: (name) => picture.dropAsset(name),
     telemetry(sample) {
       picture.showSample(sample);
       state.tick = Number(sample.tick);

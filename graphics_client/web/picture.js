@@ -14,6 +14,7 @@ import vtkRenderWindow from '@kitware/vtk.js/Rendering/Core/RenderWindow';
 import vtkSphereSource from '@kitware/vtk.js/Filters/Sources/SphereSource';
 import vtkTrackball from '@kitware/vtk.js/Interaction/Style/InteractorStyleTrackballCamera';
 
+import {badNumber, bodiesOf, dentsOf} from './limits.js';
 import {decodeAsset, dent, normalsOf, restShape} from './shapes.js';
 import {hex} from './scene.js';
 
@@ -71,6 +72,7 @@ class Shown {
     this.surface = surface;
     this.actor = null;
     this.dents = [];
+    this.refusal = badNumber(state);
   }
 
   /** Lowest and highest as drawn, of 0 to 255; null without a texture, or before it is here. */
@@ -107,6 +109,14 @@ class Shown {
     const {dents} = this;
     this.dents = [];
     this.setDents(dents);
+  }
+
+  /** Gives back what it took of the processor's and the graphics card's memory. */
+  remove(renderer) {
+    if (!this.actor) return;
+    renderer.removeActor(this.actor);
+    for (const part of [this.actor.getMapper(), this.actor, this.data]) part.delete();
+    this.actor = null;
   }
 
   setPoints(points) {
@@ -214,7 +224,7 @@ export class Picture {
   showScene(scene) {
     for (const [id, object] of this.objects) {
       if (scene.objects.get(id)?.state === object.state) continue;
-      if (object.actor) this.renderer.removeActor(object.actor);
+      object.remove(this.renderer);
       this.objects.delete(id);
     }
     for (const [id, {state, surface}] of scene.objects) {
@@ -228,14 +238,25 @@ export class Picture {
     this.makeObjects();
   }
 
+  dropAsset(name) {
+    this.assets.delete(name);
+  }
+
   makeObjects() {
     for (const object of this.objects.values()) {
+      if (object.refusal) continue;
       const residue = object.state.deformation?.residue?.asset;
       const mesh = this.assets.get(hex(object.state.mesh)), moved = residue?.length ? this.assets.get(hex(residue)) : null;
       const surface = this.assets.get(object.surface);
       if (object.actor ? object.mesh.heights || !surface : !surface && (!mesh || moved === undefined)) continue;
-      if (object.actor) this.renderer.removeActor(object.actor);
-      object.make(surface || mesh, moved);
+      object.remove(this.renderer);
+      try {
+        if (surface ? !surface.heights : !mesh.triangles || (moved && !moved.vertex)) throw new Error('an asset of another kind');
+        object.make(surface || mesh, moved);
+      } catch (error) {
+        object.refusal = error.message;
+        continue;
+      }
       this.renderer.addActor(object.actor);
       if (!this.isFitted) this.fit();
     }
@@ -255,13 +276,14 @@ export class Picture {
 
   showSample(sample) {
     [sample, sample.second_hand].forEach((felt, i) => this.showHand(this.hands[i], felt));
-    for (const body of sample.body) {
+    for (const body of bodiesOf(sample)) {
       const object = this.objects.get(String(body.object));
       // What is driven was so in the sample's scene: an edit since may have put it back.
       if (object && (object.state.motion || Number(sample.scene_revision) >= Number(object.state.revision)))
         object.place(body.pose);
     }
-    for (const [id, object] of this.objects) object.setDents(sample.dent.filter((d) => String(d.object) === id));
+    const dents = dentsOf(sample);
+    for (const [id, object] of this.objects) object.setDents(dents.filter((d) => String(d.object) === id));
     this.isChanged = true;
   }
 

@@ -13,6 +13,10 @@ function header(bytes, magic, each) {
   return {count, view};
 }
 
+function checkPoints(points) {
+  if (!points.every(Number.isFinite)) throw new Error('a point is nowhere');
+}
+
 /** {vertices: Float32Array of x y z, triangles: Uint32Array of three indices}. */
 function decodeMesh(bytes) {
   const {count, view} = header(bytes, 'HMSH', 12);
@@ -23,6 +27,7 @@ function decodeMesh(bytes) {
     vertices: new Float32Array(bytes.slice(24, at).buffer),
     triangles: new Uint32Array(bytes.slice(at).buffer),
   };
+  checkPoints(mesh.vertices);
   if (mesh.triangles.some((vertex) => vertex >= count)) throw new Error('a triangle names no vertex');
   return mesh;
 }
@@ -37,6 +42,7 @@ function decodeSurface(bytes) {
     triangles: new Uint32Array(bytes.slice(at, end).buffer),
     heights: bytes.slice(end),
   };
+  checkPoints(surface.vertices);
   if (surface.triangles.some((vertex) => vertex >= count)) throw new Error('a triangle names no vertex');
   return surface;
 }
@@ -53,7 +59,10 @@ export function decodeAsset(bytes) {
 function decodeMoved(bytes) {
   const {count} = header(bytes, 'HMOV', 16);
   const at = 16 + 4 * count;
-  return {vertex: new Uint32Array(bytes.slice(16, at).buffer), places: new Float32Array(bytes.slice(at).buffer)};
+  if (bytes.length !== at + 12 * count) throw new Error('moved vertices are cut off');
+  const moved = {vertex: new Uint32Array(bytes.slice(16, at).buffer), places: new Float32Array(bytes.slice(at).buffer)};
+  checkPoints(moved.places);
+  return moved;
 }
 
 function weights(n, t) {
@@ -91,6 +100,7 @@ function shapeByLattice({low_m, size_m, points_x, points_y, points_z, control_m}
 /** The points of an object without its dents; a new array. `moved`: its residue, or nothing. */
 export function restShape(mesh, deformation, moved) {
   const points = mesh.vertices.slice();
+  if (moved?.vertex.some((vertex) => 3 * vertex >= points.length)) throw new Error('a moved vertex is none of the mesh');
   if (deformation?.lattice) shapeByLattice(deformation.lattice, points);
   moved?.vertex.forEach((vertex, i) => points.set(moved.places.subarray(3 * i, 3 * i + 3), 3 * vertex));
   return points;

@@ -1,5 +1,5 @@
 // Follows a session that haptic_relay publishes (audience.proto): joins, goes on with what comes, begins anew after any loss.
-import {connect} from 'nats.ws';
+import {connect, createInbox} from 'nats.ws';
 
 import {readAssetChunk, readLatestSnapshot, readLiveMessage, readPublishedCommit, readSnapshotPart} from './messages.js';
 import {OutOfStep, Scene, hex, sha256} from './scene.js';
@@ -7,22 +7,37 @@ import {OutOfStep, Scene, hex, sha256} from './scene.js';
 const SIGN_MS = 3000;            // without a sign of the relay for so long the session is over
 const POOR_MS = 500;             // a sample that comes later than this says that the link is poor
 const RETRY_MS = [500, 1500];    // between attempts, at random: an audience does not come back at once
+const LONGEST_RETRY = 6;         // times that, as attempts fail one after the other
+const ANSWER_MS = 5000;
+const ASSET_RETRY_MS = [500, 8000];  // an asset that is not right is asked for again; twice as late each time
+const MAX_WAITING = 4096;        // messages that came and are not looked at; with more a page begins anew
 const READ_AHEAD = 32;           // stored messages that are asked for at once
 const CHUNK = 131072;
-const MAX_ASSET = 600 << 20;
+const MAX_ASSETS = 640 << 20;    // of one scene: kMaxHeldAssets_bytes
 const MAX_HEARTBEATS_AHEAD = 3;
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
+/** A chunk of this asset, with the place and the length that its index gives it. */
+function readChunk(bytes, name, index) {
+  const chunk = readAssetChunk(bytes), begin = index * CHUNK, total = Number(chunk.total_size);
+  if (hex(chunk.hash) !== name || Number(chunk.offset) !== begin || total <= begin ||
+      chunk.data.length !== Math.min(CHUNK, total - begin)) {
+    throw new Error('a chunk is not what its subject says');
+  }
+  return chunk;
+}
+
 export class WatchedSession {
   /**
-   * @param show  Is told of what changes: scene(scene, welcome), asset(hash in hexadecimal, bytes), telemetry(message),
-   *              state(word, sentence) with a word of connecting, live, poor, lost, over.
+   * @param show  Is told of what changes: scene(scene, welcome), asset(hash in hexadecimal, bytes), drop(hash of an asset that
+   *              no object names any more), telemetry(message), state(word, sentence) with a word of connecting, live, poor, lost, over.
    */
   constructor({nats, session, user, pass}, show) {
     Object.assign(this, {nats, session, user, pass, show});
     this.saw = {roots: 0, samples: 0, joins: 0, resyncs: 0};
-    this.assets = new Set();  // hashes of what is held or asked for
+    this.assets = new Map();  // by the hash of what is held or asked for: {bytes}, 0 until that is known
+    this.failures = 0;        // attempts one after the other that led to no scene
     this.word = null;
   }
 
@@ -36,7 +51,8 @@ export class WatchedSession {
         this.tell(error.isOver ? 'over' : this.saw.joins > 0 ? 'lost' : 'connecting', error.message);
       }
       await this.connection?.close().catch(() => {});
-      await pause(RETRY_MS[0] + (RETRY_MS[1] - RETRY_MS[0]) * Math.random());
+      const times = Math.min(LONGEST_RETRY, 1 + this.failures++);
+      await pause(times * (RETRY_MS[0] + (RETRY_MS[1] - RETRY_MS[0]) * Math.random()));
     }
   }
 
@@ -48,8 +64,8 @@ export class WatchedSession {
 
   async watch() {
     if (!this.word) this.tell('connecting', `connecting to ${this.nats}`);
-    this.connection = await connect({servers: this.nats, reconnect: false, timeout: 5000, user: this.user, pass: this.pass})
-      .catch(() => { throw new Error(`no NATS server answers at ${this.nats}`); });
+    this.connection = await connect({servers: this.nats, ignoreClusterUpdates: true, reconnect: false, timeout: 5000, user: this.user,
+      pass: this.pass}).catch(() => { throw new Error(`no NATS server answers at ${this.nats}`); });
     this.early = [];  // what comes while the stored part is read
     this.scene = null;
     this.aheads = 0;
@@ -57,11 +73,20 @@ export class WatchedSession {
     this.ended = null;
     this.lastSign = performance.now();
     const signed = new Promise((done) => { this.signed = done; });
-    const taking = this.takeAll(this.connection.subscribe(`haptics.${this.session}.live.*`));
+    this.inbox = createInbox();
+    this.asked = 0;
+    this.answers = new Map();  // who waits for one, by its number
+    this.connection.subscribe(`${this.inbox}.>`, {callback: (error, message) => this.takeAnswer(error, message)});
+    // A server permits one of them (deploy/nats.conf).
+    const live = `haptics.${this.session}.live.*`, taking = [live, `_R_.${live}`].map((subject) =>
+      this.takeAll(this.connection.subscribe(subject)).catch((error) => {
+        if (error.code !== 'PERMISSIONS_VIOLATION') throw error;
+        return new Promise(() => {});
+      }));
     const closed = this.connection.closed().then(() => { throw new Error('the connection to the NATS server is lost'); });
     const looking = this.lookAfter();
     const joining = signed.then(() => this.join()).then(() => new Promise(() => {}));
-    const all = [taking, closed, looking, joining];
+    const all = [...taking, closed, looking, joining];
     for (const one of all) one.catch(() => {});  // of two that fail the second is of no more interest
     await Promise.race(all);
   }
@@ -90,10 +115,12 @@ export class WatchedSession {
       } catch {
         continue;  // nobody's but a forger's
       }
+      if (subscription.getPending() + (this.early?.length || 0) > MAX_WAITING) throw new OutOfStep('too many messages');
       if (!isCommit) {
         this.lastSign = performance.now();
         this.signed();
       }
+      if (this.early && read.telemetry) continue;
       if (this.early) this.early.push(read);
       else await this.take(read);
     }
@@ -128,6 +155,7 @@ export class WatchedSession {
     }
     if (!scene || scene.epoch !== epoch) throw new OutOfStep('the session has changed while it was read');
     this.saw.joins++;
+    this.failures = 0;
     this.adopt(scene);
     // Commits go on being taken one after the other, also while these are.
     while (this.early.length > 0) await this.take(this.early.shift());
@@ -169,29 +197,58 @@ export class WatchedSession {
       if (surface) surfaces.add(surface);
     }
     this.wanted = new Set([...named, ...surfaces]);
+    for (const name of this.assets.keys()) {
+      if (!this.wanted.has(name)) this.drop(name);
+    }
     for (const name of this.wanted) {
-      if (this.assets.has(name)) continue;
-      this.assets.add(name);
-      // What is not got is asked for again with the next scene.
-      this.fetch(name, named.has(name)).then((bytes) => this.show.asset(name, bytes)).catch(() => this.assets.delete(name));
+      if (!this.assets.has(name)) this.get(name, named.has(name));
+    }
+  }
+
+  drop(name) {
+    this.assets.delete(name);
+    this.show.drop(name);
+  }
+
+  /** Shows an asset once it is here, and right; as long as it is wanted. */
+  async get(name, isHash) {
+    const mine = {bytes: 0};
+    this.assets.set(name, mine);
+    const isWanted = () => this.assets.get(name) === mine;
+    for (let wait = ASSET_RETRY_MS[0]; isWanted(); wait = Math.min(ASSET_RETRY_MS[1], 2 * wait)) {
+      try {
+        const bytes = await this.fetch(name, isHash, isWanted, mine);
+        if (isWanted()) this.show.asset(name, bytes);
+        return;
+      } catch {
+        await pause(wait);
+      }
     }
   }
 
   /** All bytes of an asset, checked against its name where that is their hash; asked for as long as it is wanted and not stored. */
-  async fetch(name, isHash) {
+  async fetch(name, isHash, isWanted, mine) {
     const subject = `haptics.${this.session}.asset.${name}`;
     const chunk = async (index) => {
-      while (this.wanted.has(name)) {
+      while (isWanted()) {
         const message = await this.stored(`$JS.API.DIRECT.GET.haptics-${this.session}-assets.${subject}.${index}`);
-        if (message) return readAssetChunk(message.data);
+        if (message) return readChunk(message.data, name, index);
         await pause(500);
       }
       throw new Error('not wanted any more');
     };
     const first = await chunk(0), total = Number(first.total_size);
-    if (total > MAX_ASSET) throw new Error('too large');
+    mine.bytes = total;
+    const held = [...this.assets.values()].reduce((sum, {bytes}) => sum + bytes, 0);
+    if (held > MAX_ASSETS) {
+      mine.bytes = 0;
+      throw new Error('too large');
+    }
     const bytes = new Uint8Array(total);
-    const put = ({offset, data}) => bytes.set(data, Number(offset));
+    const put = ({offset, data, total_size}) => {
+      if (Number(total_size) !== total) throw new Error('a chunk of another asset');
+      bytes.set(data, Number(offset));
+    };
     put(first);
     const count = Math.ceil(total / CHUNK);
     for (let index = 1; index < count; index += READ_AHEAD) {
@@ -204,12 +261,24 @@ export class WatchedSession {
 
   /** A message that JetStream keeps, or null. */
   async stored(subject, query) {
-    const payload = query ? JSON.stringify(query) : '';
-    const message = await this.connection.request(subject, payload, {timeout: 5000}).catch((error) => {
-      if (error.code === '503') return null;
-      throw error;
+    const number = String(++this.asked), {answers} = this;
+    const answer = new Promise((take, refuse) => {
+      const late = setTimeout(() => refuse(new Error('JetStream does not answer')), ANSWER_MS);
+      answers.set(number, (message) => {
+        clearTimeout(late);
+        take(message);
+      });
     });
-    return message && message.headers?.code === 0 ? message : null;
+    // r: others may not hear it (deploy/nats.conf).
+    this.connection.publish(subject, query ? JSON.stringify(query) : '', {reply: `${this.inbox}.${number}.r`});
+    const message = await answer.finally(() => answers.delete(number));
+    return message.headers?.code === 0 ? message : null;
+  }
+
+  takeAnswer(error, message) {
+    if (error) return;
+    const number = message.subject.slice(this.inbox.length + 1).split('.')[0];
+    this.answers.get(number)?.(message);
   }
 
   async* storedFrom(stream, sequence) {

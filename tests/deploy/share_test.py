@@ -79,6 +79,12 @@ class Share(unittest.TestCase):
             self.assertIn(b"<title>", urllib.request.urlopen(page).read())
             config = json.load(urllib.request.urlopen(page + "haptics.json"))
             self.assertEqual(config, {"nats": f"ws://127.0.0.1:{self.port + 1}", "session": "lecture"})
+        for origin, answer in (("http://evil.example", b"403"), (f"http://127.0.0.1:{self.port}", b"403"),
+                               (f"http://127.0.0.1:{self.port + 2}", b"101")):
+            with socket.create_connection(("127.0.0.1", self.port + 1), 10) as page:
+                page.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nOrigin: {origin}\r\n"
+                             "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
+                self.assertEqual(page.recv(4096).split()[1], answer, origin)
         os.kill(share.pid, signal.SIGINT)
         self.assertEqual(share.wait(20), 130)
         with self.assertRaises(OSError):

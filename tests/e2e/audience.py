@@ -1,5 +1,7 @@
 """A session that haptic_relay publishes through a real NATS server: who watches holds what the server holds, whoever is
-killed meanwhile."""
+killed meanwhile, and whatever others say there."""
+import json
+import signal
 import unittest
 
 import harness
@@ -159,13 +161,22 @@ class Audience(PublishedSession):
         self.assertEqual(second.wait(), 1)
         self.assertEqual(second.errors[-1], "haptic_relay: --session: another relay publishes under this name")
         self.assertTrue(first.alive())
-        self.assertEqual(Relay(server, nats, session="two words").wait(), 2)
+        for name in ("two words", f"{SESSION}-assets"):
+            self.assertEqual(Relay(server, nats, session=name).wait(), 2)
         first.stop()
         nats.stop()
         full = self.start_nats(store="1M")
         relay = self.start_relay(server, full, session="other")
         self.assertEqual(relay.wait(), 1)
         self.assertRegex(relay.errors[-1], r"^haptic_relay: JetStream stream haptics-other: is full, or JetStream has no room")
+        full.stop()
+        for options, reason in (({"config": "max_payload: 1024\n"}, "NATS: takes messages of 1024 bytes"),
+                                ({"store": None}, "JetStream: is not on at this NATS server")):
+            lacking = self.start_nats(**options)
+            relay = self.start_relay(server, lacking)
+            self.assertEqual(relay.wait(), 1)
+            self.assertIn(reason, relay.errors[-1])
+            lacking.stop()
 
     def test_forged_messages_change_nothing(self):
         nats = self.start_nats()
@@ -186,6 +197,105 @@ class Audience(PublishedSession):
         self.move(client, 0.07)
         self.assert_in_step(server, watcher)
         self.assertEqual(watcher.stop(), 0, watcher.text())
+
+    def test_a_flood_that_is_dear_to_read_leaves_the_memory_bounded(self):
+        nats = self.start_nats()
+        server = self.start_server(scene=harness.SCENE)
+        client = self.client(server)
+        self.start_relay(server, nats)
+        watcher = self.start_watcher(nats)
+        self.assert_in_step(server, watcher)
+        held = audience_pb2.PublishedCommit(protocol_version=1, epoch=self.status(server).epoch)
+        held.commit.revision = 1
+        for _ in range(500_000):
+            held.commit.put.add()
+        payload, forger = held.SerializeToString(), nats_wire.NatsWire(nats.port)
+        self.addCleanup(forger.close)
+        most = 0
+        for i in range(600):
+            forger.publish(f"haptics.{SESSION}.live.commit", payload)
+            if i % 10 == 0:
+                forger.flush()
+                most = max(most, self.resident_MB(watcher))
+        self.assertLess(most, 400)
+        self.move(client, 0.07)
+        self.assert_in_step(server, watcher)
+        self.assertEqual(watcher.stop(), 0, watcher.text())
+
+    def test_a_stored_chunk_that_is_damaged_is_put_right(self):
+        nats = self.start_nats()
+        server = self.start_server(scene=harness.SCENE)
+        relay = self.start_relay(server, nats)
+        watcher = self.start_watcher(nats)
+        self.assert_in_step(server, watcher)
+        wire, stream = nats_wire.NatsWire(nats.port), f"{STREAM}-assets"
+        self.addCleanup(wire.close)
+        subject, right = wire.stored(stream, 1)
+
+        def now():
+            return wire.request(f"$JS.API.DIRECT.GET.{stream}.{subject}")[1]
+
+        def damage():
+            wire.request(subject, right[:-1])
+            self.assertNotEqual(now(), right)
+        damage()
+        harness.wait_until(lambda: now() == right, SOON_S, "put right by the relay that runs")
+        relay.stop()
+        damage()
+        self.start_relay(server, nats)
+        harness.wait_until(lambda: now() == right, SOON_S, "put right by a new relay")
+
+    def test_whatever_nats_does_a_signal_ends_relay_and_viewer_within_two_seconds(self):
+        server = self.start_server(scene=harness.SCENE)
+        client = self.client(server)
+        silent = nats_wire.FakeNatsServer("nothing")
+        self.addCleanup(silent.close)
+        for one in (self.start_relay(server, silent), self.start_watcher(silent)):
+            before = silent.connections
+            harness.wait_until(lambda: silent.connections >= before + 2, SOON_S, "the attempt is given up, and another made")
+            self.assert_ends_soon(one)
+        nats = self.start_nats()
+        relay, watcher = self.start_relay(server, nats), self.start_watcher(nats)
+        self.assert_in_step(server, watcher)
+        nats.process.send_signal(signal.SIGSTOP)
+        self.addCleanup(nats.process.send_signal, signal.SIGCONT)
+        for i in range(5):
+            self.move(client, 0.07 + 0.001 * i)
+        self.assert_ends_soon(relay)
+        self.assert_ends_soon(watcher)
+
+    def assert_ends_soon(self, process):
+        begin = harness.time.monotonic()
+        self.assertEqual(process.stop(), 0, process.text())
+        self.assertLess(harness.time.monotonic() - begin, 2)
+
+    def test_a_message_that_does_not_end_is_not_kept(self):
+        flood = nats_wire.FakeNatsServer("floods")
+        self.addCleanup(flood.close)
+        relay = self.start_relay(self.start_server(scene=harness.SCENE), flood)
+        most = 0
+        while flood.connections < 2 and relay.alive():
+            most = max(most, self.resident_MB(relay))
+            harness.time.sleep(0.01)
+        self.assertLess(most, 400)
+        self.assertTrue(relay.alive(), relay.text())
+
+    def test_a_password_is_for_the_servers_that_were_named(self):
+        other = nats_wire.FakeNatsServer("nothing")
+        named = nats_wire.FakeNatsServer("closes", connect_urls=[other.address])
+        for each in (named, other):
+            self.addCleanup(each.close)
+        credentials = harness.Path(self.folder) / "relay.nats"
+        credentials.write_text("user: relay\npassword: long-and-random\n")
+        self.start_relay(self.start_server(scene=harness.SCENE), named, credentials=credentials)
+        harness.wait_until(lambda: named.connections >= 2, SOON_S, "tried again")
+        self.assertEqual(other.connections, 0, other.heard)
+
+    @staticmethod
+    def resident_MB(process):
+        status = harness.Path(f"/proc/{process.process.pid}/status").read_text()
+        found = harness.re.search(r"VmRSS:\s+(\d+)", status)
+        return int(found[1]) / 1024 if found else 0
 
     def test_who_has_no_password_watches_and_publishes_nothing(self):
         """As deploy/nats.conf has it, over TLS."""
@@ -209,7 +319,41 @@ class Audience(PublishedSession):
             with self.assertRaisesRegex(nats_wire.Refused, "Permissions Violation for Publish", msg=subject):
                 forger.flush()
             forger.close()
+        self.assert_answers_go_only_to_who_asked(server, nats)
+        for origin, answer in ((nats.PAGE, 101), ("https://evil.example", 403), ("https://localhost", 403)):
+            self.assertEqual(nats.answer_to_page(origin), answer, origin)
+        self.assert_in_step(server, watcher)
         self.assertEqual(watcher.stop(), 0, watcher.text())
+        self.assertEqual(watcher.summary()["connections"], 1)
+
+    def assert_answers_go_only_to_who_asked(self, server, nats):
+        """JetStream sends what is stored wherever the asker says: nothing comes of it under a subject of the session."""
+        def connect(*who):
+            wire = nats_wire.NatsWire(nats.port, *who, tls=nats.certificate)
+            self.addCleanup(wire.close)
+            return wire
+        owner = connect("relay", "long-and-random")
+        before = owner.state(STREAM)["last_seq"]
+        for subject in ("_INBOX.>", "haptics.>", f"haptics.{SESSION}.live.*", "_INBOX.*.*.*", ">"):
+            with self.assertRaisesRegex(nats_wire.Refused, "Permissions Violation for Subscription", msg=subject):
+                connect().subscribe(subject)
+        listener, asker = connect(), connect()
+        listener.subscribe(f"_R_.haptics.{SESSION}.live.*", 7)
+        listener.subscribe("_INBOX.*.*", 8)
+        listener.subscribe("_INBOX.*.>", 9)
+        ask = f"$JS.API.DIRECT.GET.{STREAM}", json.dumps({"seq": before}).encode()
+        for reply in (f"haptics.{SESSION}.latest", f"haptics.{SESSION}.live.sample", f"haptics.{SESSION}.live.commit"):
+            asker.publish(*ask, reply)
+        asker.flush()
+        for reply in (f"_R_.haptics.{SESSION}.live.sample", "$JS.ACK.a"):
+            stranger = connect()
+            stranger.publish(*ask, reply)
+            with self.assertRaisesRegex(nats_wire.Refused, "Permissions Violation for Publish with Reply"):
+                stranger.flush()
+        self.assert_in_step(server, self.start_watcher(nats, credentials=nats.audience))  # what it asks for
+        listener.flush()
+        self.assertEqual(owner.state(STREAM)["last_seq"], before)
+        self.assertLessEqual({subject for subject, _, _ in listener.messages}, {f"_R_.haptics.{SESSION}.live.sample"})
 
 
 if __name__ == "__main__":

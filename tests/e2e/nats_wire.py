@@ -3,6 +3,7 @@ import json
 import os
 import socket
 import ssl
+import threading
 
 import harness
 
@@ -16,11 +17,11 @@ class NatsServer(harness.Process):
     """nats-server with JetStream; the store in `folder` outlives it. Ready when constructed."""
 
     def __init__(self, folder, port=None, config="", store="32G"):
-        """`config`: more lines of its file. `store`: what JetStream may take."""
+        """`config`: more lines of its file. `store`: what JetStream may take; None: it is off."""
         self.port = port or free_port()
         file = harness.Path(folder) / "nats.conf"
-        file.write_text(f'listen: "127.0.0.1:{self.port}"\n'
-                        f'jetstream {{ store_dir: "{folder}/jetstream", max_file_store: {store} }}\n{config}')
+        stored = f'jetstream {{ store_dir: "{folder}/jetstream", max_file_store: {store} }}\n' if store else ""
+        file.write_text(f'listen: "127.0.0.1:{self.port}"\n{stored}{config}')
         super().__init__(["nats-server", "-c", file])
         harness.wait_until(lambda: "Server is ready" in self.text() or not self.alive(), 20, self.text)
         if not self.alive():
@@ -30,6 +31,7 @@ class NatsServer(harness.Process):
 
 class SecuredNatsServer(harness.Process):
     """nats-server as deploy/nats.conf has it, with a certificate of its own."""
+    PAGE = "https://pages.example"
 
     def __init__(self, folder):
         self.folder, self.port, self.web_port = harness.Path(folder), free_port(), free_port()
@@ -41,16 +43,76 @@ class SecuredNatsServer(harness.Process):
         harness.shutil.copy(harness.PROJECT / "deploy/nats.conf", self.folder)
         (self.folder / "site.conf").write_text(
             f'LISTEN: "127.0.0.1:{self.port}"\nWEB_LISTEN: "127.0.0.1:{self.web_port}"\nCERTIFICATE: "{self.certificate}"\n'
-            f'KEY: "{key}"\nSTORE: "{self.folder}/secured"\nRELAY_PASSWORD: "long-and-random"\n')
+            f'KEY: "{key}"\nSTORE: "{self.folder}/secured"\nRELAY_PASSWORD: "long-and-random"\n'
+            f'PAGES: ["{self.PAGE}"]\n')
         super().__init__(["nats-server", "-c", self.folder / "nats.conf"])
         harness.wait_until(lambda: "Server is ready" in self.text() or not self.alive(), 20, self.text)
         self.url = f"tls://127.0.0.1:{self.port}"
         self.relay, self.audience = self.credentials("relay", "long-and-random"), self.certificate
 
+    def answer_to_page(self, origin):
+        """HTTP status for a page from there that opens a WebSocket."""
+        context = ssl.create_default_context(cafile=self.certificate)
+        with socket.create_connection(("127.0.0.1", self.web_port), 10) as plain, \
+                context.wrap_socket(plain, server_hostname="127.0.0.1") as page:
+            page.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nOrigin: {origin}\r\n"
+                         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
+            return int(page.recv(4096).split()[1])
+
     def credentials(self, user, password):
         file = self.folder / f"{user}-{password}.nats"
         file.write_text(f"{self.certificate.read_text()}user: {user}\npassword: {password}\n")
         return file
+
+
+class FakeNatsServer:
+    """Says INFO, and then what it is told to do."""
+    HUGE = 2**31 - 1000
+
+    def __init__(self, does, **info):
+        """`does`: "nothing", not even a PONG; "closes"; "floods" who subscribes with one message of HUGE bytes."""
+        self.does, self.connections, self.heard, self.sent = does, 0, b"", 0
+        self.info = {"server_id": "fake", "version": "2.9.10", "proto": 1, "headers": True, "max_payload": 1 << 20, **info}
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self.listener.getsockname()[1]}"
+        self.url = f"nats://{self.address}"
+        self.port = self.listener.getsockname()[1]
+        self.held = []
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            try:
+                connection = self.listener.accept()[0]
+            except OSError:
+                return
+            self.connections += 1
+            self.held.append(connection)
+            threading.Thread(target=self.serve, args=(connection,), daemon=True).start()
+
+    def serve(self, connection):
+        try:
+            connection.sendall(f"INFO {json.dumps(self.info)} \r\n".encode())
+            while self.does != "closes" and (data := connection.recv(1 << 16)):
+                self.heard += data
+                if self.does != "floods":
+                    continue
+                if b"PING" in data:
+                    connection.sendall(b"PONG\r\n")
+                if b"SUB " in data:
+                    number = data.split(b"SUB ", 1)[1].split(b"\r\n")[0].split()[-1]
+                    connection.sendall(b"MSG a %s %d\r\n" % (number, self.HUGE))
+                    while self.sent < self.HUGE:
+                        connection.sendall(bytes(1 << 18))
+                        self.sent += 1 << 18
+        except OSError:
+            pass
+        connection.close()
+
+    def close(self):
+        self.listener.close()
+        for connection in self.held:
+            connection.close()
 
 
 class Refused(Exception):
@@ -87,8 +149,8 @@ class NatsWire:
         self.say(f"SUB {subject} {number}")
         self.flush()
 
-    def publish(self, subject, payload):
-        self.say(f"PUB {subject} {len(payload)}", payload)
+    def publish(self, subject, payload, reply=""):
+        self.say(f"PUB {subject} {reply} {len(payload)}", payload)
 
     def flush(self):
         """Until the server has seen all; raises Refused for what it did not permit."""

@@ -1,9 +1,12 @@
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 #include <string_view>
 
 #include "common/wire/convert.h"
@@ -287,6 +290,80 @@ TEST(HashFromWire, NamesTheFieldAndTheSize) {
   const auto hash = hashFromWire("abc", "welcome.root");
   ASSERT_FALSE(hash);
   EXPECT_EQ(hash.error().text(), "welcome.root: has 3 bytes; a SHA-256 hash has 32");
+}
+
+/// Sets a number of a message by its path, as graphics_client/web/limits.js reads it: the first of a list, and a quaternion by
+/// its length.
+void setNumber(google::protobuf::Message& message, std::istringstream& path, double value) {
+  std::string name;
+  std::getline(path, name, '.');
+  const auto* field = message.GetDescriptor()->FindFieldByName(name);
+  ASSERT_NE(field, nullptr) << name;
+  const auto* reflection = message.GetReflection();
+  using Field = google::protobuf::FieldDescriptor;
+  if (field->is_repeated()) return reflection->SetRepeatedFloat(&message, field, 0, static_cast<float>(value));
+  switch (field->cpp_type()) {
+    case Field::CPPTYPE_DOUBLE:
+      return reflection->SetDouble(&message, field, value);
+    case Field::CPPTYPE_FLOAT:
+      return reflection->SetFloat(&message, field, static_cast<float>(value));
+    case Field::CPPTYPE_UINT32:
+      return reflection->SetUInt32(&message, field, static_cast<std::uint32_t>(value));
+    default:
+      break;
+  }
+  auto& inner = *reflection->MutableMessage(&message, field);
+  if (path.good()) return setNumber(inner, path, value);
+  inner.GetReflection()->SetDouble(&inner, inner.GetDescriptor()->FindFieldByName("w"), value);
+}
+
+v1::ObjectState deformedState(std::array<std::uint32_t, 3> points) {
+  v1::ObjectState message = state(1);
+  message.mutable_pose()->mutable_rotation()->Clear();
+  message.mutable_pose()->mutable_rotation()->set_w(1);
+  auto& deformation = *message.mutable_deformation();
+  deformation.mutable_softness()->set_stiffness_n_per_m(100);
+  deformation.mutable_softness()->set_radius_m(0.01);
+  deformation.mutable_softness()->set_degree(2);
+  auto& lattice = *deformation.mutable_lattice();
+  lattice.mutable_low_m();
+  lattice.mutable_size_m()->set_x(1);
+  lattice.mutable_size_m()->set_y(1);
+  lattice.mutable_size_m()->set_z(1);
+  lattice.set_points_x(points[0]);
+  lattice.set_points_y(points[1]);
+  lattice.set_points_z(points[2]);
+  for (std::uint32_t i = 0; i < 3 * points[0] * points[1] * points[2]; ++i) lattice.add_control_m(0);
+  return message;
+}
+
+/// The list of what the page checks says what is refused here.
+TEST(Limits, OfThePageAreThoseOfTheWire) {
+  std::ifstream file(SCENES_FOLDER "/../../graphics_client/web/limits.json");
+  const auto limits = nlohmann::json::parse(file);
+  EXPECT_GT(limits.size(), 15U);
+  for (const auto& [path, range] : limits.items()) {
+    const bool isCount = path.find("points_") != std::string::npos || path.find("degree") != std::string::npos;
+    const auto isTaken = [&path = path](double value) {
+      std::array<std::uint32_t, 3> points{2, 2, 2};
+      if (const auto at = path.find("points_"); at != std::string::npos && value <= 100) {
+        points[static_cast<std::size_t>(path.back() - 'x')] = static_cast<std::uint32_t>(value);
+      }
+      v1::ObjectState message = deformedState(points);
+      std::istringstream names(path);
+      setNumber(message, names, value);
+      return fromWire(message).has_value();
+    };
+    const double least = range[0], most = range[1];
+    const auto beyond = [&](double limit, double sign) {
+      return isCount ? limit + sign : limit + sign * 1e-3 * std::max(1e-9, std::abs(limit));
+    };
+    EXPECT_TRUE(isTaken(path == "pose.rotation" ? 0.9991 : least)) << path;
+    EXPECT_TRUE(isTaken(path == "pose.rotation" ? 1.0009 : most)) << path;
+    EXPECT_FALSE(isTaken(beyond(least, -1))) << path;
+    EXPECT_FALSE(isTaken(beyond(most, 1))) << path;
+    if (!isCount) EXPECT_FALSE(isTaken(kNaN)) << path;
+  }
 }
 
 }  // namespace

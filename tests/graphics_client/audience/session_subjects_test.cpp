@@ -22,5 +22,11 @@ TEST(SessionSubjects, RefuseNamesThatMeanMoreToNats) {
   EXPECT_TRUE(SessionSubjects::of("01234567890123456789012345678901"));
 }
 
+TEST(SessionSubjects, OfTwoSessionsShareNoStream) {
+  const std::string taken = SessionSubjects::of("ward")->assetStream;
+  const auto other = SessionSubjects::of(taken.substr(std::string_view("haptics-").size()));
+  EXPECT_FALSE(other) << other->sceneStream;
+}
+
 }  // namespace
 }  // namespace haptics::session_subjects_test
