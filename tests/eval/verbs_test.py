@@ -1,5 +1,6 @@
 """Runs verbs of haptic_eval, small, and checks what they wrote."""
 
+import base64
 import contextlib
 import csv
 import json
@@ -161,6 +162,46 @@ class Sweeps(Verb):
         sweep.send_signal(signal.SIGINT)
         self.assertEqual(sweep.wait(20), 1)
         self.assertIn("a worker of another build is refused", sweep.stdout.read())
+
+    def test_what_no_program_of_the_build_has_sent_is_thrown_away(self):
+        url = self.start_nats()
+        sweep = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
+        found = {}
+        while not found:
+            found = self.ask(url, "$JS.API.STREAM.MSG.GET.HAPTIC_EVAL_PARTS", '{"seq":1}').get("message", {})
+            time.sleep(0.1)
+        subject, job = found["subject"], json.loads(base64.b64decode(found["data"]))
+        forged = [(f"haptic_eval.results.{job['sweep']}", {"part": part, "sweep": job["sweep"], "build": job["build"], "result": result})
+                  for part in range(3) for result in ([], {"record": 3}, None)]
+        beside = subject.rsplit(".", 1)[0] + ".x"  # for the same workers
+        forged += [(beside, job), (beside, {**job, "part": 2**63}), (beside, {**job, "sweep": "a b"}), (beside, "[" * 500_000)]
+        for where, what in forged:
+            text = what if isinstance(what, str) else json.dumps(what)
+            self.nats_lines(url, f"PUB {where} {len(text)}\r\n{text}\r\n", b"PONG")
+        worker = self.start(PROGRAM, "worker", "--nats", url)
+        self.assertEqual(sweep.wait(120), 0)
+        self.assertEqual((self.out / "failures.json").read_bytes(), self.whole)
+        self.assertIn("a result that no worker of this build has sent is not taken", sweep.stdout.read())
+        while self.ask(url, "$JS.API.STREAM.INFO.HAPTIC_EVAL_PARTS")["state"]["messages"]:
+            time.sleep(0.1)
+        worker.send_signal(signal.SIGTERM)
+        self.assertEqual(worker.wait(20), 0)
+        self.assertEqual(worker.stdout.read().count("it is thrown away"), 4)
+
+    @staticmethod
+    def nats_lines(url, text, until):
+        """What the server at the address says to this text, until a line begins so."""
+        with socket.create_connection(url.removeprefix("nats://").split(":"), 10) as connection, connection.makefile("rb") as lines:
+            connection.sendall(f'CONNECT {{"verbose":false,"headers":true}}\r\n{text}PING\r\n'.encode())
+            said = []
+            while not said or not said[-1].startswith(until):
+                said.append(lines.readline())
+            return said
+
+    def ask(self, url, subject, text=""):
+        """What JetStream answers."""
+        said = self.nats_lines(url, f"SUB inbox 1\r\nPUB {subject} inbox {len(text)}\r\n{text}\r\n", b"{")
+        return json.loads(said[-1])
 
     def test_says_that_nobody_is_there(self):
         refused = run("worker", "--nats", "nats://127.0.0.1:1")

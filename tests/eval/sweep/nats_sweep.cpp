@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -10,6 +12,7 @@
 #include "common/hash/content_hash.h"
 #include "common/nats/nats_credentials.h"
 #include "common/nats/nats_handles.h"
+#include "common/nats/nats_socket.h"
 #include "common/text/printable.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/sweep/sweep_progress.h"
@@ -18,14 +21,17 @@
 namespace haptics::eval {
 namespace {
 
-// Parts are sent to haptic_eval.parts.BUILD.SWEEP, what they came to to haptic_eval.results.SWEEP. A worker that has
-// nothing to do asks haptic_eval.hello whether it may stay.
+// Parts are sent to haptic_eval.parts.BUILD.SWEEP, what they came to to haptic_eval.results.SWEEP; both name build, sweep and
+// part, and their header Seal shows that a program of the build has written them for this subject. What has none, or another,
+// is thrown away unread. A worker that has nothing to do asks haptic_eval.hello whether it may stay.
 constexpr const char* kPartsStream = "HAPTIC_EVAL_PARTS";
 constexpr const char* kParts = "haptic_eval.parts.";
 constexpr const char* kResultsStream = "HAPTIC_EVAL_RESULTS";
 constexpr const char* kResults = "haptic_eval.results.";
 constexpr const char* kHello = "haptic_eval.hello";
-constexpr std::size_t kShortHash = 16;  // digits
+constexpr const char* kSeal = "Seal";
+constexpr std::int64_t kHeaders_bytes = 256;  // with the seal
+constexpr std::size_t kShortHash = 16;        // digits
 
 using std::chrono::milliseconds;
 constexpr milliseconds kPoll{500};
@@ -33,6 +39,13 @@ constexpr milliseconds kPoll{500};
 constexpr milliseconds kAlive{1000}, kLeft{5000};
 constexpr std::uint64_t kMaxTries = 3;
 constexpr int kMakingTries = 50;
+/// A result that is not stored is sent again: twice as late each time, up to the longest.
+constexpr double kFirstPause_s = 0.5, kLongestPause_s = 8;
+constexpr std::int64_t kStoredWithin_ms = 1000;
+/// An interruption ends the program by then, whatever NATS does.
+constexpr milliseconds kEndWithin{1500};
+constexpr std::int64_t kWriteWithin_ms = 2000;
+constexpr int kRefusedBriefly = 3;  // lines about results of strangers
 constexpr std::int64_t kBetweenTries_ms = 20;
 /// Without a result or a worker for so long, the user reads how to start one.
 constexpr std::chrono::seconds kNobody{5};
@@ -79,8 +92,10 @@ void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetent
   const nats::Options options(made);
   must(setNatsServers(*options, server.url, credentials), "--nats " + server.url);
   must(natsOptions_SetMaxReconnect(options.get(), -1), "options");
+  must(natsOptions_SetWriteDeadline(options.get(), kWriteWithin_ms), "options");
   natsConnection* connection = nullptr;
-  must(natsConnection_Connect(&connection, options.get()), "no connection to " + server.url);
+  NatsSocket socket;
+  must(connectToNats(connection, *options, server.url, {}, socket), "no connection to " + server.url);
   Connected connected{nats::Connection(connection), nullptr};
   jsCtx* stream = nullptr;
   must(natsConnection_JetStream(&stream, connection, nullptr), "JetStream");
@@ -100,6 +115,51 @@ void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetent
   char name[256] = {};
   return gethostname(name, sizeof name - 1) == 0 ? name : "somewhere";
 }
+
+/// Publishes the text with its seal; waits until it is stored.
+[[nodiscard]] natsStatus publishSealed(jsCtx& stream, const ProgramSeal& seal, const std::string& subject,
+                                       const std::string& text) {
+  natsMsg* made = nullptr;
+  natsStatus status = natsMsg_Create(&made, subject.c_str(), nullptr, text.data(), static_cast<int>(text.size()));
+  const nats::Message message(made);
+  if (status == NATS_OK) status = natsMsgHeader_Set(made, kSeal, seal.of(subject, text).c_str());
+  jsPubOptions options;
+  jsPubOptions_Init(&options);
+  options.MaxWait = kStoredWithin_ms;
+  return status == NATS_OK ? js_PublishMsg(nullptr, &stream, made, &options, nullptr) : status;
+}
+
+/// What a program of this build has published for this subject; discarded: anything else, and what is no record.
+[[nodiscard]] Record sealedRecord(natsMsg& message, const ProgramSeal& seal, const std::string& subject) {
+  const char* given = nullptr;
+  if (natsMsgHeader_Get(&message, kSeal, &given) != NATS_OK || given == nullptr ||
+      seal.of(subject, dataOf(message)) != given) {
+    return Record(Record::value_t::discarded);
+  }
+  return Record::parse(dataOf(message), nullptr, false);
+}
+
+/// Ends the program where an interruption does not, except while it is at work.
+class LastResort {
+ public:
+  explicit LastResort(const Interruption& interruption)
+      : thread_([this, &interruption](const std::stop_token& stop) {
+          auto since = std::chrono::steady_clock::now();
+          while (!stop.stop_requested()) {
+            std::this_thread::sleep_for(milliseconds(20));
+            const auto now = std::chrono::steady_clock::now();
+            if (!interruption.came() || isAtWork_) since = now;
+            if (now - since < kEndWithin) continue;
+            std::fputs("interrupted while NATS does not answer\n", stderr);
+            _exit(1);
+          }
+        }) {}
+  void work(bool is) noexcept { isAtWork_ = is; }
+
+ private:
+  std::atomic<bool> isAtWork_ = false;
+  std::jthread thread_;
+};
 
 void purge(jsCtx& stream, const char* name, const std::string& subject) {
   jsOptions options;
@@ -122,7 +182,8 @@ class Giver {
 
   [[nodiscard]] std::vector<Record> results() {
     const Interruption interruption;
-    takeEarlierResults();
+    const LastResort lastResort(interruption);
+    takeEarlierResults(interruption);
     if (left_ > 0) giveParts();
     natsSubscription* hellos = nullptr;
     must(natsConnection_SubscribeSync(&hellos, nats_.connection.get(), kHello), kHello);
@@ -142,8 +203,8 @@ class Giver {
                      url_.c_str());
       }
     }
-    purge(*nats_.stream, kPartsStream, partsSubject());
-    purge(*nats_.stream, kResultsStream, kResults + id_);
+    // Its parts are all done. They are not purged: nats-server 2.9 then skips those of other sweeps, too.
+    purge(*nats_.stream, kResultsStream, resultsSubject());
     std::vector<Record> results;
     for (auto& result : results_) results.push_back(std::move(*result));
     return results;
@@ -157,18 +218,19 @@ class Giver {
     return hasher.finish().hex();
   }
   [[nodiscard]] std::string partsSubject() const { return kParts + shortOf(build_) + '.' + id_; }
+  [[nodiscard]] std::string resultsSubject() const { return kResults + id_; }
 
-  void takeEarlierResults() {
+  void takeEarlierResults(const Interruption& interruption) {
     left_ = results_.size();
     jsSubOptions options;
     jsSubOptions_Init(&options);
     options.Stream = kResultsStream;
     options.Ordered = true;
     natsSubscription* subscription = nullptr;
-    must(js_SubscribeSync(&subscription, nats_.stream.get(), (kResults + id_).c_str(), nullptr, &options, nullptr),
+    must(js_SubscribeSync(&subscription, nats_.stream.get(), resultsSubject().c_str(), nullptr, &options, nullptr),
          "results");
     subscription_.reset(subscription);
-    while (takeResult(kPoll)) {
+    while (!interruption.came() && takeResult(kPoll)) {
     }
     if (left_ < results_.size())
       std::fprintf(stderr, "%zu parts are done already: an earlier run of the same sweep was interrupted\n",
@@ -180,8 +242,7 @@ class Giver {
     for (std::size_t part = 0; part < results_.size(); ++part) {
       if (results_[part]) continue;
       const std::string text = dumped({{"sweep", id_}, {"build", build_}, {"arguments", arguments_}, {"part", part}});
-      must(js_Publish(nullptr, nats_.stream.get(), partsSubject().c_str(), text.data(), static_cast<int>(text.size()),
-                      nullptr, nullptr),
+      must(publishSealed(*nats_.stream, seal_, partsSubject(), text),
            "part " + std::to_string(part) + " was not taken");
     }
   }
@@ -191,13 +252,17 @@ class Giver {
     natsMsg* message = nullptr;
     if (natsSubscription_NextMsg(&message, subscription_.get(), within.count()) != NATS_OK) return false;
     const nats::Message taken(message);
-    const Record result = Record::parse(dataOf(*message), nullptr, false);
-    if (!result.is_object() || !result.contains("part") || !result["part"].is_number_unsigned()) return true;
+    const Record result = sealedRecord(*message, seal_, resultsSubject());
+    if (!result.is_object()) {
+      if (++strange_ <= kRefusedBriefly)
+        std::fputs("a result that no worker of this build has sent is not taken\n", stderr);
+      return true;
+    }
     const auto part = result["part"].get<std::size_t>();
     if (part >= results_.size() || results_[part]) return true;
     if (!result.contains("result")) {
       purge(*nats_.stream, kPartsStream, partsSubject());
-      purge(*nats_.stream, kResultsStream, kResults + id_);
+      purge(*nats_.stream, kResultsStream, resultsSubject());
       throw std::runtime_error("part " + std::to_string(part) + " of " + std::to_string(results_.size()) +
                                " was tried " + std::to_string(kMaxTries) +
                                " times: " + result.value("failed", "no reason was given"));
@@ -231,6 +296,8 @@ class Giver {
   Sweep& sweep_;
   const SweepArguments& arguments_;
   std::string url_, build_, id_;
+  ProgramSeal seal_;
+  int strange_ = 0;
   nats::Subscription subscription_,
       hellos_;  // outlive the connection: libnats 3.4 crashes on a message for one that is gone
   Connected nats_;
@@ -275,13 +342,14 @@ class Worker {
 
   void work() {
     const Interruption interruption;
+    LastResort lastResort(interruption);
     std::printf("worker of build %s: waiting for parts\n", shortOf(build_).c_str());
     std::fflush(stdout);
     while (!interruption.came()) {
       natsMsgList list{};
       const natsStatus status = natsSubscription_Fetch(&list, subscription_.get(), 1, kPoll.count(), nullptr);
       if (status == NATS_OK && list.Count == 1) {
-        runPart(*list.Msgs[0], interruption);
+        runPart(*list.Msgs[0], interruption, lastResort);
         natsMsgList_Destroy(&list);
       } else if (status == NATS_TIMEOUT) {
         askWhetherToStay();
@@ -293,46 +361,43 @@ class Worker {
   }
 
  private:
-  void runPart(natsMsg& message, const Interruption& interruption) {
-    const Record job = Record::parse(dataOf(message), nullptr, false);
-    if (!isJob(job)) {
-      std::fprintf(stderr, "what came is no part of a sweep; it is thrown away\n");
+  void runPart(natsMsg& message, const Interruption& interruption, LastResort& lastResort) {
+    const Record job = sealedRecord(message, seal_, natsMsg_GetSubject(&message));
+    if (!job.is_object()) {
+      std::fprintf(stderr, "what came is no part that this build has given out; it is thrown away\n");
       static_cast<void>(natsMsg_Term(&message, nullptr));
       return;
     }
+    const KeptAlive alive(message);
     const std::uint64_t tries = deliveriesOf(message);
-    Record result{{"part", job["part"]}};
+    Record result{{"part", job["part"]}, {"sweep", job["sweep"]}, {"build", build_}};
     if (tries > kMaxTries) {
       result["failed"] = "each time the worker ended without a word";
     } else {
+      lastResort.work(true);
       try {
-        const KeptAlive alive(message);
         result["result"] = sweepOf(job["arguments"]).run(job["part"].get<std::size_t>());
         ++done_;
       } catch (const std::exception& error) {
         std::fprintf(stderr, "part %zu: %s\n", job["part"].get<std::size_t>(), printable(error.what()).c_str());
-        if (tries < kMaxTries) {
-          static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count(), nullptr));
-          return;
-        }
-        result["failed"] = thisMachine() + ": " + error.what();
+        if (tries >= kMaxTries) result["failed"] = thisMachine() + ": " + error.what();
       }
+      lastResort.work(false);
+    }
+    if (!result.contains("result") && !result.contains("failed")) {
+      static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count(), nullptr));
+      return;
     }
     std::string text = dumped(result);
-    const std::int64_t most = natsConnection_GetMaxPayload(nats_.connection.get());
+    const std::int64_t most = natsConnection_GetMaxPayload(nats_.connection.get()) - kHeaders_bytes;
     if (static_cast<std::int64_t>(text.size()) > most) {
-      text = dumped({{"part", job["part"]},
-                     {"failed", "its result has " + std::to_string(text.size()) + " bytes, NATS takes " +
-                                    std::to_string(most) + "; raise max_payload, or use --shard"}});
+      result.erase("result");
+      result["failed"] = "its result has " + std::to_string(text.size()) + " bytes, NATS takes " +
+                         std::to_string(most) + "; raise max_payload, or use --shard";
+      text = dumped(result);
     }
     if (send(kResults + job["sweep"].get<std::string>(), text, interruption))
       static_cast<void>(natsMsg_Ack(&message, nullptr));
-  }
-
-  [[nodiscard]] static bool isJob(const Record& job) {
-    return job.is_object() && job.contains("part") && job["part"].is_number_unsigned() && job.contains("sweep") &&
-           job["sweep"].is_string() && job["sweep"].get<std::string>().size() == kShortHash &&
-           job.contains("arguments") && job["arguments"].is_array();
   }
 
   [[nodiscard]] static std::uint64_t deliveriesOf(natsMsg& message) {
@@ -353,13 +418,17 @@ class Worker {
 
   /// Until it is stored. False: interrupted.
   [[nodiscard]] bool send(const std::string& subject, const std::string& text, const Interruption& interruption) {
+    double pause_s = kFirstPause_s;
+    std::string said;
     while (true) {
-      const natsStatus status = js_Publish(nullptr, nats_.stream.get(), subject.c_str(), text.data(),
-                                           static_cast<int>(text.size()), nullptr, nullptr);
+      const natsStatus status = publishSealed(*nats_.stream, seal_, subject, text);
       if (status == NATS_OK) return true;
-      std::fprintf(stderr, "a result was not stored (%s); trying again\n", natsStatus_GetText(status));
-      interruption.sleep(1);
+      const std::string why = natsErrorText(status);
+      if (why != said) std::fprintf(stderr, "a result was not stored (%s); trying again\n", printable(why).c_str());
+      said = why;
+      interruption.sleep(pause_s);
       if (interruption.came()) return false;
+      pause_s = std::min(kLongestPause_s, 2 * pause_s);
     }
   }
 
@@ -375,6 +444,7 @@ class Worker {
 
   const SweepMaker& makeSweep_;
   std::string build_;
+  ProgramSeal seal_;
   nats::Subscription subscription_;  // outlives the connection, as the giver's
   Connected nats_;
   SweepArguments arguments_;

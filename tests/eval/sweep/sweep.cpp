@@ -45,6 +45,13 @@ struct ShardResults {
   }
 }
 
+[[nodiscard]] std::string runningProgram() {
+  std::ifstream program("/proc/self/exe", std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(program), {}};
+  if (bytes.empty()) throw std::runtime_error("/proc/self/exe: cannot be read, to tell which build this is");
+  return bytes;
+}
+
 [[nodiscard]] std::size_t partsOf(const Shard& shard, std::size_t size) {
   return size <= shard.index ? 0 : (size - shard.index - 1) / shard.count + 1;
 }
@@ -78,10 +85,15 @@ SweepArguments sweepArguments(int argc, const char* const* argv) {
 }
 
 std::string buildHash() {
-  std::ifstream program("/proc/self/exe", std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(program), {}};
-  if (bytes.empty()) throw std::runtime_error("/proc/self/exe: cannot be read, to tell which build this is");
+  const std::string bytes = runningProgram();
   return Hasher().add(std::as_bytes(std::span(bytes))).finish().hex();
+}
+
+// Not a hash that is told to anybody.
+ProgramSeal::ProgramSeal() : key_(Hasher().add("seal").add(runningProgram()).finish()) {}
+
+std::string ProgramSeal::of(std::string_view place, std::string_view text) const {
+  return Hasher().add(key_).add(place).add(text).finish().hex();
 }
 
 bool runSweep(Sweep& sweep) {

@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/hash/content_hash.h"
 #include "tests/eval/report.h"
 
 namespace haptics::eval {
@@ -49,6 +51,16 @@ using SweepMaker = std::function<std::unique_ptr<Sweep>(const SweepArguments&)>;
 
 /// SHA-256 of the running program, as 64 digits: only one build's parts may stand in one result.
 [[nodiscard]] std::string buildHash();
+/// What only who has the running program can compute of a text: shows that one build's program has written it.
+class ProgramSeal {
+ public:
+  ProgramSeal();
+  /// 64 digits. `place` says what the text is for, so that it is taken for nothing else.
+  [[nodiscard]] std::string of(std::string_view place, std::string_view text) const;
+
+ private:
+  ContentHash key_;
+};
 
 /// All parts, here.
 [[nodiscard]] bool runSweep(Sweep& sweep);
