@@ -41,6 +41,7 @@ function show(chosen) {
     word: null, epoch: null, revision: 0, root: null, tick: 0,
     get fps() { return picture.fps(); },
     get saw() { return session.saw; },
+    get assets() { return picture.assets.size; },
     /** As it is drawn, in metres. */
     get ihip() { return picture.hands[0].ihip.getPosition(); },
     get hip() { return picture.hands[0].hip.getPosition(); },
