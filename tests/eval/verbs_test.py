@@ -139,6 +139,36 @@ class Sweeps(Verb):
         self.assertEqual((self.out / "failures.json").read_bytes(), self.whole)
         worker.kill()
 
+    def test_a_worker_ends_soon_also_within_a_part(self):
+        url = self.start_nats()
+        sweep = self.start(PROGRAM, "failures", "--seeds", "1000", "--nats", url, "--out", str(self.out))
+        worker = self.start(PROGRAM, "worker", "--nats", url)
+        while not any(of["num_ack_pending"] for of in self.ask(url, "$JS.API.CONSUMER.LIST.HAPTIC_EVAL_PARTS").get("consumers") or []):
+            time.sleep(0.05)
+        begin = time.monotonic()
+        worker.send_signal(signal.SIGTERM)
+        worker.wait(20)
+        self.assertLess(time.monotonic() - begin, 2)
+        sweep.kill()
+
+    def test_a_result_waits_while_the_store_is_full(self):
+        url = self.start_nats()
+        sweep = self.start(PROGRAM, *self.SWEEP, "--nats", url, "--out", str(self.out))
+        while "config" not in (results := self.ask(url, "$JS.API.STREAM.INFO.HAPTIC_EVAL_RESULTS")):
+            time.sleep(0.05)
+
+        def allow(max_bytes):
+            self.ask(url, "$JS.API.STREAM.UPDATE.HAPTIC_EVAL_RESULTS",
+                     json.dumps({**results["config"], "discard": "new", "max_bytes": max_bytes}))
+        allow(1)
+        worker = self.start(PROGRAM, "worker", "--nats", url)
+        while "a result was not stored" not in (line := worker.stdout.readline()):
+            self.assertTrue(line, "the worker has ended")
+        self.assertIsNone(sweep.poll())
+        allow(-1)
+        self.assertEqual(sweep.wait(60), 0)
+        self.assertEqual((self.out / "failures.json").read_bytes(), self.whole)
+
     def test_a_part_that_cannot_be_run_is_named_after_three_tries(self):
         url = self.start_nats()
         model = self.out.parent / "models/libcgal-demo/data/meshes/armadillo.off"

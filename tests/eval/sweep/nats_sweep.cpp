@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -139,25 +138,24 @@ void ensureStream(jsCtx& stream, const char* name, const char* subject, jsRetent
   return Record::parse(dataOf(message), nullptr, false);
 }
 
-/// Ends the program where an interruption does not, except while it is at work.
+/// Ends the program where it does not end by itself soon after an interruption: it is at work, or NATS does not answer. What
+/// was not done is done by others, or with the next start.
 class LastResort {
  public:
   explicit LastResort(const Interruption& interruption)
-      : thread_([this, &interruption](const std::stop_token& stop) {
+      : thread_([&interruption](const std::stop_token& stop) {
           auto since = std::chrono::steady_clock::now();
           while (!stop.stop_requested()) {
             std::this_thread::sleep_for(milliseconds(20));
             const auto now = std::chrono::steady_clock::now();
-            if (!interruption.came() || isAtWork_) since = now;
+            if (!interruption.came()) since = now;
             if (now - since < kEndWithin) continue;
-            std::fputs("interrupted while NATS does not answer\n", stderr);
+            std::fputs("interrupted within a part, or while NATS does not answer\n", stderr);
             _exit(1);
           }
         }) {}
-  void work(bool is) noexcept { isAtWork_ = is; }
 
  private:
-  std::atomic<bool> isAtWork_ = false;
   std::jthread thread_;
 };
 
@@ -342,14 +340,14 @@ class Worker {
 
   void work() {
     const Interruption interruption;
-    LastResort lastResort(interruption);
+    const LastResort lastResort(interruption);
     std::printf("worker of build %s: waiting for parts\n", shortOf(build_).c_str());
     std::fflush(stdout);
     while (!interruption.came()) {
       natsMsgList list{};
       const natsStatus status = natsSubscription_Fetch(&list, subscription_.get(), 1, kPoll.count(), nullptr);
       if (status == NATS_OK && list.Count == 1) {
-        runPart(*list.Msgs[0], interruption, lastResort);
+        runPart(*list.Msgs[0], interruption);
         natsMsgList_Destroy(&list);
       } else if (status == NATS_TIMEOUT) {
         askWhetherToStay();
@@ -361,7 +359,7 @@ class Worker {
   }
 
  private:
-  void runPart(natsMsg& message, const Interruption& interruption, LastResort& lastResort) {
+  void runPart(natsMsg& message, const Interruption& interruption) {
     const Record job = sealedRecord(message, seal_, natsMsg_GetSubject(&message));
     if (!job.is_object()) {
       std::fprintf(stderr, "what came is no part that this build has given out; it is thrown away\n");
@@ -374,7 +372,6 @@ class Worker {
     if (tries > kMaxTries) {
       result["failed"] = "each time the worker ended without a word";
     } else {
-      lastResort.work(true);
       try {
         result["result"] = sweepOf(job["arguments"]).run(job["part"].get<std::size_t>());
         ++done_;
@@ -382,7 +379,6 @@ class Worker {
         std::fprintf(stderr, "part %zu: %s\n", job["part"].get<std::size_t>(), printable(error.what()).c_str());
         if (tries >= kMaxTries) result["failed"] = thisMachine() + ": " + error.what();
       }
-      lastResort.work(false);
     }
     if (!result.contains("result") && !result.contains("failed")) {
       static_cast<void>(natsMsg_NakWithDelay(&message, kAlive.count(), nullptr));
