@@ -4,6 +4,8 @@
 #include <bit>
 #include <utility>
 
+#include "common/interruption/interruption.h"
+
 namespace haptics {
 
 struct BoxTree::Middle {
@@ -29,6 +31,7 @@ BoxTree::BoxTree(std::uint32_t count, BoxOf boxOf)
 /// Brings the items of these leaves to them.
 void BoxTree::arrange(std::vector<Middle>& middles, std::size_t firstLeaf, std::size_t leaves) const {
   if (leaves == 1) return;
+  interruptionPoint();
   const auto at = [&](std::size_t leaf) { return middles.begin() + static_cast<std::ptrdiff_t>(beginOf(leaf)); };
   const auto begin = at(firstLeaf), half = at(firstLeaf + leaves / 2), end = at(firstLeaf + leaves);
   Box around;
@@ -42,6 +45,7 @@ void BoxTree::arrange(std::vector<Middle>& middles, std::size_t firstLeaf, std::
 }
 
 void BoxTree::fit(std::size_t node) {
+  interruptionPoint();
   Box box;
   if (isLeaf(node)) {
     for (const std::uint32_t item : leaf(node)) box.join(boxOf_(item));
