@@ -18,6 +18,7 @@
 #include "haptic_server/servo/servo_loop.h"
 #include "haptic_server/servo_thread.h"
 #include "haptic_server/start_scene.h"
+#include "haptic_server/watchdog/death_notice.h"
 #include "haptic_server/watchdog/watchdog.h"
 
 namespace haptics {
@@ -121,7 +122,10 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
       secondHand_.emplace(*servo_.secondHand(), secondAttached_.get());
     }
   }
-  ~ServerAppImpl() override { halt(); }  // the scene service waits for its builder
+  ~ServerAppImpl() override {
+    halt();  // the scene service waits for its builder
+    setCrashFlag(nullptr);
+  }
 
   [[nodiscard]] Result<void> start() {
     if (player_ == nullptr) {

@@ -7,6 +7,7 @@
 
 #include "common/log/log.h"
 #include "common/wire/convert.h"
+#include "haptic_server/watchdog/death_notice.h"
 
 namespace haptics {
 
@@ -21,10 +22,26 @@ Result<void> loadScene(SceneService& sceneService, const std::string& file) {
   return {};
 }
 
+namespace {
+
+void noteWork(SceneService& sceneService, const std::filesystem::path& file) {
+  auto notes = WorkNotes::open(file);
+  if (!notes) return logWarning(file.string() + " cannot be had: an edit that ends the server may do so again");
+  if (const std::size_t count = notes->diedAt().size(); count > 0) {
+    logWarning("the last server died while it was at " + std::to_string(count) +
+               " edits or uploads; sent again, they are refused");
+  }
+  setCrashFlag(&notes->crashFlag());
+  sceneService.noteWorkIn(std::move(notes));
+}
+
+}  // namespace
+
 Result<std::unique_ptr<StateFolder>> resumeState(SceneService& sceneService, const ServerOptions& options) {
   auto opened = StateFolder::open(options.state, newEpoch(), {.info = logInfo, .warning = logWarning});
   if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
   auto& folder = *opened->folder;
+  noteWork(sceneService, std::filesystem::path(options.state) / "at_work");
   const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
   for (const std::string& remark : sceneService.resume(std::move(opened->state), readAsset, folder)) {
     logWarning("--state " + options.state + ": " + remark);

@@ -149,7 +149,7 @@ ExplorationPlan ExplorationPlanner::plan(std::span<const ExploredObject> objects
     for (const Placed* other : hiding) choice.from.push_back(*other->object);
     const auto last = choices_.find(each.object->id);
     if (last != choices_.end() && last->second.from == choice.from) {
-      choice.points = std::move(last->second.points);
+      choice.points = last->second.points;  // not taken: this may be interrupted
     } else {
       const auto view = [&](double x, double y) { return visibleTop(hiding, each, x, y); };
       choice.points = chooseStroke(view, each.low, each.high);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "common/interruption/interruption.h"
 #include "common/maths/elementary.h"
 #include "haptic_server/device/exploration_plan.h"
 
@@ -53,6 +54,7 @@ class Relief {
     size_ = {columnsIn(extent_.x), columnsIn(extent_.y)};
     points_.reserve(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]));
     for (int j = 0; j < size_[1]; ++j) {
+      interruptionPoint();
       for (int i = 0; i < size_[0]; ++i) {
         points_.push_back(gentle(view, centreOf(0, i), centreOf(1, j)));
       }

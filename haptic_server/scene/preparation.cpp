@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <variant>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/scene/mesh_library.h"
 #include "haptic_server/scene/scene_draft.h"
 
@@ -12,6 +14,7 @@ namespace haptics {
 void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& transaction) {
   mayTakeLong_ = true;
   needsPreparation_ = false;
+  gone_ = 0;
   objects_.clear();
   SceneDraft draft(scene.history->version, scene.assets, scene.nextId, scene.limits);
   bool applies = true;
@@ -30,19 +33,20 @@ tl::unexpected<Error> Preparation::refuseLongWork() {
 }
 
 template <class Key, class Kind, class Make>
-Result<Resolved<Kind>> Preparation::once(Kept<Key, Kind>& kept, Key place, Make make) {
+Result<Resolved<Kind>> Preparation::once(Kept<Key, Kind>& kept, Key place, Make make, double triangles) {
   if (const auto at = kept.find(place); at != kept.end()) return at->second;
-  if (!mayTakeLong_) return refuseLongWork();
-  return kept.emplace(place, make()).first->second;
+  if (!mayGoThrough(triangles)) return refuseLongWork();
+  auto made = make();
+  interruptionPoint();  // what another process was making when it was cancelled counts as refused
+  return kept.emplace(place, std::move(made)).first->second;
 }
 
 Result<Resolved<MeshAsset>> Preparation::resolve(const MeshSource& source, double stiffness_N_per_m) {
   const auto resolve = [&] { return library_.resolve(source, stiffness_N_per_m); };
-  const bool isHere = std::holds_alternative<AssetSource>(source.source);
-  const bool isSmall = trianglesMadeFor(source) <= static_cast<double>(maxTriangles_);
-  if (!source.simplifyError && (isHere || isSmall)) return resolve();
+  if (!source.simplifyError && std::holds_alternative<AssetSource>(source.source)) return resolve();
   // nothing goes by the stiffness where nothing is simplified
-  return once(meshes_, MeshPlace{&source, source.simplifyError ? stiffness_N_per_m : 0}, resolve);
+  return once(meshes_, MeshPlace{&source, source.simplifyError ? stiffness_N_per_m : 0}, resolve,
+              source.simplifyError ? kMany : trianglesMadeFor(source));
 }
 
 Result<Resolved<FieldAsset>> Preparation::resolve(const FieldSource& source) {
@@ -66,8 +70,16 @@ Result<Resolved<MovedVerticesAsset>> Preparation::resolve(const ResidueSource& s
 }
 
 Result<void> Preparation::beforeWork(std::size_t triangles) {
-  if (!mayTakeLong_ && triangles > maxTriangles_) return refuseLongWork();
+  if (!mayGoThrough(static_cast<double>(triangles))) return refuseLongWork();
   return {};
+}
+
+/// Together with what was gone through for the edit before.
+bool Preparation::mayGoThrough(double triangles) {
+  if (mayTakeLong_) return true;
+  if (gone_ + triangles > static_cast<double>(maxTriangles_)) return false;
+  gone_ += triangles;
+  return true;
 }
 
 const PreparedObject* Preparation::prepared(const std::string& name) const {

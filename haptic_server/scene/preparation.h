@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
@@ -16,7 +17,7 @@ namespace haptics {
 /// longer work was prepared, or is refused and the edit has to be prepared (again).
 class Preparation final : public AssetResolver {
  public:
-  /// Triangles of a mesh that may be gone through while others wait; to build a mesh of so many takes 10 ms.
+  /// Triangles that may be gone through for an edit while others wait; to build a mesh of so many takes 10 ms.
   static constexpr std::size_t kMaxTriangles = 20'000;
 
   /// The library, which is asked by several threads, outlives the preparation.
@@ -47,6 +48,7 @@ class Preparation final : public AssetResolver {
   [[nodiscard]] std::vector<std::shared_ptr<const Asset>> made() const;
 
  private:
+  static constexpr double kMany = std::numeric_limits<double>::infinity();
   /// Key: where the transaction names the asset, and the mesh that it is of.
   using Place = std::pair<const void*, ContentHash>;
   /// Key: where the transaction names the mesh, and the stiffness of its object.
@@ -58,6 +60,7 @@ class Preparation final : public AssetResolver {
   const std::size_t maxTriangles_;
   bool mayTakeLong_ = false;
   bool needsPreparation_ = false;
+  double gone_ = 0;  // triangles, while others wait
   Kept<MeshPlace, MeshAsset> meshes_;
   Kept<Place, FieldAsset> fields_;
   Kept<Place, PointFieldAsset> points_;
@@ -66,8 +69,9 @@ class Preparation final : public AssetResolver {
   std::vector<PreparedObject> objects_;
 
   [[nodiscard]] tl::unexpected<Error> refuseLongWork();
+  [[nodiscard]] bool mayGoThrough(double triangles);
   template <class Key, class Kind, class Make>
-  Result<Resolved<Kind>> once(Kept<Key, Kind>& kept, Key place, Make make);
+  Result<Resolved<Kind>> once(Kept<Key, Kind>& kept, Key place, Make make, double triangles = kMany);
 };
 
 }  // namespace haptics

@@ -260,6 +260,7 @@ void SceneService::publishToServo(ServoSceneBuilder::Plan plan) {
   try {
     mailbox_.publish(servoScenes_.make(sequencer_, options_.now_ns(), plan, options_.onServoScene));
     isBehind_ = false;
+  } catch (const Interrupted&) {
   } catch (const std::exception& failure) {
     if (stop_.stop_requested()) return;
     catchUpAfter_ns_ = options_.now_ns() + kCatchUpEvery_ns;

@@ -26,6 +26,7 @@
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/servo_scene_builder.h"
 #include "haptic_server/scene/session_lanes.h"
+#include "haptic_server/scene/work_notes.h"
 #include "haptic_server/servo/scene_mailbox.h"
 
 namespace haptics {
@@ -67,6 +68,12 @@ class SceneService {
   static constexpr std::size_t kMaxBatch = 64;
   /// Threads that prepare. Each may hold what building the largest mesh takes, some GB.
   static constexpr unsigned kMinWorkers = 2, kMaxWorkers = 4;
+  /// One more prepares while all of them are busy. Once it has been at an edit for so long, and others wait, that edit is
+  /// postponed until one of them is free: short work passes long work, whoever asked for how much of it. Larger: a longer
+  /// wait behind what is tried; smaller: fewer edits pass.
+  static constexpr std::chrono::milliseconds kShortWork{300};
+  /// What builds in that time.
+  static constexpr std::size_t kShortUpload_bytes = 1U << 20;
 
   SceneService(Options options, SceneMailbox& mailbox);
   ~SceneService();
@@ -81,6 +88,10 @@ class SceneService {
   /// start() only. The reader is called on the builder thread too.
   /// @return What is lost of which object, or here again; one line each.
   [[nodiscard]] std::vector<std::string> resume(SequencerState state, AssetReader readAsset, EditJournal& journal);
+  /// What is worked at is noted there, and edits and uploads at which a server died before are refused. May be null.
+  /// Before start() only.
+  void noteWorkIn(std::unique_ptr<WorkNotes> notes) noexcept { notes_ = std::move(notes); }
+  [[nodiscard]] const WorkNotes* workNotes() const noexcept { return notes_.get(); }
   /// Any thread. The journal keeps all of the present state anew, on the builder thread, after this was called there.
   /// False as below.
   [[nodiscard]] bool checkpoint(std::function<void()> before);
@@ -105,6 +116,12 @@ class SceneService {
   /// \param progress  May be empty; not called any more once the reply has come.
   [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                 const EditReply& reply, std::stop_token unwanted = {}, EditProgress progress = {});
+  struct Place {
+    std::uint64_t clientSeq;
+    std::size_t place;  ///< 1: the next; places of edits that were postponed count from 1 too.
+  };
+  /// Any thread. The session's edit that waits to be prepared, if one does; its later ones wait behind it.
+  [[nodiscard]] std::optional<Place> waiting(SessionId session) const;
   /// Any thread. Checks the bytes against the hash and builds the asset, in order with the session's edits; who asked
   /// holds it until an edit names it. False as above. The reply always comes while the service runs.
   [[nodiscard]] bool submitAsset(SessionId session, const AssetName& name, std::string bytes, const UploadReply& reply,
@@ -156,14 +173,17 @@ class SceneService {
   bool isBehind_ = false;                                          // the servo has an older scene; likewise
   std::uint64_t catchUpAfter_ns_ = 0;                              // likewise
 
-  EditJournal* journal_ = nullptr;  // does not change once it runs
+  EditJournal* journal_ = nullptr;  // does not change once it runs, nor does the next
+  std::unique_ptr<WorkNotes> notes_;
 
-  std::mutex queueMutex_;  // guards the four below
+  mutable std::mutex queueMutex_;  // guards the six below
   std::condition_variable queueChanged_, workAdded_;
   Lanes lanes_{kMaxQueued_bytes, kMaxQueuedOfOne_bytes};
   bool stopping_ = false;
-  std::size_t running_ = 0;  // builder and workers
-  std::stop_source stop_;    // of whatever they do
+  std::stop_source planning_;  // of the plan that is made while there is nothing else to do
+  std::size_t running_ = 0;    // builder and workers
+  std::size_t idle_ = 0;       // workers, but for the one of short work
+  std::stop_source stop_;      // of whatever they do
   std::thread builder_;
   std::vector<std::thread> workers_;
 
@@ -176,7 +196,10 @@ class SceneService {
   void askToStop();
   void run();
   void runRound(std::vector<Job> jobs);
-  void work();
+  void replan();
+  enum class Prepared : std::uint8_t { kDone, kUnwanted, kTakesLong };
+  void work(bool shortWork);
+  [[nodiscard]] Job takeToPrepare(std::unique_lock<std::mutex>& lock, bool shortWork);
   void ended();
   std::vector<Job> takeJobs();
   void execute(std::vector<Job>& jobs);
@@ -184,10 +207,11 @@ class SceneService {
   [[nodiscard]] bool execute(Job& job);
   [[nodiscard]] bool execute(Edit& edit);
   [[nodiscard]] bool execute(Upload& upload);
-  [[nodiscard]] bool prepare(Job& job);
+  [[nodiscard]] Prepared prepare(Job& job, std::optional<std::chrono::milliseconds> patience = std::nullopt);
   void prepare(Edit& edit);
   void build(Upload& upload);
   void drop(Job& job);
+  [[nodiscard]] bool refuseDeadly(Job& job) const;
   void finish(std::span<const Job> jobs);
   void followServo();
   EditOutcomes apply(std::span<const Submission> submissions, AssetResolver& resolver,

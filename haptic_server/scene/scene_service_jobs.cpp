@@ -1,6 +1,8 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstring>
 #include <exception>
 #include <set>
 #include <utility>
@@ -13,6 +15,9 @@
 // The schedule of jobs on the builder's and the workers' threads.
 namespace haptics {
 namespace {
+
+/// How often it is seen whether anybody waits behind what takes longer than short work.
+constexpr std::chrono::milliseconds kLookAgain{50};
 
 /// How often the builder frees scenes that the servo has left behind while nothing is edited.
 constexpr std::chrono::milliseconds kReclaimEvery{100};
@@ -34,6 +39,32 @@ bool makesAsset(const Transaction& transaction) {
     return std::holds_alternative<AddObject>(operation) || std::holds_alternative<RemeshObject>(operation) ||
            (material && !material->material.surface.empty());
   });
+}
+
+/// None of a task of the server's own.
+WorkNotes::Key keyOf(const auto& task) {
+  return std::visit(
+      [](const auto& one) -> WorkNotes::Key {
+        if constexpr (requires { one.submission; }) return {one.submission.session, one.submission.clientSeq};
+        if constexpr (requires { one.name; }) {
+          WorkNotes::Key key;
+          std::memcpy(&key, one.name.hash.bytes.data(), sizeof key);
+          return key;
+        }
+        return {};
+      },
+      task);
+}
+
+/// "the object "poison"", of its first operation.
+std::string whatItIsAbout(const Transaction& transaction) {
+  if (transaction.operations.empty()) return "nothing";
+  return std::visit(
+      [](const auto& op) {
+        if constexpr (requires { op.name; }) return "the object \"" + op.name + "\"";
+        if constexpr (requires { op.object; }) return op.object.text();
+      },
+      transaction.operations.front());
 }
 
 std::stop_token unwantedOf(const auto& job) {
@@ -68,6 +99,14 @@ bool SceneService::submitEdit(SessionId session, std::uint64_t clientSeq, Transa
                  Edit{{session, clientSeq, std::move(transaction)}, reply, std::move(unwanted), std::move(progress)});
 }
 
+std::optional<SceneService::Place> SceneService::waiting(SessionId session) const {
+  const std::lock_guard lock(queueMutex_);
+  const auto queued = lanes_.queued(session);
+  const auto* edit = queued ? std::get_if<Edit>(&queued->job->task) : nullptr;
+  if (edit == nullptr) return std::nullopt;
+  return Place{edit->submission.clientSeq, queued->place};
+}
+
 bool SceneService::submitAsset(SessionId session, const AssetName& name, std::string bytes, const UploadReply& reply,
                                std::stop_token unwanted) {
   return enqueue(session, sizeof(Job), Upload{name, std::move(bytes), reply, std::move(unwanted)});
@@ -77,6 +116,7 @@ bool SceneService::enqueue(SessionId session, std::size_t size_bytes, Lanes::Tas
   {
     const std::lock_guard lock(queueMutex_);
     if (stopping_ || !lanes_.add(session, size_bytes, std::move(task))) return false;
+    planning_.request_stop();
   }
   queueChanged_.notify_one();
   return true;
@@ -84,15 +124,17 @@ bool SceneService::enqueue(SessionId session, std::size_t size_bytes, Lanes::Tas
 
 void SceneService::start() {
   const unsigned workers = std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers);
-  running_ = 1 + workers;
+  running_ = 2 + workers;
   builder_ = std::thread([this] { run(); });
-  for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
+  for (unsigned i = 0; i <= workers; ++i) workers_.emplace_back([this, i] { work(i == 0); });
 }
 
 void SceneService::askToStop() {
+  if (notes_) notes_->endsInOrder();
   {
     const std::lock_guard lock(queueMutex_);
     stopping_ = true;
+    planning_.request_stop();
   }
   stop_.request_stop();
   queueChanged_.notify_all();
@@ -140,15 +182,29 @@ void SceneService::runRound(std::vector<Job> jobs) {
     execute(jobs);
     bakeDents();
     const auto departure = servoScenes_.nextDeparture_ns();
-    const bool due = (departure && *departure <= options_.now_ns()) || isBehind_;
-    if ((idle && servoScenes_.planIsOld()) || due) {
-      publishToServo(idle ? ServoSceneBuilder::Plan::kReplan : ServoSceneBuilder::Plan::kKeep);
+    if ((departure && *departure <= options_.now_ns()) || isBehind_) {
+      publishToServo(ServoSceneBuilder::Plan::kKeep);
+    } else if (idle && servoScenes_.planIsOld()) {
+      replan();
     }
   } catch (const std::exception& failure) {
     log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
   }
   finish(jobs);
   mailbox_.reclaim();
+}
+
+/// Until there is a job; then later, anew.
+void SceneService::replan() {
+  std::stop_token untilWork;
+  {
+    const std::lock_guard lock(queueMutex_);
+    if (stopping_ || lanes_.next() != nullptr) return;
+    planning_ = std::stop_source();
+    untilWork = planning_.get_token();
+  }
+  const Interruptible planning(untilWork);
+  publishToServo(ServoSceneBuilder::Plan::kReplan);
 }
 
 void SceneService::executeAll() {
@@ -189,7 +245,7 @@ void SceneService::execute(std::vector<Job>& jobs) {
   for (Job& job : jobs) {
     const bool unwanted = unwantedOf(job).stop_requested();
     if (unwanted) drop(job);
-    (unwanted ? done : wanted).push_back(std::move(job));
+    (unwanted || refuseDeadly(job) ? done : wanted).push_back(std::move(job));
   }
   jobs = std::move(done);
   if (wanted.size() > 1 && executeTogether(wanted)) {
@@ -206,16 +262,34 @@ void SceneService::execute(std::vector<Job>& jobs) {
       waiting.insert(job.session);
       const std::lock_guard lock(queueMutex_);
       lanes_.setAside(std::move(job));
-      workAdded_.notify_one();
+      workAdded_.notify_all();
     }
   }
   const std::lock_guard lock(queueMutex_);
   for (; !early.empty(); early.pop_back()) lanes_.putBack(std::move(early.back()));
 }
 
+/// A server died at it before: true, and it is answered, unless it was accepted then.
+bool SceneService::refuseDeadly(Job& job) const {
+  if (notes_ == nullptr || !notes_->isDeadly(keyOf(job.task))) return false;
+  if (auto* upload = std::get_if<Upload>(&job.task)) {
+    upload->reply(refused("data", "is what the server was building when it died; it is not tried again"));
+    return true;
+  }
+  const auto* edit = std::get_if<Edit>(&job.task);
+  if (edit == nullptr || sequencer_.isKnown(edit->submission)) return false;
+  edit->reply(Error{"client_seq", "is of the edit at which the server died, about " +
+                                      whatItIsAbout(edit->submission.transaction) +
+                                      "; it is not tried again. Give it another number to try it once more"});
+  return true;
+}
+
 /// Edits. False: one of them takes long, and nothing was done.
 bool SceneService::executeTogether(std::span<Job> jobs) {
   std::vector<Submission> submissions;
+  std::vector<WorkNotes::UnderWay> notes;
+  notes.reserve(jobs.size());
+  for (const Job& job : jobs) notes.emplace_back(notes_.get(), keyOf(job.task));
   for (Job& job : jobs) submissions.push_back(std::move(std::get<Edit>(job.task).submission));
   Preparation nothing(library_);
   const auto outcomes = apply(submissions, nothing);
@@ -232,6 +306,7 @@ bool SceneService::executeTogether(std::span<Job> jobs) {
 
 /// False: it takes long, and is to be prepared.
 bool SceneService::execute(Job& job) {
+  const WorkNotes::UnderWay note(notes_.get(), keyOf(job.task));
   try {
     if (auto* edit = std::get_if<Edit>(&job.task)) return execute(*edit);
     if (auto* upload = std::get_if<Upload>(&job.task)) return execute(*upload);
@@ -285,19 +360,21 @@ void SceneService::build(Upload& upload) {
   }
 }
 
-void SceneService::work() {
+void SceneService::work(bool shortWork) {
   setpriority(PRIO_PROCESS, 0, kWorkersNice);  // this thread's
   std::unique_lock lock(queueMutex_);
   for (;;) {
-    workAdded_.wait(lock, [this] { return stopping_ || lanes_.anyAside(); });
+    Job job = takeToPrepare(lock, shortWork);
     if (stopping_) return ended();
-    Job job = *lanes_.takeAside();
     lock.unlock();
-    const bool wanted = prepare(job);
-    if (!wanted) drop(job);
+    const Prepared prepared = prepare(job, shortWork ? std::optional(kShortWork) : std::nullopt);
+    if (prepared == Prepared::kUnwanted) drop(job);
     lock.lock();
-    if (wanted) {
+    if (prepared == Prepared::kDone) {
       lanes_.prepared(std::move(job));
+    } else if (prepared == Prepared::kTakesLong) {
+      lanes_.postpone(std::move(job));
+      workAdded_.notify_all();
     } else {
       lanes_.finished(job);
     }
@@ -308,25 +385,58 @@ void SceneService::work() {
   }
 }
 
-/// False: nobody waits for it any more.
-bool SceneService::prepare(Job& job) {
+/// Waits for one. Nothing while stopping_.
+SceneService::Job SceneService::takeToPrepare(std::unique_lock<std::mutex>& lock, bool shortWork) {
+  if (shortWork) {
+    workAdded_.wait(lock, [this] { return stopping_ || (lanes_.anyAside() && idle_ == 0); });
+    return stopping_ ? Job{} : *lanes_.takeAside();
+  }
+  ++idle_;
+  workAdded_.wait(lock, [this] { return stopping_ || lanes_.anyAside() || lanes_.anyPostponed(); });
+  --idle_;
+  if (stopping_) return {};
+  Job job = *lanes_.takeAsideOrPostponed();
+  if (lanes_.anyAside()) workAdded_.notify_all();
+  return job;
+}
+
+SceneService::Prepared SceneService::prepare(Job& job, std::optional<std::chrono::milliseconds> patience) {
+  const WorkNotes::UnderWay note(notes_.get(), keyOf(job.task));
   const std::stop_token unwanted = unwantedOf(job);
   std::stop_source either;
   const auto stop = [&either] { either.request_stop(); };
   const std::stop_callback onStop(stop_.get_token(), stop);
   const std::stop_callback onUnwanted(unwanted, stop);
   const Interruptible interruptible(either.get_token());
+  std::atomic<bool> takesLong = false;
+  std::jthread timer;
+  auto* upload = std::get_if<Upload>(&job.task);
+  if (upload && patience && upload->bytes.size() > kShortUpload_bytes) return Prepared::kTakesLong;
+  if (!upload && patience) {
+    timer = std::jthread([&, patience = *patience](const std::stop_token& done) {
+      std::unique_lock lock(queueMutex_);
+      std::condition_variable_any never;
+      never.wait_for(lock, done, patience, [] { return false; });
+      while (!done.stop_requested() && !(lanes_.anyAside() && idle_ == 0))
+        never.wait_for(lock, done, kLookAgain, [] { return false; });
+      if (done.stop_requested()) return;
+      lock.unlock();
+      takesLong = true;
+      stop();
+    });
+  }
   try {
     interruptionPoint();
     if (auto* edit = std::get_if<Edit>(&job.task)) prepare(*edit);
-    if (auto* upload = std::get_if<Upload>(&job.task)) {
+    if (upload) {
       build(*upload);
       if (journal_ && *upload->built) journal_->prepare(**upload->built);
     }
   } catch (const Interrupted&) {
-    return false;
+    const bool wanted = !unwanted.stop_requested() && !stop_.stop_requested();
+    return wanted && takesLong ? Prepared::kTakesLong : Prepared::kUnwanted;
   }
-  return !unwanted.stop_requested();
+  return unwanted.stop_requested() ? Prepared::kUnwanted : Prepared::kDone;
 }
 
 void SceneService::prepare(Edit& edit) {

@@ -63,6 +63,8 @@ class Sequencer {
     return submit(submissions, resolver_).value();
   }
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
+  /// Whether submit() answers it by what was decided before.
+  [[nodiscard]] bool isKnown(const Submission& submission) const { return answeredBefore(submission).has_value(); }
   /// Applies an edit of the server's own that counts even if it cannot be kept now: it is kept before the next one is.
   EditOutcome submitOwn(const Submission& submission);
   void checkpoint();  ///< The journal keeps the present state, to which no edits led that it knows, as soon as it can.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -15,7 +16,8 @@ namespace haptics {
 /// is being prepared. One thread executes, any number prepare; not thread-safe.
 ///
 /// A job is taken and finished; one that takes long is set aside, prepared by another thread, and taken again. The
-/// later jobs of its session wait meanwhile.
+/// later jobs of its session wait meanwhile. What was tried to be prepared, and takes too long for whoever tried, is
+/// postponed: into a queue of its own, so that short work need not wait behind it.
 template <class TaskType>
 class SessionLanes {
  public:
@@ -75,12 +77,31 @@ class SessionLanes {
     aside_.push_back(std::move(job));
   }
   [[nodiscard]] bool anyAside() const noexcept { return !aside_.empty(); }
-  /// The next to be prepared.
-  [[nodiscard]] std::optional<Job> takeAside() {
-    if (aside_.empty()) return std::nullopt;
-    std::optional<Job> job(std::move(aside_.front()));
-    aside_.pop_front();
-    return job;
+  [[nodiscard]] bool anyPostponed() const noexcept { return !postponed_.empty(); }
+  /// The next to be prepared that was not postponed.
+  [[nodiscard]] std::optional<Job> takeAside() { return popFrom(aside_); }
+  /// The next to be prepared, postponed or not: the oldest.
+  [[nodiscard]] std::optional<Job> takeAsideOrPostponed() {
+    if (aside_.empty()) return popFrom(postponed_);
+    const bool older = !postponed_.empty() && postponed_.front().number < aside_.front().number;
+    return popFrom(older ? postponed_ : aside_);
+  }
+  /// The job that takeAside() gave takes long.
+  void postpone(Job job) {
+    const auto behind = std::ranges::find_if(postponed_, [&](const Job& other) { return other.number > job.number; });
+    postponed_.insert(behind, std::move(job));
+  }
+  struct Queued {
+    const Job* job;
+    std::size_t place;  ///< 1: the next.
+  };
+  /// The session's job that waits to be prepared, if any; it is its only one.
+  [[nodiscard]] std::optional<Queued> queued(SessionId session) const {
+    for (const auto* queue : {&aside_, &postponed_}) {
+      const auto at = std::ranges::find(*queue, session, &Job::session);
+      if (at != queue->end()) return Queued{&*at, static_cast<std::size_t>(at - queue->begin()) + 1};
+    }
+    return std::nullopt;
   }
   /// The job may be executed.
   void prepared(Job job) {
@@ -118,10 +139,17 @@ class SessionLanes {
     if (!lane.waiting.empty()) ready_.erase(lane.waiting.front().number);
   }
 
+  static std::optional<Job> popFrom(std::deque<Job>& queue) {
+    if (queue.empty()) return std::nullopt;
+    std::optional<Job> job(std::move(queue.front()));
+    queue.pop_front();
+    return job;
+  }
+
   const std::size_t maxBytes_, maxOfSession_bytes_;
   std::map<SessionId, Lane> lanes_;
   std::map<std::uint64_t, SessionId> ready_;  // sessions whose first job may be taken, by its number
-  std::deque<Job> aside_;
+  std::deque<Job> aside_, postponed_;         // each by its number
   std::size_t bytes_ = 0;
   std::uint64_t lastNumber_ = 0;
 };

@@ -11,11 +11,14 @@ namespace haptics {
 namespace {
 
 std::atomic<int> watchdog{-1};
-static_assert(std::atomic<int>::is_always_lock_free);
+std::atomic<std::atomic<std::uint32_t>*> crashed{nullptr};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free);
+static_assert(std::atomic<std::atomic<std::uint32_t>*>::is_always_lock_free);
 
 /// Only what may be done in a signal handler. The signal then has its ordinary effect.
 void dying(int signal) {
   const int before = errno;
+  if (auto* flag = crashed.load(std::memory_order_relaxed)) flag->store(1);
   if (const int socket = watchdog.load(std::memory_order_relaxed); socket >= 0) {
     sendOrder(socket, {.kind = WatchOrder::Kind::kDying});
   }
@@ -38,6 +41,11 @@ void install() noexcept {
 void setDeathNoticeSocket(int socket) noexcept {
   watchdog.store(socket, std::memory_order_relaxed);
   if (socket >= 0) install();
+}
+
+void setCrashFlag(std::atomic<std::uint32_t>* flag) noexcept {
+  crashed.store(flag, std::memory_order_relaxed);
+  if (flag != nullptr) install();
 }
 
 }  // namespace haptics

@@ -2,12 +2,16 @@
 import os
 import random
 import resource
+import signal
 import threading
 import time
 import unittest
 
+from google.protobuf import text_format
+
 import harness
 from haptics.v1 import envelope_pb2, scene_pb2
+from imports import children_of
 
 KILLS = int(os.environ.get("HAPTICS_KILLS", "10"))
 SEED = int(os.environ.get("HAPTICS_SEED", "1"))
@@ -170,6 +174,34 @@ class DurableState(harness.EndToEnd):
         client = Client(server, session, "editor")
         self.addCleanup(client.close)
         return client
+
+    def test_an_edit_at_which_the_server_died_is_not_tried_again(self):
+        large = ('operations { add { name: "large" mesh { sphere { radius_m: 0.05 segments: 700 } } '
+                 'motion { mass_kg: 1 } } }')
+        request = envelope_pb2.EditRequest(transaction=text_format.Parse(large, scene_pb2.Transaction()))
+        small = envelope_pb2.EditRequest(transaction=text_format.Parse(SCENE, scene_pb2.Transaction()))
+        for client_seq, number, works_s in ((1, signal.SIGSEGV, 0.5), (3, signal.SIGKILL, 3)):
+            server = self.start()
+            client = self.connect(server, 99)
+            request.client_seq = client_seq
+            client.send_envelope(envelope_pb2.Envelope(protocol_version=1, edit_request=request))
+            harness.wait_until(lambda: children_of(server.process.pid, "asset_importer"), 30, server.text)
+            until = time.monotonic() + works_s
+            while time.monotonic() < until:
+                time.sleep(0.1)
+                client.send_envelope(envelope_pb2.Envelope(protocol_version=1, heartbeat=envelope_pb2.Heartbeat()))
+            server.send(number)
+            server.process.wait(PATIENCE_S)
+            server = self.start()
+            self.assertIn("died while it was at 1 edit", server.text())
+            client = self.connect(server, 99)
+            self.assertIn('died, about the object "large"', client.edit(request).rejected.reason)
+            small.client_seq = client_seq + 1
+            for operation in small.transaction.operations:
+                operation.add.name += f"-{client_seq}"
+            reply = client.edit(small)
+            self.assertTrue(reply.HasField("accepted"), reply)
+            server.kill()
 
     def test_nothing_accepted_is_lost_or_doubled_by_kills_at_any_moment(self):
         moments = random.Random(SEED)

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <string>
@@ -162,6 +163,40 @@ TEST_F(SceneServiceJournal, EditsThatWaitAreKeptTogetherButNotThoseThatMakeMeshe
   journal.continueLog.set_value();
   for (auto& replied : replies) ASSERT_EQ(replied.wait_for(kPatience), std::future_status::ready);
   EXPECT_THAT(journal.batches, ElementsAre(1, 4, 1, SceneService::kMaxBatch, 1));
+}
+
+TEST_F(SceneServiceJournal, WhatTheServerDiedAtIsNotTriedAgain) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "at_work",
+                              left = file.string() + "_left";
+  std::filesystem::remove(file);
+  const auto leave = [&] {
+    std::filesystem::remove(left);  // another one may still be mapped
+    std::filesystem::copy_file(file, left);
+    return WorkNotes::open(left);
+  };
+  auto notes = WorkNotes::open(file);
+  ASSERT_NE(notes, nullptr);
+  { const WorkNotes::UnderWay done(notes.get(), {7, 1}); }
+  const WorkNotes::UnderWay small(notes.get(), {7, 2});
+  EXPECT_THAT(leave()->diedAt(), IsEmpty()) << "it was killed";
+  notes->crashFlag() = 1;
+  auto after = leave();
+  EXPECT_THAT(after->diedAt(), ElementsAre(WorkNotes::Key{7, 2}));
+  after.reset();
+  after = WorkNotes::open(left);
+  EXPECT_THAT(after->diedAt(), IsEmpty()) << "the one before";
+
+  sceneService.noteWorkIn(std::move(after));
+  sceneService.start();
+  std::promise<EditOutcome> answered;
+  ASSERT_TRUE(sceneService.submitEdit(7, 2, edit(add("poison")), [&](const EditOutcome& o) { answered.set_value(o); }));
+  const EditOutcome outcome = answered.get_future().get();
+  ASSERT_TRUE(std::holds_alternative<Error>(outcome));
+  EXPECT_THAT(std::get<Error>(outcome).text(), HasSubstr("the server died, about the object \"poison\""));
+  submit(3, edit(add("a"))).wait();
+  EXPECT_EQ(sceneService.history()->version.revision(), 1U);
+  notes->endsInOrder();
+  EXPECT_THAT(leave()->diedAt(), IsEmpty());
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 #include "haptic_server/device/exploration_plan.h"
@@ -378,6 +379,29 @@ TEST(SceneService, NoEditWaitsForThePlan) {
   EXPECT_EQ(planned, 2);
 }
 
+TEST(SceneService, AnEditEndsThePlanThatIsBeingMadeAndItIsMadeLater) {
+  std::atomic<int> begun{0};
+  const auto makePlan = [&](const ServoScene& scene) {
+    const bool isLong = ++begun == 2;
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (isLong && std::chrono::steady_clock::now() < end) interruptionPoint();
+    auto plan = std::make_shared<ExplorationPlan>();
+    plan->clearHeight_m = static_cast<double>(scene.revision);
+    return plan;
+  };
+  SceneMailbox mailbox;
+  Servo servo(mailbox);
+  SceneService sceneService({.assetFolders = {}, .makePlan = makePlan, .log = {}}, mailbox);
+  ASSERT_TRUE(sceneService.loadStartScene(edit(add("a"))));
+  sceneService.start();
+  (void)submitTo(sceneService, 1, edit(add("b")));
+  while (begun < 2) std::this_thread::sleep_for(1ms);
+  const auto sent = std::chrono::steady_clock::now();
+  (void)submitTo(sceneService, 2, edit(add("c")));
+  EXPECT_LT(std::chrono::steady_clock::now() - sent, kPatience / 2);
+  EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.plan->clearHeight_m == 3; }));
+}
+
 TEST_F(SceneServiceTest, AnEditMayNameAnUploadThatSomeoneHolds) {
   sceneService.start();
   const TriMesh mesh = makeBox(Vec3(0.5), 3).value();
@@ -468,6 +492,50 @@ TEST_F(SceneServiceTest, EditsPassOneThatTakesLong) {
   }
   EXPECT_FALSE(isThere);
   EXPECT_EQ(sceneService.history()->version.revision(), 20U);
+}
+
+TEST_F(SceneServiceTest, ShortWorkPassesLongWorkHoweverMuchOfItIsAskedFor) {
+  sceneService.start();
+  constexpr SessionId kOthers = 10, kMany = 2 * SceneService::kMaxWorkers;
+  for (SessionId session = kOthers; session < kOthers + kMany; ++session) {
+    ASSERT_TRUE(sceneService.submitEdit(session, 1, edit(add(numbered("huge", session), {kHugeSphere})),
+                                        [](const EditOutcome&) { ADD_FAILURE() << "takes minutes"; }));
+  }
+  const auto pattern = [](double seed) {
+    SetMaterial grain{named("a"), {}};
+    grain.material.surface.texture =
+        TextureEdit{{.amplitude_m = 1e-4},
+                    {MappedSource{ReactionDiffusionSource{.cells = 8, .resolution = 32 + static_cast<int>(seed)}}}};
+    return edit(grain);
+  };
+  ASSERT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
+  for (std::uint64_t seq = 2; seq <= 3; ++seq)
+    ASSERT_TRUE(std::holds_alternative<Accepted>(submit(seq, pattern(double(seq))))) << "made by a worker";
+  std::size_t waiting = 0;
+  for (SessionId session = kOthers; session < kOthers + kMany; ++session) {
+    const auto place = sceneService.waiting(session);
+    if (!place) continue;
+    EXPECT_EQ(place->clientSeq, 1U);
+    waiting = std::max(waiting, place->place);
+  }
+  EXPECT_GE(waiting, kMany - SceneService::kMaxWorkers - 1) << "each knows its place";
+}
+
+TEST_F(SceneServiceTest, ManySmallMeshesOfOneEditAreLongWork) {
+  sceneService.start();
+  Transaction many;
+  for (int i = 0; i < 60; ++i)
+    many.operations.push_back(AddObject{numbered("o", i), {SphereSource{0.01 + 1e-5 * i, 38}}});  // 17,000 triangles
+  std::atomic<bool> isThere = false;
+  std::promise<void> replied;
+  ASSERT_TRUE(sceneService.submitEdit(kBob, 1, many, [&](const EditOutcome& outcome) {
+    EXPECT_TRUE(std::holds_alternative<Accepted>(outcome));
+    isThere = true;
+    replied.set_value();
+  }));
+  for (std::uint64_t seq = 1; seq <= 20; ++seq) submit(seq, edit(add(numbered("b", seq))));
+  EXPECT_FALSE(isThere) << "others' edits pass";
+  EXPECT_EQ(replied.get_future().wait_for(kPatience), std::future_status::ready);
 }
 
 TEST_F(SceneServiceTest, ASessionsEditsKeepTheirOrderWhateverTheyTake) {

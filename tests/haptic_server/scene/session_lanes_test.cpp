@@ -66,6 +66,22 @@ TEST_F(SessionLanesTest, WhatWasTakenTooEarlyGoesBackInFront) {
   EXPECT_THAT(takeAll(), ElementsAre("a1", "a2", "a3"));
 }
 
+TEST_F(SessionLanesTest, WhatIsPutOffWaitsBesideWhatIsNew) {
+  for (const SessionId session : {1, 2, 3, 4}) add(session, std::to_string(session));
+  for (int i = 0; i < 4; ++i) lanes.setAside(take());
+  auto first = lanes.takeAside(), second = lanes.takeAside();
+  lanes.postpone(*std::move(second));
+  lanes.postpone(*std::move(first));
+  EXPECT_TRUE(lanes.anyPostponed());
+  EXPECT_EQ(lanes.queued(2)->place, 2U);
+  EXPECT_EQ(lanes.queued(2)->job->task, "2");
+  EXPECT_EQ(lanes.queued(3)->place, 1U);
+  EXPECT_FALSE(lanes.queued(5));
+  EXPECT_EQ(lanes.takeAside()->task, "3");
+  for (const char* task : {"1", "2", "4"}) EXPECT_EQ(lanes.takeAsideOrPostponed()->task, task);
+  EXPECT_FALSE(lanes.takeAsideOrPostponed());
+}
+
 TEST_F(SessionLanesTest, WhatFollowsADroppedJobMayBeTaken) {
   add(kAlice, "a1");
   add(kAlice, "a2");
