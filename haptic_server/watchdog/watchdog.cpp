@@ -26,6 +26,7 @@ namespace {
 constexpr int kFirstPause_ms = 50, kLongestPause_ms = 1'000;
 constexpr std::uint64_t kWell_ns = 10'000'000'000;  // one that lives so long is well
 constexpr int kPatience_ms = 1'000;                 // one that has not polled for so long hangs
+constexpr int kDismissed_ms = 300;                  // one that is dismissed ends at once, unless it stands still
 static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 
 [[nodiscard]] SharedMemory newPage() {
@@ -70,7 +71,7 @@ void Watchdog::dismiss() {
   const std::uint64_t one = 1;
   if (guard_.joinable() && ::write(quit_.descriptor(), &one, sizeof one) == sizeof one) guard_.join();
   say({.kind = WatchOrder::Kind::kDismiss});
-  endProgram(kPatience_ms);
+  endProgram(kDismissed_ms);
 }
 
 /// False, with a warning: there is none.
