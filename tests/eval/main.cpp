@@ -433,6 +433,18 @@ void addFuzzBodies(Command& fuzz, Arguments& arguments) {
   setRun(verb, [&arguments] { arguments.good = runFuzzBodies(arguments.fuzz, arguments.out); });
 }
 
+void addFuzzDeformedEdits(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(
+      fuzz,
+      {"deformed-edits", "Edits with degenerate numbers, and what deforms after them: is every force finite?",
+       "--scenes 20000 --out results",
+       "A world has ten edits, each felt for 30 ms. Made for builds with sanitizers.\nCtrl-C ends it early: what was "
+       "found is written."},
+      arguments.out, "fuzz deformed-edits");
+  addFuzzScenes(verb, arguments);
+  setRun(verb, [&arguments] { arguments.good = runFuzzDeformedEdits(arguments.fuzz, arguments.out); });
+}
+
 void addFuzz(Command& app, Arguments& arguments) {
   Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
   verb.needVerb();
@@ -444,7 +456,8 @@ void addFuzz(Command& app, Arguments& arguments) {
       "  haptic_eval fuzz bodies --scenes 2000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies, addFuzzReplay})
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies,
+                         addFuzzDeformedEdits, addFuzzReplay})
     add(verb, arguments);
 }
 

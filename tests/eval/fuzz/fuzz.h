@@ -43,6 +43,12 @@ struct FuzzOptions {
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzBodies(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// Edits that are accepted though their numbers are zero, denormal, huge or none, each followed by ticks of a hand, and by
+/// lattices that bring objects to a point, line or plane: is every force finite? Made for builds with sanitizers. Writes
+/// DIR/fuzz.json.
+/// @return Whether nothing was found.
+[[nodiscard]] bool runFuzzDeformedEdits(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
 /// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
 [[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);
