@@ -194,15 +194,24 @@ constexpr double kTickOfPoint_us = 0.037;
 
 std::vector<std::string> toolWarnings(const Tool& tool, const ToolProperties& asked, const DeviceLimits& device) {
   std::vector<std::string> warnings;
-  const auto points = static_cast<double>(tool.shell.points.size());
+  const ToolShell& shell = tool.shell;
+  const auto points = static_cast<double>(shell.points.size()), spaced = static_cast<double>(shell.spaced);
   const double many = std::min(1.0, device.period_s / 1e-3) * kManyToolPoints;
   if (points > many) {
-    warnings.push_back(written(4, "warning: the tool touches with ", points,
-                               " points; where they meet fine meshes they take some ", points * kTickOfPoint_us,
-                               " us of a tick of ", 1e6 * device.period_s,
-                               " us, which may be more than its allowance: the tool lags behind the hand there; a "
-                               "spacing_m of ",
-                               asked.spacing_m * std::sqrt(points / many), " has about ", many));
+    const bool manyVertices = points - spaced > many / 2;
+    warnings.push_back(written(
+        4, "warning: the tool touches with ", points, " points; where they meet fine meshes they take some ",
+        points * kTickOfPoint_us, " us of a tick of ", 1e6 * device.period_s,
+        " us, which may be more than its allowance: the tool lags behind the hand there; ",
+        manyVertices ? std::string("many of them are vertices, and a mesh of fewer triangles has fewer")
+                     : written(4, "a spacing_m of ", asked.spacing_m * std::sqrt(spaced / (many - points + spaced)),
+                               " has about ", many)));
+  }
+  if (shell.nearVertex_m > kNearVertex_m) {
+    warnings.push_back(
+        "warning: the tool's mesh has more vertices than are followed: one is up to " +
+        millimetres(shell.nearVertex_m) + " from the nearest of the " + std::to_string(shell.points.size()) +
+        " points, and may be so deep in what the tool touches; of a mesh of fewer triangles fewer are left out");
   }
   if (asked.torsion_Nm_per_rad > device.stiffestTorsion_Nm_per_rad) {
     warnings.push_back(

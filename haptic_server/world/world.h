@@ -91,7 +91,9 @@ class World {
   /// A tool with a shape, in place of a point. Its proxy is the pose nearest to the device's in which it has passed nothing;
   /// two springs hold the device to it. What stiffness a device bears in rotation is for its user to know.
   struct Tool {
-    double spacing_m = 0.002;        ///< Of the points of its surface that are followed; at most 8,192 come of it.
+    /// Of the points of its surface that are followed, of which at most 8,192 may come of it. So are its vertices, but for
+    /// those within 5 um of one; of a mesh of more than 1,000 perhaps not all (makeToolShell() in engine/tool/tool_shell.h).
+    double spacing_m = 0.002;
     double stiffness_N_per_m = 800;  ///< Against moving,
     double torsion_Nm_per_rad = 1;   ///< and against turning.
     double maxTorque_Nm = 0.2;       ///< No torque is larger.
@@ -131,7 +133,7 @@ class World {
   void remove(std::uint64_t body);
   /// The hand holds this tool from now on, for stepTool(); the mesh in the tool's frame, in whose origin the device holds it.
   /// @return How many points are followed.
-  /// @throws InvalidInput a mesh without triangles, a value out of range, more than 8,192 points.
+  /// @throws InvalidInput a mesh without triangles, a value out of range, a spacing that gives more than 8,192 points.
   std::size_t hold(const Mesh& mesh, const Tool& tool);
 
   /// A motion from where the body is to this pose: it pushes the hand on its way, at any speed. In the loop: unless it

@@ -334,6 +334,18 @@ void addFuzzScenes(Command& verb, Arguments& arguments) {
   addCount(verb, "--scenes", arguments.fuzz.scenes, "How many, each drawn from its own seed, from --seed on");
 }
 
+void addMoving(Command& verb, Arguments& arguments) {
+  verb.option(
+          "--moving",
+          [&arguments](const std::string& which) -> Result<void> {
+            if (which != "both") arguments.fuzz.moving = which == "yes";
+            return {};
+          },
+          "Bodies that move through each other, bodies at rest, or both by turns")
+      .oneOf({"yes", "no", "both"})
+      .typeName("WHICH");
+}
+
 void addFuzzContact(Command& fuzz, Arguments& arguments) {
   Command verb = addVerb(
       fuzz,
@@ -344,15 +356,7 @@ void addFuzzContact(Command& fuzz, Arguments& arguments) {
        "is written."},
       arguments.out, "fuzz contact");
   addFuzzScenes(verb, arguments);
-  verb.option(
-          "--moving",
-          [&arguments](const std::string& which) -> Result<void> {
-            if (which != "both") arguments.fuzz.moving = which == "yes";
-            return {};
-          },
-          "Bodies that move through each other, bodies at rest, or both by turns")
-      .oneOf({"yes", "no", "both"})
-      .typeName("WHICH");
+  addMoving(verb, arguments);
   verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
       .typeName("V")
       .check(moreThanZero());
@@ -445,6 +449,21 @@ void addFuzzDeformedEdits(Command& fuzz, Arguments& arguments) {
   setRun(verb, [&arguments] { arguments.good = runFuzzDeformedEdits(arguments.fuzz, arguments.out); });
 }
 
+void addFuzzTools(Command& fuzz, Arguments& arguments) {
+  Command verb =
+      addVerb(fuzz,
+              {"tools", "Random tools in the hand: is a vertex of one deeper than 10 um in a body?",
+               "--scenes 1000 --out results",
+               "A scene has 1,500 ticks after the way there. Ctrl-C ends it early: what was found is written."},
+              arguments.out, "fuzz tools");
+  addFuzzScenes(verb, arguments);
+  addMoving(verb, arguments);
+  verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the tool in m/s; 1 when left out")
+      .typeName("V")
+      .check(moreThanZero());
+  setRun(verb, [&arguments] { arguments.good = runFuzzTools(arguments.fuzz, arguments.out); });
+}
+
 void addFuzz(Command& app, Arguments& arguments) {
   Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
   verb.needVerb();
@@ -454,9 +473,10 @@ void addFuzz(Command& app, Arguments& arguments) {
       "  haptic_eval fuzz replay-live --scenes 2000 --out results\n"
       "  haptic_eval fuzz stream --scenes 500 --out results\n"
       "  haptic_eval fuzz bodies --scenes 2000 --out results\n"
+      "  haptic_eval fuzz tools --scenes 1000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies,
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies, addFuzzTools,
                          addFuzzDeformedEdits, addFuzzReplay})
     add(verb, arguments);
 }

@@ -45,14 +45,19 @@ bool SpacedPoints::add(Vec3 place) {
 }
 
 bool SpacedPoints::hasRoomAt(Vec3 place) const {
-  const auto [x, y, z] = cellOf(place);
+  const auto isFreeIn = [&](const Cell& cell) {
+    const auto [first, last] = cells_.equal_range(keyOf(cell));
+    return std::none_of(first, last, [&](const auto& known) {
+      return squaredLength(points_[known.second] - place) < spacing_ * spacing_;
+    });
+  };
+  const Cell own = cellOf(place);
+  if (!isFreeIn(own)) return false;  // what is there already is found at once
+  const auto [x, y, z] = own;
   for (std::int64_t i = x - 1; i <= x + 1; ++i) {
     for (std::int64_t j = y - 1; j <= y + 1; ++j) {
       for (std::int64_t k = z - 1; k <= z + 1; ++k) {
-        const auto [first, last] = cells_.equal_range(keyOf({i, j, k}));
-        for (auto at = first; at != last; ++at) {
-          if (squaredLength(points_[at->second] - place) < spacing_ * spacing_) return false;
-        }
+        if (!isFreeIn({i, j, k})) return false;
       }
     }
   }

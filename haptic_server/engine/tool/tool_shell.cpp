@@ -14,12 +14,30 @@ namespace {
 /// Darts for each disk of the spacing: fewer leave holes, more take time.
 constexpr double kDartsPerDisk = 32;
 constexpr std::size_t kMaxDarts = 4'000'000;
+/// Vertices are points as long as these are no more than so many in all, or so many beside those at the spacing. More make a
+/// tool of fine triangles lag behind a fast hand; less leave corners out that others feel.
+constexpr std::size_t kMaxWithVertices = 2'000, kMaxVertices = 1'000;
 
 /// Fractions in [0, 1), the same for the same number (R2 sequence, Roberts 2018).
 [[nodiscard]] std::array<double, 2> fractions(std::uint64_t number) {
   constexpr double kA = 0.7548776662466927, kB = 0.5698402909980532;
   const auto n = static_cast<double>(number);
   return {std::fmod(0.5 + n * kA, 1), std::fmod(0.5 + n * kB, 1)};
+}
+
+/// @return Are they, with the vertices that are farther than `apart` (m) from all before, no more than `most`?
+[[nodiscard]] bool addVertices(const CollisionMesh& mesh, double apart, std::size_t most, std::vector<Vec3>& points) {
+  SpacedPoints all(apart);
+  for (const Vec3& point : points) all.add(point);
+  for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 vertex = mesh.triangle(t).corner(k);
+      if (!all.add(vertex)) continue;
+      if (points.size() >= most) return false;
+      points.push_back(vertex);
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -59,6 +77,11 @@ Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m) {
   if (points.size() == 0) points.add(mesh.triangle(0).corner(0));
 
   ToolShell shell{points.take()};
+  shell.spaced = shell.points.size();
+  shell.nearVertex_m = std::min(kNearVertex_m, spacing_m);
+  const std::size_t most = std::min(std::max(kMaxWithVertices, shell.spaced + kMaxVertices), kMaxToolPoints);
+  for (; !addVertices(mesh, shell.nearVertex_m, most, shell.points); shell.nearVertex_m *= 2)
+    shell.points.resize(shell.spaced);
   for (const Vec3& point : shell.points) shell.radius_m = std::max(shell.radius_m, glm::length(point));
   return shell;
 }

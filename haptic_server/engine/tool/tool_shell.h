@@ -12,8 +12,10 @@ namespace haptics {
 
 /// Points of a tool's surface: the tool touches where they do. Tool frame, metres.
 struct ToolShell {
-  std::vector<Vec3> points;
-  double radius_m = 0;  ///< Of the sphere about the frame's origin through the farthest point.
+  std::vector<Vec3> points;  ///< Those at the spacing, then the vertices that are none of these.
+  std::size_t spaced = 0;    ///< How many are at the spacing.
+  double nearVertex_m = 0;   ///< Every vertex is so near to a point.
+  double radius_m = 0;       ///< Of the sphere about the frame's origin through the farthest point.
 };
 
 /// A mesh that the hand holds in place of a point.
@@ -24,12 +26,16 @@ struct Tool {
 
 /// Most points that a shell may have.
 inline constexpr std::size_t kMaxToolPoints = 8192;
+/// A vertex nearer to a point than this is no point of its own: larger ones leave it deeper inside what is touched, smaller
+/// ones follow what cannot be told apart.
+inline constexpr double kNearVertex_m = 5e-6;
 
 /// Samples a surface so that no two points are nearer than the spacing and no place of it is farther than that from one
 /// (Poisson-disk sampling by dart throwing over a fixed sequence of darts: the same mesh gives the same points). Vertices
-/// and lines that are sharp come first. **Deviation** from sampling every vertex: those within smooth parts are places like
-/// any other, or a tool of fine triangles would have more points than its spacing says.
-/// Refused: a spacing that is not positive, a shell of more than kMaxToolPoints.
+/// and lines that are sharp come first. All vertices that are farther than kNearVertex_m from these points are points too; where
+/// that would be more than 1,000 and give more than 2,000 points in all, or more than kMaxToolPoints, than the least double
+/// of it, and double again, with which it does not.
+/// Refused: a spacing that is not positive, one that alone gives more than kMaxToolPoints.
 [[nodiscard]] Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m);
 
 }  // namespace haptics

@@ -49,6 +49,11 @@ struct FuzzOptions {
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzDeformedEdits(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// Random closed tools in the hand of a World, led among random bodies, at rest and driven: every seventh tick is judged by
+/// winding numbers at all vertices of the tool's mesh, whatever points of it are followed. Writes DIR/fuzz.json.
+/// @return Whether none was deeper than 10 um.
+[[nodiscard]] bool runFuzzTools(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
 /// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
 [[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);

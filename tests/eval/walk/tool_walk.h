@@ -6,7 +6,7 @@
 
 namespace haptics::eval {
 
-/// Tools of about 1,000 points, an ellipsoid and a bar, that wander over the closed shapes and models at up to 1 m/s and
+/// Tools of 1,000 to 2,000 points, an ellipsoid and a bar, that wander over the closed shapes and models at up to 1 m/s and
 /// 10 rad/s, through the whole step, with the allowance of a tick at 1 kHz. Judged by code that shares nothing with the
 /// contact core: is a point of the tool inside a body, or a sharp point of a body inside the tool (rays over triangles
 /// without connectivity; all of them in every kToolJudgedEvery-th tick). In every tick: is anything not finite, does the

@@ -129,6 +129,7 @@ TEST(SurfaceWarnings, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
 
 TEST(MotionWarnings, TellWhatAToolOfManyPointsTakes) {
   GratedBox box(1e-4);  // of 20 mm
+  box.assets.mesh = box.store.intern(makeBox(Vec3(0.02), 1).value());
   const auto warnings = [&](double spacing_m, double period_s) {
     box.record.motion = MotionProperties{.tool = ToolProperties{spacing_m}};
     return motionWarnings(box.record, box.assets, {.period_s = period_s});
@@ -139,6 +140,17 @@ TEST(MotionWarnings, TellWhatAToolOfManyPointsTakes) {
                                 HasSubstr(" us of a tick of 1000 us"), HasSubstr("has about 4000"))));
   EXPECT_THAT(warnings(0.001, 2.5e-4), ElementsAre(AllOf(HasSubstr("of a tick of 250 us"), HasSubstr("about 1000"))))
       << "a quarter of the time";
+}
+
+TEST(MotionWarnings, TellHowFarAVertexOfAFineToolIsFromAPoint) {
+  ObjectRecord record;
+  record.motion = MotionProperties{.tool = ToolProperties{0.004}};
+  ObjectAssets assets;
+  AssetStore store;
+  assets.mesh = store.intern(makeTorus(0.02, 0.008, 128, 48).value());
+  EXPECT_THAT(motionWarnings(record, assets, {.period_s = 1e-3}),
+              ElementsAre(AllOf(HasSubstr("one is up to 2.56 mm from the nearest of the "),
+                                HasSubstr("so deep in what the tool touches"))));
 }
 
 TEST(SurfaceWarnings, TellOfAWaveFinerThanTheEncoderOrTheMesh) {

@@ -376,7 +376,7 @@ void feelRoughBall(bool moves) {
     const Pose before = tool.proxy();  // a hand does not get farther from it than this
     const double far = glm::distance(device.position, before.position);
     device = interpolate(before, device, std::min(1.0, 0.008 / far));
-    const ToolResult result = tool.follow(bodies, device, kCoupling, Allowance(100'000));
+    const ToolResult result = tool.follow(bodies, device, kCoupling, Allowance(140'000));
     ASSERT_GT(result.allowance.left(), -8 * Allowance::kQuery) << i;
     if (!moves) {
       ASSERT_LT(stretch(result.proxy, device), stretch(before, device) + kMaxGain) << i;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <span>
 
 #include "common/mesh/generators.h"
 #include "haptic_server/engine/geometry/spaced_points.h"
@@ -17,18 +18,26 @@ std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
 
 using ::testing::HasSubstr;
 
+/// How far from a point of the shell a vertex is at most.
+double farthestVertex(const TriMesh& mesh, std::span<const Vec3> points) {
+  double farthest = 0;
+  for (const Vec3f& vertex : mesh.vertices) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3& point : points) nearest = std::min(nearest, glm::distance(Vec3(vertex), point));
+    farthest = std::max(farthest, nearest);
+  }
+  return farthest;
+}
+
 TEST(ToolShell, CoversTheSurfaceAtItsSpacing) {
   constexpr double kSpacing = 0.002;
   const TriMesh sphere = makeSphere(0.02, 16).value();
   const ToolShell shell = makeToolShell(*surfaceOf(sphere), kSpacing).value();
-  for (std::size_t i = 0; i < shell.points.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) EXPECT_GE(glm::distance(shell.points[i], shell.points[j]), kSpacing);
+  const auto spaced = std::span(shell.points).first(shell.spaced);
+  for (std::size_t i = 0; i < spaced.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) EXPECT_GE(glm::distance(spaced[i], spaced[j]), kSpacing);
   }
-  for (const Vec3f& vertex : sphere.vertices) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Vec3& point : shell.points) nearest = std::min(nearest, glm::distance(Vec3(vertex), point));
-    EXPECT_LE(nearest, 1.2 * kSpacing);
-  }
+  EXPECT_LE(farthestVertex(sphere, spaced), 1.2 * kSpacing);
   EXPECT_NEAR(shell.radius_m, 0.02, 1e-4);
 }
 
@@ -44,6 +53,24 @@ TEST(ToolShell, HasTheCornersAndEdgesOfABox) {
       EXPECT_GE(along, 4);
     }
   }
+}
+
+TEST(ToolShell, HasEveryVertex) {
+  for (const TriMesh& mesh : {makeSphere(0.02, 12).value(), makeTorus(0.02, 0.008, 48, 24).value()}) {
+    const ToolShell shell = makeToolShell(*surfaceOf(mesh), 0.004).value();
+    EXPECT_EQ(shell.nearVertex_m, kNearVertex_m);
+    EXPECT_GT(shell.points.size(), shell.spaced);
+    EXPECT_LE(farthestVertex(mesh, shell.points), kNearVertex_m);
+  }
+}
+
+TEST(ToolShell, ThinsOutVerticesThatAreTooMany) {
+  const TriMesh fine = makeTorus(0.02, 0.008, 128, 48).value();
+  const ToolShell shell = makeToolShell(*surfaceOf(fine), 0.004).value();
+  EXPECT_LE(shell.points.size(), 2000U);
+  EXPECT_GT(shell.points.size(), 500U);
+  EXPECT_LE(farthestVertex(fine, shell.points), shell.nearVertex_m);
+  EXPECT_LT(shell.nearVertex_m, 0.004);
 }
 
 TEST(ToolShell, IsTheSameEachTime) {
