@@ -154,11 +154,13 @@ class Recorded final : public AttachedDevice {
   }
   const auto calibration = calibrationOf(options);
   if (!calibration) return tl::unexpected(calibration.error());
+  if (calibration->motorUnitsPerNm)
+    return refused("--calibration", "motor_units_per_Nm is of a Falcon on USB; a plug-in takes force_scale");
   return std::make_unique<Driven>(std::make_unique<PluginBus>(*std::move(library), std::string(which), logWarning),
                                   std::make_unique<PluginProtocol>(*description, *calibration),
                                   UsbDeviceSettings{.wanted = {},
                                                     .period_s = 1 / rateOf(options),
-                                                    .maxRate_Hz = description->max_rate_Hz,
+                                                    .maxRate_Hz = rateOf(options),
                                                     .info = logInfo,
                                                     .warning = logWarning});
 }

@@ -23,6 +23,7 @@ constexpr double kReadyWithin_s = 30, kRamp_s = 0.2, kHold_s = 0.3, kBetween_s =
 constexpr double kOldest_us = 5'000;
 constexpr double kStopWithin_s = 0.03;
 constexpr double kMoved_m = 5e-4;
+constexpr std::array kAxes{"x", "y", "z"};
 
 /// Reads the device once a period, as the servo does.
 class Ticks {
@@ -37,8 +38,13 @@ class Ticks {
     fresh_ = device_.hasNewSample();
     const DeviceReading reading = device_.read(tick_++);
     device_.write(force_N);
+    if (reading.state == DeviceState::kReady) {
+      low_ = glm::min(low_, reading.position);
+      high_ = glm::max(high_, reading.position);
+    }
     return reading;
   }
+  [[nodiscard]] bool everChanged(int axis) const noexcept { return high_[axis] > low_[axis]; }
   [[nodiscard]] bool fresh() const noexcept { return fresh_; }  ///< The last reading had a new position.
   [[nodiscard]] double period_s() const noexcept { return static_cast<double>(period_ns_) * 1e-9; }
 
@@ -46,6 +52,7 @@ class Ticks {
   Device& device_;
   std::uint64_t period_ns_, next_ns_, tick_ = 0;
   bool fresh_ = false;
+  Vec3 low_{1e9}, high_{-1e9};
 };
 
 struct Spread {
@@ -60,6 +67,45 @@ struct Spread {
   };
   return {at(0.5), at(0.99), values.back()};
 }
+
+/// How often the value of an axis changes, in positions: a new position may carry an old value.
+class AxisValues {
+ public:
+  void add(double value) {
+    ++held_;
+    if (const double moved_m = std::abs(value - last_); any_ && moved_m > kSame_m) {
+      smallest_m_ = smallest_m_ == 0 ? moved_m : std::min(smallest_m_, moved_m);
+      changes_.push_back({moved_m, held_});
+      held_ = 0;
+    } else if (!any_) {
+      held_ = 0;
+    }
+    any_ = true;
+    last_ = value;
+  }
+  [[nodiscard]] double smallestStep_m() const noexcept { return smallest_m_; }
+  /// Positions from one value to the next at the median, while it moves: a hand that is slow crosses a step of the encoder
+  /// now and then, one that is fast several at once. 0: it was not moved enough to tell.
+  [[nodiscard]] double positionsPerValue(double resolution_m) const {
+    std::vector<double> held;
+    for (const Change& change : changes_) {
+      if (change.moved_m >= kSteps * std::max(resolution_m, smallest_m_)) held.push_back(change.held);
+    }
+    return held.size() < kEnough ? 0 : spreadOf(std::move(held)).middle;
+  }
+
+ private:
+  struct Change {
+    double moved_m;
+    int held;
+  };
+  static constexpr double kSame_m = 1e-12, kSteps = 4;
+  static constexpr std::size_t kEnough = 10;
+  std::vector<Change> changes_;
+  double last_ = 0, smallest_m_ = 0;
+  int held_ = 0;
+  bool any_ = false;
+};
 
 class Check {
  public:
@@ -76,9 +122,8 @@ class Check {
 
   void readPositions(double seconds) {
     std::vector<double> gaps_ms, ages_us;
-    std::array<double, 3> step{};
-    Vec3 last(0), low(1e9), high(-1e9);
-    bool any = false;
+    std::array<AxisValues, 3> axes;
+    Vec3 low(1e9), high(-1e9);
     double sinceFresh_s = 0;
     unsigned buttons = 0, faults = 0;
     const int count = static_cast<int>(seconds * rate_Hz_);
@@ -94,25 +139,17 @@ class Check {
       if (!ticks_.fresh()) continue;
       gaps_ms.push_back(1e3 * sinceFresh_s);
       sinceFresh_s = 0;
-      if (any) {
-        for (int k = 0; k < 3; ++k) {
-          const double moved = std::abs(reading.position[k] - last[k]);
-          double& smallest = step[static_cast<std::size_t>(k)];
-          if (moved > 1e-12 && (smallest == 0 || moved < smallest)) smallest = moved;
-        }
-      }
-      any = true;
-      last = reading.position;
-      low = glm::min(low, last);
-      high = glm::max(high, last);
+      for (int k = 0; k < 3; ++k) axes[static_cast<std::size_t>(k)].add(reading.position[k]);
+      low = glm::min(low, reading.position);
+      high = glm::max(high, reading.position);
     }
     const Spread gap = spreadOf(gaps_ms), age = spreadOf(ages_us);
     line("new positions", "%.0f a second, of %.0f ticks", static_cast<double>(gaps_ms.size()) / seconds, rate_Hz_);
     line("between them", "%.1f ms, 99 %% %.1f ms, at most %.1f ms", gap.middle, gap.high, gap.largest);
     line("age when read", "%.0f us, 99 %% %.0f us, at most %.0f us", age.middle, age.high, age.largest);
-    line("smallest step", "%.1f, %.1f, %.1f um (x, y, z); it says %.1f um", 1e6 * step[0], 1e6 * step[1], 1e6 * step[2],
-         1e6 * device_.info().resolution_m);
-    const Vec3 range = any ? high - low : Vec3(0);
+    line("smallest step", "%.1f, %.1f, %.1f um (x, y, z); it says %.1f um", 1e6 * axes[0].smallestStep_m(),
+         1e6 * axes[1].smallestStep_m(), 1e6 * axes[2].smallestStep_m(), 1e6 * device_.info().resolution_m);
+    const Vec3 range = gaps_ms.empty() ? Vec3(0) : high - low;
     line("moved within", "%.2f, %.2f, %.2f mm", 1e3 * range.x, 1e3 * range.y, 1e3 * range.z);
     std::cout << "  buttons seen    ";
     for (unsigned bit = 0; bit < 8; ++bit) {
@@ -121,11 +158,29 @@ class Check {
     std::cout << (buttons == 0 ? "none\n" : "\n");
     report(faults == 0, "no fault in " + std::to_string(count) + " ticks");
     report(!gaps_ms.empty() && age.high <= kOldest_us, "positions are fresh enough to be felt through (5 ms)");
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double positions = axes[k].positionsPerValue(device_.info().resolution_m);
+      if (positions >= 2) {
+        char finding[128];
+        std::snprintf(finding, sizeof finding, "%s has a new value only with every %.0fth position while it moves",
+                      kAxes[k], positions);
+        report(false, finding);
+      }
+    }
+  }
+
+  /// An encoder that stands still says nothing wrong of itself.
+  void judgeAxes() {
+    for (int k = 0; k < 3; ++k) {
+      if (!ticks_.everChanged(k)) {
+        report(false, std::string(kAxes[static_cast<std::size_t>(k)]) +
+                          " never changed: move the handle along it; if you did, it is not measured");
+      }
+    }
   }
 
   /// Pushes along each axis and looks where the hand goes.
   void push(double force_N) {
-    constexpr std::array kAxes{"x", "y", "z"};
     for (int axis = 0; axis < 3; ++axis) {
       Vec3 along(0);
       along[axis] = force_N;
@@ -211,7 +266,8 @@ int runCheckDevice(int argc, char** argv) {
       "--force, which way its forces push and how soon they end."};
   ServerOptions options;
   double seconds = 5, force_N = 0;
-  app.option("device", options.device, "As for --device: falcon[:WHICH], wooden[:WHICH], plugin:FILE[:WHICH]")
+  app.option("device", options.device,
+             "As for --device: falcon[:WHICH], wooden[:WHICH], forcedimension[:WHICH], plugin:FILE[:WHICH]")
       .required()
       .check(
           [](const std::string& name) -> Result<void> {
@@ -248,6 +304,7 @@ int runCheckDevice(int argc, char** argv) {
     check.push(std::min(force_N, info.maxForce_N));
     check.stop(std::min(force_N, info.maxForce_N));
   }
+  check.judgeAxes();
   device.stop();
   std::cout << (check.good() ? "All is well.\n" : "Not all is well.\n");
   return check.good() ? 0 : 1;

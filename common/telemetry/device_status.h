@@ -21,8 +21,9 @@ enum class DeviceFault : std::uint8_t {
   kHomingLost = 12,   ///< It says that it no longer knows where it is.
   kJumped = 13,       ///< A position that no hand can have moved it to.
   kWatchdog = 14,     ///< The watchdog took the force away.
+  kForceOff = 15,     ///< The device took its force away by itself.
 };
-inline constexpr DeviceFault kLastDeviceFault = DeviceFault::kWatchdog;
+inline constexpr DeviceFault kLastDeviceFault = DeviceFault::kForceOff;
 
 /// A device's own account of itself, as of one reading. A device that exists only in memory has nothing to report.
 struct DeviceStatus {
@@ -68,6 +69,8 @@ struct DeviceStatus {
       return "the device's position jumped";
     case DeviceFault::kWatchdog:
       return "the servo stood still, and the watchdog took the force away";
+    case DeviceFault::kForceOff:
+      return "the device took its force away by itself";
   }
   return "unknown";
 }

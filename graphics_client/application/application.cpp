@@ -1,6 +1,7 @@
 #include "graphics_client/application/application.h"
 
 #include <QApplication>
+#include <clocale>
 
 #include "common/log/log.h"
 #include "graphics_client/application/main_window.h"
@@ -26,6 +27,7 @@ Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<
   qputenv("QT_QPA_PLATFORM", "xcb");  // VTK draws into windows of X
   qInstallMessageHandler(log);
   QApplication application(argc, argv);
+  std::setlocale(LC_NUMERIC, "C");  // which it has set to the user's: numbers in files and logs have points
   MainWindow window(options, *link, source);
   window.show();
   if (!recording.empty()) window.openRecording(QString::fromStdString(recording));

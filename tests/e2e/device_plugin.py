@@ -36,6 +36,7 @@ FAULTS = {"silence": (60, {(LOST, 8), (STALE, 0), (STALE, 8)}), "nan": (60, {(LO
 
 PLUGIN = """
 #include <haptics/device_plugin.h>
+#include <locale.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -45,6 +46,7 @@ static const char* open_it(const char* which, void** device, struct haptics_devi
   static const struct haptics_device_info what = {.name = "test", .max_force_N = FORCE, .max_rate_Hz = 1000, .degrees = DEGREES,
     .rotation = {.is_driven = DRIVEN, .max_torque_Nm = TORQUE}};
   static int here;
+  setlocale(LC_ALL, LOCALE);
   if (which[0] == 'x') return "it is in the cupboard";
   *device = &here; *info = what;
   return NULL;
@@ -56,7 +58,7 @@ static int read_it(void* device, uint64_t timeout_ns, struct haptics_device_stat
   if (calls == 1500) THROW;
   if (calls == 1500) FORK;
   const double half = 0.04 * sin(calls / 300.0) + (calls > 1500 ? JUMP : 0);
-  *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)},
+  *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / HOLD * HOLD / 200.0)},
                                          .orientation = {calls > 1500 ? W : cos(half), 0, sin(half), 0}, .homed = 1};
   usleep(900);
   return HAPTICS_DEVICE_DONE;
@@ -72,14 +74,14 @@ static int write_it(void* device, const double* force_N, const double* torque_Nm
 static void close_it(void* device) {
   (void)device;
   FILE* told = fopen(TOLD, "w");
-  if (told) { fprintf(told, "%.9f %.9f", largest_Nm, last_Nm); fclose(told); }
+  if (told) { fprintf(told, "%.9f %.9f %s", largest_Nm, last_Nm, setlocale(LC_NUMERIC, NULL)); fclose(told); }
 }
 const struct haptics_device_functions* NAME(void) {
   static const struct haptics_device_functions all = {ABI, open_it, read_it, WRITE, close_it};
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -243,6 +245,26 @@ class DevicePlugin(harness.EndToEnd):
                         source, "-o", library, "-lm"], check=True)
         return library
 
+    def test_check_device_finds_an_axis_that_stands_still_and_values_that_change_too_seldom(self):
+        done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(HOLD='16')}",
+                               "--seconds", "2"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("BAD   x never changed", done.stdout)
+        self.assertNotIn("z never changed", done.stdout)
+        self.assertRegex(done.stdout, r"BAD   z has a new value only with every \d+th position while it moves")
+
+    def test_one_of_version_2_goes_on_working(self):
+        server = self.start_server(device=f"plugin:{self.build_plugin(ABI='2')}")
+        harness.wait_until(lambda: "is homed" in server.text(), 20, server.text)
+        self.stop_and_check(server)
+
+    def test_a_locale_that_it_sets_is_taken_back(self):
+        told = self.folder / "told"
+        library = self.build_plugin(LOCALE='"C.UTF-8"', TOLD=f'"{told}"')
+        server = self.start_server(device=f"plugin:{library}")
+        self.stop_and_check(server)
+        self.assertEqual(told.read_text().split()[2], "C")
+
     def refusal_of(self, device, *options):
         done = subprocess.run([harness.BIN / "haptic_server", "--listen", "127.0.0.1:0", "--device", device, *options],
                               capture_output=True, text=True, timeout=harness.START_TIMEOUT_S)
@@ -257,7 +279,7 @@ class DevicePlugin(harness.EndToEnd):
             "cannot open shared object file": lambda: self.refusal_of("plugin:gone.so"),
             "cannot be loaded: ": lambda: self.refusal_of(f"plugin:{no_library}"),
             "has no function haptics_device_plugin()": lambda: self.refusal_of(f"plugin:{self.build_plugin(NAME='other')}"),
-            "is a plug-in of version 7; this server has version 2": lambda: self.refusal_of(f"plugin:{self.build_plugin(ABI='7')}"),
+            "is a plug-in of version 7; this server has versions 2 to 3": lambda: self.refusal_of(f"plugin:{self.build_plugin(ABI='7')}"),
             "lacks one of open, read, write and close": lambda: self.refusal_of(f"plugin:{self.build_plugin(WRITE='NULL')}"),
             "max_force_N: is 1000000000": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='1e9')}"),
             "max_force_N: is nan": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='(0.0/0.0)')}"),
@@ -288,7 +310,7 @@ class DevicePlugin(harness.EndToEnd):
             return any(math.hypot(*torque.values()) > 0.002 for torque in torques)
         harness.wait_until(turned, 20, "the tool turns the hand")
         self.stop_and_check(server)
-        largest_Nm, last_Nm = map(float, told.read_text().split())
+        largest_Nm, last_Nm = map(float, told.read_text().split()[:2])
         print(f"\nlargest torque {largest_Nm} Nm", end="", flush=True)
         self.assertGreater(largest_Nm, 0.002)
         self.assertLessEqual(largest_Nm, 0.01 + 1e-9)

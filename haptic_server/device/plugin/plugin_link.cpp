@@ -1,6 +1,7 @@
 #include "haptic_server/device/plugin/plugin_link.h"
 
 #include <dlfcn.h>
+#include <locale.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <optional>
 #include <thread>
@@ -16,11 +18,15 @@
 
 #include "common/clock/monotonic.h"
 #include "common/maths/rotation.h"
+#include "common/text/printable.h"
 
 namespace haptics {
 namespace {
 
 constexpr const char* kSymbol = "haptics_device_plugin";
+/// What came since stands at the end of its structures.
+constexpr std::uint32_t kOldestAbi = 2;
+static_assert(sizeof(haptics_device_info) == 200 && offsetof(haptics_device_state, force_off) == 72);
 constexpr double kMaxForce_N = 100;
 /// No arm reaches farther from the middle of its workspace.
 constexpr double kFarthest_m = 10;
@@ -72,9 +78,21 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
   return {};
 }
 
+/// Numbers in replies, logs and files have points, whatever locale a vendor's library gives the process.
+class KeptLocale {
+ public:
+  KeptLocale() = default;
+  ~KeptLocale() {
+    if (std::strcmp(::setlocale(LC_NUMERIC, nullptr), "C") != 0) ::setlocale(LC_NUMERIC, "C");
+  }
+  KeptLocale(const KeptLocale&) = delete;
+  KeptLocale& operator=(const KeptLocale&) = delete;
+};
+
 /// What a plug-in in C++ throws ends here.
 template <class Call, class Outcome>
 [[nodiscard]] Outcome caught(Call call, Outcome thrown) noexcept {
+  const KeptLocale locale;
   try {
     return call();
   } catch (...) {
@@ -122,6 +140,7 @@ class PluginPort final : public UsbPort {
       const std::uint64_t timeout_ns = deadline_ns - std::min(deadline_ns, now_ns);
       const int outcome =
           call("read", now_ns + timeout_ns, [&] { return functions_.read(device_, timeout_ns, &state_); });
+      noteCondition();
       if (outcome == HAPTICS_DEVICE_DONE) {
         return {UsbArrival::Kind::kBytes, {reinterpret_cast<const std::uint8_t*>(&state_), sizeof state_}};
       }
@@ -139,6 +158,7 @@ class PluginPort final : public UsbPort {
   std::string name_;
   const std::function<void(const std::string&)>& warning_;
   haptics_device_state state_{};
+  std::string condition_;
   std::uint64_t warned_ns_ = 0;
   bool read_ = false;  // since the last deadline
 
@@ -149,6 +169,13 @@ class PluginPort final : public UsbPort {
     noteTime(function, until_ns);
     if (!outcome) warning_(name_ + ": its plug-in's " + function + "() throws an exception");
     return outcome.value_or(HAPTICS_DEVICE_GONE);
+  }
+
+  void noteCondition() {
+    state_.condition[sizeof state_.condition - 1] = 0;
+    if (condition_ == state_.condition) return;
+    condition_ = state_.condition;
+    if (!condition_.empty()) warning_(name_ + ": " + printable(condition_));
   }
 
   void noteTime(const char* function, std::uint64_t until_ns) {
@@ -200,7 +227,8 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
   static_cast<void>(once);
   // With a slash in it dlopen() looks nowhere else.
   const std::string path = file.find('/') == std::string::npos ? "./" + file : file;
-  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const library =
+      caught([&] { return dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL); }, static_cast<void*>(nullptr));
   if (library == nullptr) return refused(file, std::string("cannot be loaded: ") + dlerror());
   using Entry = const haptics_device_functions* (*)();
   const auto entry = reinterpret_cast<Entry>(dlsym(library, kSymbol));
@@ -208,9 +236,10 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
     return refused(file, std::string("has no function ") + kSymbol + "(); see haptics/device_plugin.h");
   const auto* const functions = caught(entry, static_cast<const haptics_device_functions*>(nullptr));
   if (functions == nullptr) return refused(file, std::string(kSymbol) + "() returns nothing");
-  if (functions->abi != HAPTICS_DEVICE_ABI) {
-    return refused(file, "is a plug-in of version " + std::to_string(functions->abi) + "; this server has version " +
-                             std::to_string(HAPTICS_DEVICE_ABI) + ": build it with this server's device_plugin.h");
+  if (functions->abi < kOldestAbi || functions->abi > HAPTICS_DEVICE_ABI) {
+    return refused(file, "is a plug-in of version " + std::to_string(functions->abi) + "; this server has versions " +
+                             std::to_string(kOldestAbi) + " to " + std::to_string(HAPTICS_DEVICE_ABI) +
+                             ": build it with this server's device_plugin.h");
   }
   if (!functions->open || !functions->read || !functions->write || !functions->close)
     return refused(file, "lacks one of open, read, write and close");
@@ -248,6 +277,8 @@ tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> PluginBus::open(const UsbMode
 
 PluginProtocol::PluginProtocol(const haptics_device_info& description, const DeviceCalibration& calibration)
     : placement_(calibration, Quat(1, 0, 0, 0), Vec3(0)),
+      sense_(calibration.sense()),
+      handedness_(sense_.x * sense_.y * sense_.z),
       forceScale_(calibration.forceScale.value_or(1)),
       info_(infoOf(description, calibration, placement_.scale())) {}
 
@@ -255,13 +286,14 @@ bool PluginProtocol::take(std::span<const std::uint8_t> bytes, const std::functi
   haptics_device_state state;
   if (bytes.size() != sizeof state) return true;
   std::memcpy(&state, bytes.data(), sizeof state);
-  position_ = {state.position_m[0], state.position_m[1], state.position_m[2]};
+  position_ = sense_ * Vec3(state.position_m[0], state.position_m[1], state.position_m[2]);
   const double* q = state.orientation;
-  if (info_.rotation.isSensed) rotation_ = {q[0], q[1], q[2], q[3]};
+  if (info_.rotation.isSensed) rotation_ = Quat(q[0], handedness_ * sense_ * Vec3(q[1], q[2], q[3]));
   DeviceReply reply;
   reply.buttons = static_cast<std::uint8_t>(state.buttons);
   reply.homedAxes = state.homed != 0 ? kAllAxes : 0;
   reply.age_us = state.age_us;
+  reply.forceOff = state.force_off != 0;
   found(reply);
   return false;
 }
@@ -273,12 +305,12 @@ std::optional<Vec3> PluginProtocol::locate(const DeviceReply& /*reply*/) {
 }
 
 void PluginProtocol::setTorque(Vec3 torque_Nm) noexcept {
-  const Vec3 scaled = forceScale_ * bounded(torque_Nm, info_.rotation.maxTorque_Nm);
+  const Vec3 scaled = forceScale_ * handedness_ * sense_ * bounded(torque_Nm, info_.rotation.maxTorque_Nm);
   std::copy_n(&scaled.x, 3, output_.begin() + 3);
 }
 
 std::span<const std::uint8_t> PluginProtocol::command(Vec3 force_N, DeviceLight /*light*/) {
-  const Vec3 scaled = forceScale_ * bounded(force_N, info_.maxForce_N);
+  const Vec3 scaled = forceScale_ * sense_ * bounded(force_N, info_.maxForce_N);
   std::copy_n(&scaled.x, 3, output_.begin());
   return {reinterpret_cast<const std::uint8_t*>(output_.data()), sizeof output_};
 }

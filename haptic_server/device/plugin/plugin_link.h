@@ -70,6 +70,8 @@ class PluginProtocol final : public UsbProtocol {
 
  private:
   Placement placement_;
+  Vec3 sense_;  // of each axis; of rotations, which a mirror turns the other way, handedness_ times that
+  double handedness_;
   double forceScale_;
   DeviceInfo info_;
   UsbModel model_;

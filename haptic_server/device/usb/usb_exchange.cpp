@@ -47,7 +47,8 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     watch_.cycle();
     judge(bus_.clock_ns());
     shared_.reports.put(report_);
-    const bool absent = report_.state == DeviceState::kAbsent;
+    // One that took its force away by itself, as a person's switch has it do, is not the better for being brought up anew.
+    const bool absent = report_.state == DeviceState::kAbsent && fault_ != DeviceFault::kForceOff;
     if (!there || (absent && bus_.clock_ns() - faultSince_ns_ > kGiveUp_ns)) break;
   }
   protocol_.setTorque(Vec3(0));
@@ -143,6 +144,7 @@ void UsbExchange::take(const DeviceReply& reply, std::uint64_t now_ns) {
     return;
   }
   watch_.reply(now_ns);
+  if (reply.forceOff) watch_.raise(DeviceFault::kForceOff);
   watchHoming(reply);
   if (homedReplies_ >= kHomedReplies) watchMove(*position, protocol_.rotation(), now_ns);
   add(shared_.counters.replies);
@@ -162,6 +164,7 @@ void UsbExchange::watchHoming(const DeviceReply& reply) {
     if (homedReplies_ < kHomedReplies && ++homedReplies_ == kHomedReplies) {
       settings_.info(protocol_.info().name + " is homed");
       position_.reset();
+      velocity_ = Vec3(0);
       jumped_ = jumped_rad_ = Vec3(0);
       homingLost_ = false;
     }
@@ -180,7 +183,13 @@ void UsbExchange::watchMove(Vec3 to, Quat rotation, std::uint64_t now_ns) noexce
         std::max({period_ns_, now_ns - positioned_ns_, now_ns - cycleBegan_ns_, longestCycle_ns_});
     const double elapsed_s = static_cast<double>(elapsed_ns) * 1e-9;
     const Vec3 move = to - *position_;
-    if (glm::length(move) > kMaxSpeed_m_per_s * elapsed_s) jumped_ += move;
+    const Vec3 change = move - elapsed_s * velocity_;
+    if (glm::length(move) > kMaxSpeed_m_per_s * elapsed_s ||
+        glm::length(change) > kMaxChange_m_per_s2 * elapsed_s * elapsed_s) {
+      jumped_ += change;
+    } else {
+      velocity_ = move / elapsed_s;
+    }
     const Vec3 turn = rotationVector(rotation * glm::conjugate(rotation_));
     if (glm::length(turn) > kMaxTurn_rad_per_s * elapsed_s) jumped_rad_ += turn;
   }

@@ -24,6 +24,9 @@ class UsbExchange {
   /// to within kSameAgain_m, or it was homed anew.
   static constexpr double kMaxSpeed_m_per_s = 5;
   static constexpr double kSameAgain_m = 0.002;
+  /// No hand, nor the end of its travel at 2 m/s, changes its velocity faster: what a position is off the way that it was on
+  /// by more than kMaxChange_m_per_s2 dt^2 is a jump too.
+  static constexpr double kMaxChange_m_per_s2 = 2'000;
   static constexpr double kMaxTurn_rad_per_s = 50;  ///< The same of how it is turned.
   static constexpr double kSameAgain_rad = 0.05;
   static constexpr int kHomedReplies = 25;  ///< In a row, that must say that it is homed.
@@ -63,6 +66,7 @@ class UsbExchange {
   std::uint64_t tripped_ns_ = 0;  // and when that was seen
   std::optional<Vec3> position_;  // of the last reply, device frame
   Quat rotation_{1, 0, 0, 0};     // likewise
+  Vec3 velocity_{0};              // m/s, of the last move that was no jump
   std::uint64_t positioned_ns_ = 0;
   Vec3 jumped_{0}, jumped_rad_{0};  // sum of all jumps
   std::uint64_t cycleBegan_ns_ = 0, longestCycle_ns_ = 0;

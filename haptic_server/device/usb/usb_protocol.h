@@ -23,6 +23,7 @@ struct DeviceReply {
   std::uint8_t buttons = 0;
   std::uint8_t homedAxes = 0;  ///< kAllAxes: its coordinates are referenced.
   std::uint32_t age_us = 0;    ///< When it arrived, by the device's own account.
+  bool forceOff = false;       ///< It took its force away by itself.
 };
 inline constexpr std::uint8_t kAllAxes = 0b111;
 

@@ -60,7 +60,7 @@ void FalconModel::powerCycle() {
 void FalconModel::setFault(EmulatedFault fault, std::uint64_t) {
   fault_ = fault;
   halted_ = fault == EmulatedFault::kStall;
-  jump_ = fault == EmulatedFault::kJump ? 400 : 0;
+  jump_ = fault == EmulatedFault::kJump ? 400 : fault == EmulatedFault::kGlitch ? 90 : 0;
 }
 
 int FalconModel::control(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint64_t) {

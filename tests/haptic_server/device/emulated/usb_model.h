@@ -21,6 +21,7 @@ enum class EmulatedFault {
   kSlow,      ///< Replies come 12 ms late.
   kUnhomed,   ///< It drops a homed bit.
   kJump,      ///< Its counters take a step.
+  kGlitch,    ///< A step of some 4 mm.
   kFirmware,  ///< A byte of firmware is echoed wrong.
 };
 [[nodiscard]] std::optional<EmulatedFault> emulatedFault(const std::string& name);

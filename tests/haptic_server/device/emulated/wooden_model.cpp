@@ -59,7 +59,7 @@ void WoodenModel::powerCycle() {
 void WoodenModel::setFault(EmulatedFault fault, std::uint64_t) {
   fault_ = fault;
   halted_ = fault == EmulatedFault::kStall;
-  jump_ = fault == EmulatedFault::kJump ? 300 : 0;
+  jump_ = fault == EmulatedFault::kJump ? 300 : fault == EmulatedFault::kGlitch ? 65 : 0;
 }
 
 int WoodenModel::control(std::uint8_t, std::uint8_t, std::uint16_t, std::uint64_t) { return -EPIPE; }

@@ -136,6 +136,9 @@ TYPED_TEST(VirtualFaults, SlowRepliesAHundredTimes) {
 TYPED_TEST(VirtualFaults, JumpsAHundredTimes) {
   injectOften<TypeParam>({EmulatedFault::kJump, false, DeviceFault::kJumped});
 }
+TYPED_TEST(VirtualFaults, GlitchesOfMillimetresAHundredTimes) {
+  injectOften<TypeParam>({EmulatedFault::kGlitch, false, DeviceFault::kJumped});
+}
 TYPED_TEST(VirtualFaults, UnplugsAHundredTimes) { injectOften<TypeParam>({{}, true, DeviceFault::kUnplugged}); }
 
 TEST(VirtualFalcon, LosesItsHomingAHundredTimes) {
