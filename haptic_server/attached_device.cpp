@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <ostream>
 #include <string_view>
 #include <utility>
 
 #include "common/log/log.h"
+#include "common/text/printable.h"
 #include "haptic_server/calibration_file.h"
 #include "haptic_server/device/leadable_hand.h"
 #include "haptic_server/device/plugin/plugin_link.h"
@@ -30,6 +33,9 @@ struct UsbKind {
 constexpr std::array kUsbKinds{UsbKind{"falcon", "Novint Falcon", kFalconModel},
                                UsbKind{"wooden", "WoodenHaptics", kWoodenHapticsModel}};
 
+/// Plug-ins of our own, which load what their devices' makers have installed.
+constexpr std::array<std::string_view, 1> kOwnPlugins{"forcedimension"};
+
 constexpr std::string_view kReplay = "replay", kPlugin = "plugin";
 
 struct DeviceName {
@@ -46,6 +52,19 @@ struct DeviceName {
 [[nodiscard]] const UsbKind* usbKind(std::string_view kind) {
   const auto found = std::ranges::find(kUsbKinds, kind, &UsbKind::name);
   return found == kUsbKinds.end() ? nullptr : &*found;
+}
+
+[[nodiscard]] bool isOwnPlugin(std::string_view kind) {
+  return std::ranges::find(kOwnPlugins, kind) != kOwnPlugins.end();
+}
+
+/// In the folder device_plugins of where the user says, or beside this program.
+[[nodiscard]] std::string ownPlugin(std::string_view kind) {
+  std::error_code error;
+  const char* const said = std::getenv("HAPTICS_PROGRAMS");
+  const auto folder = said != nullptr ? std::filesystem::path(said)
+                                      : std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  return folder / "device_plugins" / (std::string(kind) + ".so");
 }
 
 class Simulated final : public AttachedDevice {
@@ -140,13 +159,14 @@ class Recorded final : public AttachedDevice {
   return read;
 }
 
-[[nodiscard]] Result<std::unique_ptr<AttachedDevice>> attachPlugin(const ServerOptions& options) {
-  const auto [file, which] = split(split(options.device).which);
-  if (file.empty()) return refused("--device", "plugin:FILE[:WHICH] names the shared library of a plug-in");
-  auto library = PluginLibrary::load(std::string(file));
-  if (!library) return tl::unexpected(std::move(library.error()).within("--device plugin:"));
-  const auto description = library->describe(std::string(which));
-  if (!description) return tl::unexpected(Error(description.error()).within("--device plugin:"));
+/// The device `which` of the plug-in `file`; `origin` is the option as far as these.
+[[nodiscard]] Result<std::unique_ptr<AttachedDevice>> attachPlugin(const ServerOptions& options,
+                                                                   const std::string& file, const std::string& which,
+                                                                   const std::string& origin) {
+  auto library = PluginLibrary::load(file);
+  if (!library) return tl::unexpected(std::move(library.error()).within(origin));
+  const auto description = library->describe(which);
+  if (!description) return tl::unexpected(Error(description.error()).within(origin));
   if (rateOf(options) > description->max_rate_Hz) {
     return refused("--rate", "is " + std::to_string(std::lround(rateOf(options))) + " Hz; the " + description->name +
                                  " exchanges positions and forces at most " +
@@ -156,7 +176,7 @@ class Recorded final : public AttachedDevice {
   if (!calibration) return tl::unexpected(calibration.error());
   if (calibration->motorUnitsPerNm)
     return refused("--calibration", "motor_units_per_Nm is of a Falcon on USB; a plug-in takes force_scale");
-  return std::make_unique<Driven>(std::make_unique<PluginBus>(*std::move(library), std::string(which), logWarning),
+  return std::make_unique<Driven>(std::make_unique<PluginBus>(*std::move(library), which, logWarning),
                                   std::make_unique<PluginProtocol>(*description, *calibration),
                                   UsbDeviceSettings{.wanted = {},
                                                     .period_s = 1 / rateOf(options),
@@ -227,14 +247,20 @@ Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptio
                                             " Hz the stabiliser looks ahead by at most " + std::to_string(longest_ms) +
                                             " ms; lower --rate, or go without it by --no-stabiliser");
   }
-  if (split(options.device).kind == kPlugin) return attachPlugin(options);
-  const UsbKind* kind = usbKind(split(options.device).kind);
+  const auto [name, which] = split(options.device);
+  if (name == kPlugin) {
+    const auto [file, ofIt] = split(which);
+    if (file.empty()) return refused("--device", "plugin:FILE[:WHICH] names the shared library of a plug-in");
+    return attachPlugin(options, std::string(file), std::string(ofIt), "--device plugin:");
+  }
+  if (isOwnPlugin(name)) return attachPlugin(options, ownPlugin(name), std::string(which), "--device: ");
+  const UsbKind* kind = usbKind(name);
   return kind == nullptr ? simulate(options) : attachUsb(*kind, options);
 }
 
 bool isDeviceName(const std::string& name) {
   const std::string_view kind = split(name).kind;
-  return name == "simulated" || kind == kReplay || kind == kPlugin || usbKind(kind) != nullptr;
+  return name == "simulated" || kind == kReplay || kind == kPlugin || isOwnPlugin(kind) || usbKind(kind) != nullptr;
 }
 
 void listDevices(std::ostream& out) {
@@ -250,6 +276,13 @@ void listDevices(std::ostream& out) {
     }
   }
   if (!any) out << "no device on USB; --device simulated needs none\n";
+  for (const std::string_view kind : kOwnPlugins) {
+    out << "--device " << kind << "   ";
+    const auto described = PluginLibrary::load(ownPlugin(kind)).and_then([](const PluginLibrary& library) {
+      return library.describe("");
+    });
+    out << printable(described ? described->name + std::string(", ready") : described.error().text()) << '\n';
+  }
 }
 
 }  // namespace haptics

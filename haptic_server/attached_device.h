@@ -36,7 +36,7 @@ class AttachedDevice {
 /// Is it a name that --device takes, with or without what comes after the colon?
 [[nodiscard]] bool isDeviceName(const std::string& name);
 
-/// The text of --list-devices: devices on USB, whether they may be opened, and how to choose each.
+/// The text of --list-devices: devices on USB and those of our own plug-ins, whether they may be opened, and how to choose each.
 void listDevices(std::ostream& out);
 
 }  // namespace haptics
