@@ -34,7 +34,7 @@ constexpr std::array kUsbKinds{UsbKind{"falcon", "Novint Falcon", kFalconModel},
                                UsbKind{"wooden", "WoodenHaptics", kWoodenHapticsModel}};
 
 /// Plug-ins of our own, which load what their devices' makers have installed.
-constexpr std::array<std::string_view, 1> kOwnPlugins{"forcedimension"};
+constexpr std::array<std::string_view, 3> kOwnPlugins{"forcedimension", "haply", "openhaptics"};
 
 constexpr std::string_view kReplay = "replay", kPlugin = "plugin";
 

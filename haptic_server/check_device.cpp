@@ -267,7 +267,8 @@ int runCheckDevice(int argc, char** argv) {
   ServerOptions options;
   double seconds = 5, force_N = 0;
   app.option("device", options.device,
-             "As for --device: falcon[:WHICH], wooden[:WHICH], forcedimension[:WHICH], plugin:FILE[:WHICH]")
+             "As for --device: falcon[:WHICH], wooden[:WHICH], forcedimension[:WHICH], haply[:WHICH], "
+             "openhaptics[:WHICH], plugin:FILE[:WHICH]")
       .required()
       .check(
           [](const std::string& name) -> Result<void> {

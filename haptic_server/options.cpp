@@ -84,21 +84,22 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
              "Folder where scenes and clients may name mesh files (besides the scene file's)")
       .existingFolder();
   HandArguments hands;
-  addHandOption(
-      app, "--device", hands.devices,
-      "Force-feedback device (default: simulated): simulated, falcon or wooden; :WHICH after it chooses one "
-      "of several by serial "
-      "number, BUS/ADDRESS or port. forcedimension[:WHICH]: Force Dimension's devices by their maker's library. Or "
-      "plugin:FILE[:WHICH]: the shared library FILE drives it "
-      "(haptic_server/device/plugin/README.md). Or replay:FILE: plays a recording, positions, buttons, "
-      "scene and edits, and says at its end whether every force was the recorded one")
+  addHandOption(app, "--device", hands.devices,
+                "Force-feedback device (default: simulated): simulated, falcon or wooden; :WHICH after it chooses one "
+                "of several by serial "
+                "number, BUS/ADDRESS or port. forcedimension[:WHICH], haply[:WHICH], openhaptics[:WHICH]: by their "
+                "makers' library or service. Or "
+                "plugin:FILE[:WHICH]: the shared library FILE drives it "
+                "(haptic_server/device/plugin/README.md). Or replay:FILE: plays a recording, positions, buttons, "
+                "scene and edits, and says at its end whether every force was the recorded one")
       .typeName("")
       .check(
           [](const std::string& name) -> Result<void> {
             if (!isDeviceName(name)) return refused("", "there is no device \"" + name + "\"");
             return {};
           },
-          "simulated|falcon[:WHICH]|wooden[:WHICH]|forcedimension[:WHICH]|plugin:FILE[:WHICH]|replay:FILE");
+          "simulated|falcon[:WHICH]|wooden[:WHICH]|forcedimension[:WHICH]|haply[:WHICH]|openhaptics[:WHICH]|plugin:"
+          "FILE[:WHICH]|replay:FILE");
   app.action(
       "--list-devices", [] { listDevices(std::cout); }, "Say which devices are plugged in and how to choose each");
   addHandOption(app, "--firmware", hands.firmwares,

@@ -5,6 +5,7 @@
 """
 import base64
 import hashlib
+import json
 import struct
 import zlib
 from pathlib import Path
@@ -287,6 +288,14 @@ def main():
     write("framer", "answers", b"\x1f" + framed(server.values()))
     write("framer", "too_long", b"\0" + struct.pack("<I", 1 << 24) + b"x")
     write("framer", "empty", b"\0" + struct.pack("<I", 0))
+
+    zero, turn = dict(x=0, y=0, z=0), dict(w=1, x=0, y=0, z=0)
+    inverse3 = {"device_id": "049D", "state": {"cursor_position": zero, "cursor_velocity": zero, "current_cursor_force": zero},
+                "status": {"calibrated": True, "in_use": False, "power_supply": True}}
+    write("haply", "state", json.dumps({"session_id": 7, "inverse3": [inverse3]}).encode())
+    write("haply", "grips", json.dumps({"inverse3": [inverse3], "verse_grip": [
+        {"device_id": "1", "state": {"orientation": turn, "button": True, "hall": 3}}], "wireless_verse_grip": [
+        {"device_id": "2", "state": {"orientation": turn, "buttons": {"a": True, "b": False, "c": True}}}]}).encode())
 
     for name in SCENES:
         write("apply", name, pieces([transaction(name).SerializeToString()]))

@@ -1,5 +1,5 @@
 // --device forcedimension[:WHICH]: Force Dimension's omega, delta, sigma and lambda, and the Novint Falcon, through the maker's
-// library. README.md, beside this file, says how it is used.
+// library. force_dimension.md, beside this file, says how it is used.
 //
 // Frame: theirs has x to the user, y to the user's right, z up (as CHAI3D's driver has it); ours x to the right, y away, z up.
 #include <algorithm>

@@ -7,8 +7,9 @@
 namespace haptics {
 namespace {
 
-/// Newest version first, as far as names tell.
+/// Newest version first, as far as names tell; a name alone is looked for by the loader.
 [[nodiscard]] std::vector<std::string> filesOf(const std::string& pattern) {
+  if (pattern.find('/') == std::string::npos) return {pattern};
   glob_t found{};
   std::vector<std::string> files;
   if (::glob(pattern.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);

@@ -12,7 +12,7 @@ namespace haptics {
 /// A shared library of a device's maker, loaded at run time: none is needed to build, and none is shipped. It stays loaded.
 class VendorLibrary {
  public:
-  /// The newest of the files that match one of these patterns (of glob(7)), by the first pattern that has one that loads.
+  /// The newest of the files that match one of these patterns (of glob(7)) or names, by the first pattern that has one that loads.
   /// @param needed  Patterns of what it may need itself, loaded before it where they are: makers' packages often lack the
   ///                link of the name that it is asked for by.
   explicit VendorLibrary(std::span<const std::string> patterns, std::span<const std::string> needed = {});

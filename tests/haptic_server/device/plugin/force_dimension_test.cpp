@@ -17,14 +17,14 @@ using testing::HasSubstr;
 using testing::StrEq;
 
 constexpr std::uint64_t kSoon_ns = 1'000'000;
-constexpr const char* kLibrary = EMULATED_SDK "/lib/release/lin-x86_64-gcc/libdrd.so.3.17.5";
+constexpr const char* kLibrary = EMULATED_VENDORS "/sdk/lib/release/lin-x86_64-gcc/libdrd.so.3.17.5";
 
 /// The plug-in as the server loads it, and the arm of the emulated library that it loads.
 class ForceDimension : public testing::Test {
  protected:
   ForceDimension() {
-    ::setenv("FDSDK", EMULATED_SDK, 1);
-    void* const plugin = dlopen(FORCE_DIMENSION_PLUGIN, RTLD_NOW | RTLD_LOCAL);
+    ::setenv("FDSDK", EMULATED_VENDORS "/sdk", 1);
+    void* const plugin = dlopen(DEVICE_PLUGINS "/forcedimension.so", RTLD_NOW | RTLD_LOCAL);
     void* const library = dlopen(kLibrary, RTLD_NOW | RTLD_GLOBAL);
     if (plugin == nullptr || library == nullptr) throw std::runtime_error(dlerror());
     functions_ = reinterpret_cast<const haptics_device_functions* (*)()>(dlsym(plugin, "haptics_device_plugin"))();

@@ -1,4 +1,4 @@
-// emulated_arm FILE TYPE: the hardware behind an emulated vendor's library, as a process of its own, which goes on when the
+// emulated_arm FILE TYPE: the hardware (a number of Force Dimension's, or 0: a Touch) behind an emulated vendor's library, as a process of its own, which goes on when the
 // server is killed: a hand leads a mass round a circle, up and down through the middle of the workspace, against the force.
 // Its firmware takes the force away when none was written for as long as its watchdog allows.
 //
@@ -26,25 +26,25 @@ constexpr std::uint32_t kVelocity = 2, kWatchdog = 3;
 struct Fault {
   const char* name;
   EmulatedArm::Shared<std::uint32_t> EmulatedArm::*place;
-  std::uint32_t value = 1;
+  std::uint32_t value = 1, ofTouch = 1;
 };
 constexpr Fault kFaults[]{{"unplugged", &EmulatedArm::unplugged}, {"error", &EmulatedArm::communication},
                           {"guard", &EmulatedArm::timeGuard},     {"nan", &EmulatedArm::notFinite},
                           {"jump", &EmulatedArm::jumped},         {"saturated", &EmulatedArm::saturated},
-                          {"lost", &EmulatedArm::lost},           {"late", &EmulatedArm::blocks_us, 40'000},
-                          {"busy", &EmulatedArm::inUse}};
+                          {"lost", &EmulatedArm::lost},           {"late", &EmulatedArm::blocks_us, 40'000, 12'000},
+                          {"busy", &EmulatedArm::inUse},          {"exceeded", &EmulatedArm::forceOffCause}};
 
 class Hardware {
  public:
-  explicit Hardware(EmulatedArm& arm) : arm_(arm) {}
+  Hardware(EmulatedArm& arm, bool isTouch) : arm_(arm), isTouch_(isTouch) {}
 
   void tick(std::uint64_t now_ns) {
     const std::uint64_t watchdog_ns = arm_.watchdog_ns;
     if (arm_.forceOn && watchdog_ns != 0 && now_ns > arm_.written_ns + watchdog_ns) takeForceAway(kWatchdog);
-    const Vec3 theirs = arm_.forceOn && !arm_.unplugged
-                            ? Vec3(arm_.force[0].load(), arm_.force[1].load(), arm_.force[2].load())
-                            : Vec3(0);
-    move(Vec3(theirs.y, -theirs.x, theirs.z), 1e-9 * static_cast<double>(now_ns));
+    const bool isOn = arm_.forceOn && !arm_.unplugged && !(isTouch_ && arm_.forceOffCause);
+    const Vec3 theirs = isOn ? Vec3(arm_.force[0].load(), arm_.force[1].load(), arm_.force[2].load()) : Vec3(0);
+    move(isTouch_ ? Vec3(theirs.x, -theirs.z, theirs.y) : Vec3(theirs.y, -theirs.x, theirs.z),
+         1e-9 * static_cast<double>(now_ns));
     if (watching_ && theirs == Vec3(0)) {
       std::printf("zero %llu\n", static_cast<unsigned long long>(now_ns));
       watching_ = false;
@@ -66,7 +66,7 @@ class Hardware {
       if (std::strcmp(word, fault.name) == 0) {
         broken_ = &fault;
         until_ns_ = now_ns + static_cast<std::uint64_t>(value * 1e6);
-        (arm_.*fault.place) = fault.value;
+        (arm_.*fault.place) = isTouch_ ? fault.ofTouch : fault.value;
         begin(word, now_ns);
       }
     }
@@ -78,6 +78,7 @@ class Hardware {
 
  private:
   EmulatedArm& arm_;
+  const bool isTouch_;
   Vec3 at_{0.02, 0, 0.02}, velocity_{0};
   const Fault* broken_ = nullptr;
   std::uint64_t until_ns_ = 0;
@@ -99,8 +100,8 @@ class Hardware {
                           : Vec3(0.02 * std::cos(1.57 * t), 0.02 * std::sin(1.57 * t), 0.012 * std::cos(5 * t) - 0.002);
     velocity_ += kStep / kMass * (force + kSpring * (hand - at_) - kDamper * velocity_);
     at_ += kStep * velocity_;
-    const double theirs[3]{-at_.y, at_.x, at_.z};
-    for (std::size_t i = 0; i < 3; ++i) arm_.position[i] = theirs[i];
+    const Vec3 theirs = isTouch_ ? 1e3 * Vec3(at_.x, at_.z, -at_.y) : Vec3(-at_.y, at_.x, at_.z);
+    for (std::size_t i = 0; i < 3; ++i) arm_.position[i] = (&theirs.x)[i];
   }
 };
 
@@ -114,7 +115,7 @@ int run(const char* file, unsigned type) {
   for (std::size_t i = 0; i < 9; ++i) arm->rotation[i] = i % 4 == 0 ? 1 : 0;
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   std::setvbuf(stdin, nullptr, _IONBF, 0);  // poll() sees no line that a buffer holds
-  Hardware hardware(*arm);
+  Hardware hardware(*arm, type == 0);
   std::uint64_t next_ns = monotonicNow_ns();
   hardware.tick(next_ns);
   std::puts("ready");
