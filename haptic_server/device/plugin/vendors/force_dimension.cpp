@@ -139,7 +139,7 @@ class ForceDimension {
     // First of all: from here on the device is safe whatever becomes of this process.
     (void)dhd_.dhdEnableExpertMode();
     const int watched = dhd_.dhdSetWatchdog(kWatchdogPeriods, id_);
-    const std::string unwatched =
+    std::string unwatched =
         watched < 0 ? failed("takes no watchdog of 25 ms, without which it would push on if the server ended") : "";
     (void)dhd_.dhdDisableExpertMode();
     if (watched < 0) return unwatched;
