@@ -38,7 +38,7 @@ class Ticks {
     fresh_ = device_.hasNewSample();
     const DeviceReading reading = device_.read(tick_++);
     device_.write(force_N);
-    if (reading.state == DeviceState::kReady) {
+    if (fresh_) {
       low_ = glm::min(low_, reading.position);
       high_ = glm::max(high_, reading.position);
     }
@@ -129,6 +129,7 @@ class Check {
     const int count = static_cast<int>(seconds * rate_Hz_);
     for (int i = 0; i < count; ++i) {
       const DeviceReading reading = ticks_.next(Vec3(0));
+      for (int k = 0; ticks_.fresh() && k < 3; ++k) axes[static_cast<std::size_t>(k)].add(reading.position[k]);
       if (reading.state != DeviceState::kReady) {
         if (++faults == 1) std::cout << "  fault: " << inWords(reading.status.fault) << '\n';
         continue;
@@ -139,7 +140,6 @@ class Check {
       if (!ticks_.fresh()) continue;
       gaps_ms.push_back(1e3 * sinceFresh_s);
       sinceFresh_s = 0;
-      for (int k = 0; k < 3; ++k) axes[static_cast<std::size_t>(k)].add(reading.position[k]);
       low = glm::min(low, reading.position);
       high = glm::max(high, reading.position);
     }

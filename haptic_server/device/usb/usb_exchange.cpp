@@ -185,7 +185,7 @@ void UsbExchange::watchMove(Vec3 to, Quat rotation, std::uint64_t now_ns) noexce
     const Vec3 move = to - *position_;
     const Vec3 change = move - elapsed_s * velocity_;
     if (glm::length(move) > kMaxSpeed_m_per_s * elapsed_s ||
-        glm::length(change) > kMaxChange_m_per_s2 * elapsed_s * elapsed_s) {
+        glm::length(change) > std::max(kSameAgain_m, kMaxChange_m_per_s2 * elapsed_s * elapsed_s)) {
       jumped_ += change;
     } else {
       velocity_ = move / elapsed_s;

@@ -25,7 +25,7 @@ class UsbExchange {
   static constexpr double kMaxSpeed_m_per_s = 5;
   static constexpr double kSameAgain_m = 0.002;
   /// No hand, nor the end of its travel at 2 m/s, changes its velocity faster: what a position is off the way that it was on
-  /// by more than kMaxChange_m_per_s2 dt^2 is a jump too.
+  /// by more than kMaxChange_m_per_s2 dt^2, and kSameAgain_m, is a jump too.
   static constexpr double kMaxChange_m_per_s2 = 2'000;
   static constexpr double kMaxTurn_rad_per_s = 50;  ///< The same of how it is turned.
   static constexpr double kSameAgain_rad = 0.05;
