@@ -93,7 +93,18 @@ class VendorDevice(harness.EndToEnd):
             self.assertLess(time.monotonic(), deadline, f"{what} is not there: {sample}")
 
     def wait_for_force(self):
-        self.wait_for(lambda sample: sample.fault == 0 and sample.force.written.z > 1, 15, "a force")
+        self.wait_for(lambda sample: sample.fault == 0 and sample.force.written.z > 1, 40, "a force")
+
+    def check_time_without(self, server, harm):
+        """From the signal to no force; not judged where the machine held a real-time thread up."""
+        with harness.Cyclictest() as stall:
+            began_ns = time.monotonic_ns()
+            server.send(harm)
+            self.hardware.tell("watch 0")
+            zero_ms = (self.hardware.hears("zero") - began_ns) * 1e-6
+        print(f"\nno force within {zero_ms:.1f} ms{', of a machine that was late' if stall.late else ''}", end="", flush=True)
+        if not stall.late:
+            self.assertLess(zero_ms, ZERO_MS)
 
     def judge(self, injected, faults):
         """Of (fault, when it began, when there was no force, how long it lasted): seen, named and without force in time."""
@@ -149,19 +160,16 @@ class Felt:
     def test_without_force_by_its_own_means_when_the_server_is_killed(self):
         for _ in range(TIMES):
             server = self.start_felt()
-            server.send(signal.SIGKILL)
-            began_ns = time.monotonic_ns()
-            self.hardware.tell("watch 0")
-            self.assertLess((self.hardware.hears("zero") - began_ns) * 1e-6, ZERO_MS)
+            self.check_time_without(server, signal.SIGKILL)
             server.kill()
 
     def test_without_force_when_the_server_is_stopped_and_felt_again_when_it_goes_on(self):
         server = self.start_felt()
         for _ in range(TIMES):
-            server.send(signal.SIGSTOP)
-            began_ns = time.monotonic_ns()
-            self.hardware.tell("watch 0")
-            self.assertLess((self.hardware.hears("zero") - began_ns) * 1e-6, ZERO_MS)
+            later = time.monotonic() + 2.1  # sooner again, its force would stay away for longer each time
+            self.wait_for(lambda _: time.monotonic() > later, 5, "a sample")
+            self.wait_for_force()
+            self.check_time_without(server, signal.SIGSTOP)
             time.sleep(0.1)
             server.send(signal.SIGCONT)
             self.wait_for(lambda sample: sample.fault != 0, 5, "the fault")

@@ -1,5 +1,5 @@
 // openhaptics_host [NAME]: has OpenHaptics' library for the plug-in openhaptics.so, which starts it. A library that crashes, blocks or can
-// be loaded once only does so here; and whatever becomes of the server, this process takes the force away: when none came for 25 ms,
+// be loaded once only does so here; and whatever becomes of the server, this process takes the force away: when none came for 20 ms,
 // or the other end of the socket is closed.
 //
 // Frame: theirs has x to the right, y up, z to the user, in mm; ours x to the right, y away, z up, in m.
@@ -25,7 +25,7 @@
 namespace haptics {
 namespace {
 
-constexpr std::uint64_t kSilence_ns = 25'000'000;
+constexpr std::uint64_t kSilence_ns = 20'000'000;
 /// After a tick that came so late the last force has acted for too long already.
 constexpr std::uint64_t kLate_ns = 5'000'000;
 /// After its library said that a limit was exceeded, the motors are off for a moment and come back by a ramp.
