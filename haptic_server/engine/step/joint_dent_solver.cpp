@@ -16,9 +16,12 @@ namespace {
 /// Rounds in which the IHIP is looked for on several dented surfaces: they are not flat.
 constexpr int kJointRounds = 3;
 constexpr int kObstructedRounds = 2;  // of one, and of what is in its way
-/// Of a way towards the IHIP: the least step on it, and how often the place is looked for where it meets a dented surface.
+/// More, where the last one moved the IHIP by more than counts as on the surface.
+constexpr int kMaxJointRounds = 12;
+/// Of a way towards the IHIP: the least step on it, and how often the place is looked for where it meets a dented surface, by
+/// the secant and then by halves.
 constexpr double kMinStep = 0.125;
-constexpr int kMeetings = 4;
+constexpr int kMeetings = 4, kHalvings = 12;
 /// How far inside (m) counts.
 constexpr double kOnSurface_m = 1e-6;
 /// Rounds, at most, in which what different springs push is looked for, and of it what a round may still change.
@@ -205,14 +208,16 @@ class JointDentSolver {
     if (clearance_m(ihip) < -kOnSurface_m)  // a dent that goes along its surface lifts some of it
       ihip = planesAt(ihip).nearestOutside(ihip, planeParts);
     const Vec3 begin = ihip;
+    const auto nearestOnPlanes = [&](Vec3 from) noexcept {
+      return planesAt(from).nearestOutside(state_.estimate.hip, planeParts);
+    };
     if (obstructed_) {
-      for (int round = 0; round < kObstructedRounds; ++round)
-        ihip = planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts);
+      ihip = inRounds(kObstructedRounds, ihip, nearestOnPlanes);
       putFeetAtRest();
       ihip = clearOfDents(begin, ihip);
     } else {
-      for (int round = 0; round < kJointRounds; ++round)
-        ihip = clearOfDents(ihip, planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts));
+      ihip =
+          inRounds(kJointRounds, ihip, [&](Vec3 from) noexcept { return clearOfDents(from, nearestOnPlanes(from)); });
     }
     contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);
     if (!(contact_.penetration_m > 0)) {
@@ -224,6 +229,18 @@ class JointDentSolver {
     contact_.ihip = ihip;
     contact_.normal = (ihip - state_.estimate.hip) / contact_.penetration_m;
     if (obstructed_ && !(planeParts[0] > 0)) meet(parts_[1].held);
+  }
+
+  /// At least so many rounds, and more while they move it.
+  template <class Round>
+  [[nodiscard]] Vec3 inRounds(int rounds, Vec3 at, const Round& next) noexcept {
+    double moved_m = 0;
+    for (int round = 0; round < rounds || (round < kMaxJointRounds && moved_m > kOnSurface_m); ++round) {
+      const Vec3 from = at;
+      at = next(from);
+      moved_m = glm::distance(from, at);
+    }
+    return at;
   }
 
   void putFeetAtRest() noexcept {
@@ -254,8 +271,8 @@ class JointDentSolver {
   /// Where a way comes upon the dented surfaces.
   template <class At>
   [[nodiscard]] double meeting(const At& at, OnWay outside, OnWay inside) noexcept {
-    for (int i = 0; i < kMeetings && outside.clearance_m > kOnSurface_m; ++i) {
-      const double part = outside.clearance_m / (outside.clearance_m - inside.clearance_m);
+    for (int i = 0; i < kMeetings + kHalvings && outside.clearance_m > kOnSurface_m; ++i) {
+      const double part = i < kMeetings ? outside.clearance_m / (outside.clearance_m - inside.clearance_m) : 0.5;
       const double gone = glm::mix(outside.gone, inside.gone, part);
       const OnWay between{gone, clearance_m(at(gone))};
       (between.clearance_m < -kOnSurface_m ? inside : outside) = between;

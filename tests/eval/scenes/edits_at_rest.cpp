@@ -243,6 +243,7 @@ class RestingHip {
     Counts counts;
     counts.edits = 1;
     Felt felt = approach();
+    const double begun_N = glm::length(felt.onDevice_N());
     edit();
     Vec3 inTime_N(0);
     for (int i = 0; i < kWatchedTicks; ++i) {
@@ -256,7 +257,8 @@ class RestingHip {
     judgePlace(felt, counts);
     const bool settled = glm::distance(inTime_N, felt.onDevice_N()) < kSame_N &&
                          glm::distance(felt.onDevice_N(), felt.force_N) < kSame_N;
-    const bool large = glm::length(felt.force_N) > kInTime_N;
+    // Of what is removed the force goes before another one comes.
+    const bool large = begun_N + glm::length(felt.force_N) > kInTime_N;
     if (!settled && !large) counts.notFelt = 1;
     return counts;
   }
