@@ -64,9 +64,9 @@ std::string AssetReference::file() const { return message_.GetReflection()->GetS
 
 void AssetReference::setAsset(const ContentHash& hash) {
   if (auto* mesh = dynamic_cast<v1::MeshSource*>(&message_)) {
-    mesh->clear_unit_m();
-    mesh->clear_largest_extent_m();
-    mesh->clear_keep_crossings();
+    v1::MeshSource whole;
+    if (mesh->has_simplify()) *whole.mutable_simplify() = mesh->simplify();
+    mesh->Swap(&whole);
   }
   message_.GetReflection()->SetString(&message_, &asset_, hash.asBytes());
 }
