@@ -83,13 +83,6 @@ MeshReader readerOf(MeshFormat format) noexcept {
   return format == MeshFormat::kInventor ? MeshReader::kCoin : MeshReader::kAssimp;
 }
 
-std::optional<ImportOptions> likelyScale(double longestSide_m) {
-  constexpr double kMillimetre_m = 1e-3;
-  if (longestSide_m <= kLargest_m) return std::nullopt;
-  if (longestSide_m * kMillimetre_m <= kLargest_m) return ImportOptions{.unit_m = kMillimetre_m};
-  return ImportOptions{.largestExtent_m = kScaledTo_m};
-}
-
 Result<ImportedMesh> importMesh(std::string_view file, MeshFormat format, const ImportOptions& options) {
   return readSoup(file, format).and_then([&](PolygonSoup soup) { return importSoup(std::move(soup), options); });
 }

@@ -172,6 +172,13 @@ double MeshReport::longestSide_m() const noexcept {
   return std::max({size_m.x, size_m.y, size_m.z});
 }
 
+std::optional<ImportOptions> likelyScale(double longestSide_m) {
+  constexpr double kMillimetre_m = 1e-3;
+  if (longestSide_m <= kLargest_m) return std::nullopt;
+  if (longestSide_m * kMillimetre_m <= kLargest_m) return ImportOptions{.unit_m = kMillimetre_m};
+  return ImportOptions{.largestExtent_m = kScaledTo_m};
+}
+
 std::string MeshReport::doubtOfUnit() const {
   const auto scale = isUnitKnown ? std::nullopt : likelyScale(longestSide_m());
   if (!scale) return "";

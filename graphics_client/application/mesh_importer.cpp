@@ -103,7 +103,9 @@ void MeshImporter::add() {
       name, import->mesh, import->foot - Vec3(middle.x, middle.y, report.boxMin_m.z),
       [this, import](const v1::EditProgress& progress) {
         const bool builds = progress.stage() == v1::EditProgress::STAGE_BUILDING;
-        if (isUnderWay(import)) show("adding", builds ? std::optional(progress.share()) : std::nullopt);
+        const QString what = progress.place() > 0 ? QString("waiting for the server, place %1").arg(progress.place())
+                                                  : QString("adding");
+        if (isUnderWay(import)) show(what, builds ? std::optional(progress.share()) : std::nullopt);
       },
       [this, import](const std::string& object, const Result<v1::Accepted>& outcome) {
         if (!isUnderWay(import)) return;

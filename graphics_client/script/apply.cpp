@@ -68,7 +68,9 @@ class ProgressLine {
     const double seconds = 1e-9 * static_cast<double>(monotonicNow_ns() - began_ns_);
     char since[32];
     std::snprintf(since, sizeof since, "after %.0f s", seconds);
-    showProgress(builds ? "building" : "making", builds ? std::optional(answers_->progress->share()) : std::nullopt,
+    const std::uint64_t place = answers_->progress->place();
+    const std::string making = place > 0 ? "waiting, place " + std::to_string(place) : "making";
+    showProgress(builds ? "building" : making, builds ? std::optional(answers_->progress->share()) : std::nullopt,
                  since);
     shown_ = true;
     return std::exchange(seen_, answers_->reports) != answers_->reports;

@@ -35,6 +35,11 @@ bool Connection::submitEdit(SessionId id, std::uint64_t clientSeq, Transaction t
                                          std::move(progress));
 }
 
+std::optional<SceneHost::Place> Connection::waiting(SessionId id) {
+  const auto waits = shared_.sceneService.waiting(editSession(id));
+  return waits ? std::optional(Place{waits->clientSeq, waits->place}) : std::nullopt;
+}
+
 std::optional<ContentHash> Connection::deformedHash() {
   return shared_.shapes.hashOf(*shared_.history, shared_.servo.motion().dents(), now_ns());
 }

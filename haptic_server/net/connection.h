@@ -37,6 +37,7 @@ class Connection final : public SessionHost {
   }
   [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction,
                                 bool wantsProgress) override;
+  [[nodiscard]] std::optional<Place> waiting(SessionId id) override;
   [[nodiscard]] std::optional<ContentHash> deformedHash() override;
 
   [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override;

@@ -67,7 +67,7 @@ void ServerSession::poll() {
   if (const auto stalled = uploads_.poll(now_ns)) send(*stalled);
   if (now_ns >= nextHeartbeat_ns_) {
     sendHeartbeat();
-    for (const auto& [clientSeq, progress] : undecided_) editProgress(clientSeq, progress.stage, progress.share);
+    tellProgress();
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
   }
   pump();
@@ -104,11 +104,28 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
 void ServerSession::editProgress(std::uint64_t clientSeq, WorkStage stage, double share) {
   if (phase_ != Phase::kLive) return;
   if (const auto at = undecided_.find(clientSeq); at != undecided_.end()) at->second = {stage, share};
+  sendProgress(clientSeq, stage, share, 0);
+}
+
+void ServerSession::tellProgress() {
+  if (undecided_.empty()) return;
+  const auto waits = host_.waiting(id_);
+  for (const auto& [clientSeq, progress] : undecided_) {
+    if (waits && waits->clientSeq == clientSeq) {
+      sendProgress(clientSeq, WorkStage{}, 0, waits->place);
+    } else {
+      sendProgress(clientSeq, progress.stage, progress.share, 0);
+    }
+  }
+}
+
+void ServerSession::sendProgress(std::uint64_t clientSeq, WorkStage stage, double share, std::size_t place) {
   v1::Envelope envelope;
   v1::EditProgress& progress = *envelope.mutable_edit_progress();
   progress.set_client_seq(clientSeq);
   progress.set_stage(static_cast<v1::EditProgress::Stage>(stage));
   progress.set_share(share);
+  progress.set_place(place);
   send(envelope);
 }
 

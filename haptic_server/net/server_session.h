@@ -155,6 +155,8 @@ class ServerSession {
   void addBodiesAndDents(v1::Telemetry& message);
   void sendCommits();
   void sendLive();
+  void tellProgress();
+  void sendProgress(std::uint64_t clientSeq, WorkStage stage, double share, std::size_t place);
   void sendHeartbeat();
   void send(v1::Envelope& envelope);
   void send(const v1::AssetUploadReply& reply);

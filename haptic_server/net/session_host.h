@@ -27,6 +27,12 @@ class SceneHost {
   /// \param wantsProgress  With ServerSession::editProgress before, where it takes long.
   [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                         bool wantsProgress) = 0;
+  struct Place {
+    std::uint64_t clientSeq;
+    std::size_t place;  ///< 1: the next.
+  };
+  /// The session's edit that waits for its turn to be prepared, if one does.
+  [[nodiscard]] virtual std::optional<Place> waiting([[maybe_unused]] SessionId session) { return std::nullopt; }
   /// Hash of the newest version with the newest sample's dents; nothing where it is not known.
   [[nodiscard]] virtual std::optional<ContentHash> deformedHash() { return std::nullopt; }
 };

@@ -362,7 +362,9 @@ TEST(Limits, OfThePageAreThoseOfTheWire) {
     EXPECT_TRUE(isTaken(path == "pose.rotation" ? 1.0009 : most)) << path;
     EXPECT_FALSE(isTaken(beyond(least, -1))) << path;
     EXPECT_FALSE(isTaken(beyond(most, 1))) << path;
-    if (!isCount) EXPECT_FALSE(isTaken(kNaN)) << path;
+    if (!isCount) {
+      EXPECT_FALSE(isTaken(kNaN)) << path;
+    }
   }
 }
 
