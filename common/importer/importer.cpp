@@ -148,7 +148,7 @@ Result<EncodedMesh> importFile(const fs::path& file, const ImportRequest& reques
 bool holdsAsset(const fs::path& file, AssetKind kind) { return file.extension() == fileEndingOf(kind); }
 
 Result<EncodedMesh> canonicalMeshIn(const fs::path& file, const ImportOptions& options) {
-  if (options.unit_m != 1 || options.largestExtent_m) {
+  if (options.unit_m || options.largestExtent_m) {
     return refused(options.largestExtent_m ? "largest_extent_m" : "unit_m",
                    "is for files of other programs; a .mesh file is in metres as it is: leave it out");
   }

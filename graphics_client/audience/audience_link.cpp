@@ -247,8 +247,8 @@ class Attempt {
  private:
   static void pause(int silent, const std::stop_token& stop) {
     if (silent == 0) return;
-    constexpr int kMostDoubled = 10;
-    const auto length = std::min(kLongestPause, kFirstPause * (1 << std::min(silent, kMostDoubled)));
+    constexpr int kMaxDoubled = 10;
+    const auto length = std::min(kLongestPause, kFirstPause * (1 << std::min(silent, kMaxDoubled)));
     std::mutex mutex;
     std::unique_lock lock(mutex);
     std::condition_variable_any never;

@@ -20,7 +20,7 @@ constexpr std::int64_t kAnswerWithin_ms = 5000;
 /// What is still under way at the end is waited for so long.
 constexpr std::int64_t kEndWithin_ms = 500;
 /// A message of a session, with what NATS and its subject add.
-constexpr std::int64_t kLeastPayload_bytes = kMaxFrameBytes;
+constexpr std::int64_t kMinPayload_bytes = kMaxFrameBytes;
 /// After a chunk was published: it may be under way.
 constexpr std::uint64_t kUnderWay_ns = 5'000'000'000;
 /// Chunks that are not acknowledged yet: 4 MiB in memory.
@@ -78,10 +78,10 @@ SessionPublisher::~SessionPublisher() {
 
 std::optional<RelayFailure> SessionPublisher::checkPayload() {
   const std::int64_t most_bytes = connection_->maxPayload();
-  if (most_bytes >= kLeastPayload_bytes) return std::nullopt;
+  if (most_bytes >= kMinPayload_bytes) return std::nullopt;
   return RelayFailure{
       {"NATS", "takes messages of " + std::to_string(most_bytes) + " bytes, and a session has some of " +
-                   std::to_string(kLeastPayload_bytes) + "; raise its max_payload"},
+                   std::to_string(kMinPayload_bytes) + "; raise its max_payload"},
       true};
 }
 

@@ -54,8 +54,8 @@ struct WorkNotes::Page {
   std::atomic<std::uint64_t> beat_ns;  // when the process was there last
   std::atomic<std::uint32_t> crashed;
   std::uint32_t deadlyCount;  // ever; the newest overwrite the oldest
-  std::array<Key, kMostDeadly> deadly;
-  std::array<Slot, kMostAtOnce> atWork;
+  std::array<Key, kMaxDeadly> deadly;
+  std::array<Slot, kMaxAtOnce> atWork;
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free);
 };
 
@@ -90,7 +90,7 @@ void WorkNotes::takeOver() {
     const bool wasAtWork = slot.state.exchange(kFree) == kAtWork && its.boot == boot;
     if (!wasAtWork || isDeadly(slot.key)) continue;
     if (!crashed && its.beat_ns.load() < slot.began_ns + kLong_ns) continue;
-    its.deadly[its.deadlyCount++ % kMostDeadly] = slot.key;
+    its.deadly[its.deadlyCount++ % kMaxDeadly] = slot.key;
     diedAt_.push_back(slot.key);
   }
   its.crashed = 0;

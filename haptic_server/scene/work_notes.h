@@ -26,8 +26,8 @@ class WorkNotes {
     friend bool operator==(const Key&, const Key&) = default;
   };
   static constexpr std::uint64_t kLong_ns = 1'000'000'000;
-  static constexpr std::size_t kMostAtOnce = 96;  ///< More at once are not noted.
-  static constexpr std::size_t kMostDeadly = 64;  ///< The newest are remembered.
+  static constexpr std::size_t kMaxAtOnce = 96;  ///< More at once are not noted.
+  static constexpr std::size_t kMaxDeadly = 64;  ///< The newest are remembered.
 
   /// Makes the file when there is none, or one of another layout. Null: it cannot be had, and nothing is noted.
   [[nodiscard]] static std::unique_ptr<WorkNotes> open(const std::filesystem::path& file);

@@ -122,7 +122,8 @@ TEST(DistanceField, IsTheDistanceFromASphereWithinAPartOfItsCell) {
 double lowestOnPlate(double thickness_m, int cells) {
   const auto plate = surfaceOf(makeBox({0.1, 0.1, thickness_m}, 8).value());
   const auto ball = surfaceOf(makeSphere(0.01, 24).value());
-  const ToolShell shell = makeToolShell(*ball, 0.002).value();
+  ToolShell shell = makeToolShell(*ball, 0.002).value();
+  shell.points.resize(shell.spaced);
   const DistanceField field(*plate, cells, 0.01);
   DistanceFieldShell tool(shell, field, {800, 1});
   tool.reset({{1, 0, 0, 0}, {0, 0, 0.03}});

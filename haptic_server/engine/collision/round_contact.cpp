@@ -186,10 +186,10 @@ class RoundMeeting {
  private:
   /// The one with more faces is made smaller about its middle, by this part: bodies that rest are a little deep in each other.
   static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1;
-  static constexpr int kMostSteps = 32;
+  static constexpr int kMaxSteps = 32;
   static constexpr double kTurnedOver = 0.5;  ///< Cosine, below minus this, of an axis and the one that was pressed.
   static constexpr std::int64_t kMeeting = 600, kStep = 200;  ///< Units.
-  static constexpr double kConverged = 1e-3, kLeastApart_m = 1e-9;
+  static constexpr double kConverged = 1e-3, kMinApart_m = 1e-9;
   /// Cosine of an axis and a face's normal that are one.
   static constexpr double kOneNormal = 1 - 1e-8;
   /// Places that are as near as the nearest ones, m: of edges that lie along each other.
@@ -233,7 +233,7 @@ class RoundMeeting {
     if (squaredLength(apart) == 0) apart = Vec3(0, 0, 1);
     onFirst_ = first_.nearFarthest(inFirst(-apart));
     onSecond_ = second_.nearFarthest(apart);
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < kMaxSteps; ++step) {
       ++steps_;
       const Simplex::Vertex vertex = farthestApart(apart);
       const double squared = squaredLength(apart), along = glm::dot(apart, vertex.apart);
@@ -246,7 +246,7 @@ class RoundMeeting {
       }
       simplex.add(vertex);
       apart = simplex.nearest();
-      if (simplex.holdsOrigin() || !(squaredLength(apart) > kLeastApart_m * kLeastApart_m)) return false;
+      if (simplex.holdsOrigin() || !(squaredLength(apart) > kMinApart_m * kMinApart_m)) return false;
     }
     normal_ = glm::normalize(apart);
     closest_ = simplex.ofSecond();

@@ -33,9 +33,11 @@ class DepenetrationQuery {
   }
   [[nodiscard]] bool hasSegmentBudget() const noexcept { return segments_ > 0 && !work_.allowance.isSpent(); }
 
-  /// Behind the first surface on the segment to it, else in the body that it is the deepest in; depth 0 when there is none.
+  /// In the body that it is the deepest in, else behind the first sheet on the segment to it; where a surface has passed over
+  /// the IHIP, behind the first surface on that segment, else in the deepest one. Depth 0 when there is none.
   [[nodiscard]] Depth deepest(Vec3 at) noexcept {
-    Depth deepest = depthBehind(at);
+    Depth deepest;
+    if (isPassed_) deepest = depthBehind(at);
     if (deepest.depth_m > 0) return deepest;
     spendOnSpheres();
     for (const Body& body : bodies_) {
@@ -43,7 +45,7 @@ class DepenetrationQuery {
       const Depth depth = depthIn(body, at);
       if (depth.depth_m > deepest.depth_m) deepest = depth;
     }
-    return deepest;
+    return deepest.depth_m > 0 || isPassed_ ? deepest : depthBehind(at, true);
   }
 
   /// Fraction of the segment to a place outside of all bodies at which it leaves the last one that encloses `at`; 0
@@ -66,6 +68,9 @@ class DepenetrationQuery {
   [[nodiscard]] bool isOnContactSide(Vec3 at) noexcept { return depthBehind(at, true).depth_m == 0; }
   /// Is it behind nothing that is near?
   [[nodiscard]] bool isInSight(Vec3 at) noexcept { return depthBehind(at).depth_m == 0; }
+  /// Has a surface passed over the IHIP, which is at `from`? Then places are looked for that no surface lies before.
+  void seeWhetherPassed(Vec3 from) noexcept { isPassed_ = !isInSight(from); }
+  [[nodiscard]] bool isPassed() const noexcept { return isPassed_; }
 
   /// Fraction of the segment from a place outside of all bodies at which it enters one, 1 when it does not; whatever
   /// the budget.
@@ -152,6 +157,7 @@ class DepenetrationQuery {
   ContactWork& work_;
   int triangles_ = kMaxDepenetrationTriangles;
   int segments_ = kMaxDepenetrationSegments;
+  bool isPassed_ = false;
 };
 
 /// The nearest place above the planes of all bodies in the way, met one after the other. None when they leave no room,
@@ -186,14 +192,14 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
     if (direction == Vec3(0)) continue;
     const Vec3 beyond = from + direction * reach;
     double distance = 0;
-    while (distance < nearestInSight && query.hasSegmentBudget()) {
+    while (distance < (query.isPassed() ? nearestInSight : nearest) && query.hasSegmentBudget()) {
       const Vec3 at = from + direction * distance;
       const double out = query.timeOutside(at, beyond);
       if (out > 0) {
         distance += out * (reach - distance) + skin;
         continue;
       }
-      if (query.isInSight(at)) {
+      if (query.isPassed() && query.isInSight(at)) {
         nearestInSight = distance;
         placeInSight = at;
       } else if (distance < nearest && query.isOnContactSide(at)) {
@@ -220,6 +226,7 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
 std::optional<Vec3> findDepenetration(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward,
                                       double skin, ContactWork& work) noexcept {
   DepenetrationQuery query(bodies, near, work);
+  query.seeWhetherPassed(from);
   const auto open = abovePlanes(query, from, skin);
   const bool isOpen =
       open && glm::distance(*open, from) <= query.reachFrom(from) + skin;  // not so between nearly parallel planes

@@ -146,7 +146,7 @@ std::string grown(const std::string& rest) { return texture("grown { " + rest + 
 
 INSTANTIATE_TEST_SUITE_P(Grown, RefusedProperty,
                          testing::ValuesIn(std::vector<BadProperty>{
-                             {grown(""), kField + "grown.source", "give asset or reaction_diffusion"},
+                             {grown(""), kField + "grown.source", "give file, asset or reaction_diffusion"},
                              {grown("asset: 'short'"), kField + "grown.asset", "has 5 bytes"},
                              {grown("reaction_diffusion {}"), kField + "grown.reaction_diffusion.wavelength_m", "is 0"},
                              {grown("reaction_diffusion { wavelength_m: nan }"),
