@@ -266,8 +266,8 @@ class Faults(UsbTest):
             for _ in range(TIMES):
                 self.bench.tell("unplug")
                 self.next_sample(lambda s: s.device_fault == v1.DEVICE_FAULT_UNPLUGGED, "unplugged")
-                self.bench.tell("fault firmware")
                 self.bench.tell("plug")
+                self.bench.tell("fault firmware")
                 self.next_sample(lambda s: s.device_fault == v1.DEVICE_FAULT_FIRMWARE, "refused by the loader")
                 self.assertFalse(self.bench.tell("fault none")["motors_on"])
                 self.feel()

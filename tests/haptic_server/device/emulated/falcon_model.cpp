@@ -25,7 +25,8 @@ Vec3 toUpright(Vec3 vector) { return {vector.x, -vector.z, vector.y}; }
 }  // namespace
 
 std::optional<EmulatedFault> emulatedFault(const std::string& name) {
-  constexpr std::array kNames{"none", "shifted", "short", "silence", "stall", "slow", "unhomed", "jump", "firmware"};
+  constexpr std::array kNames{"none", "shifted", "short", "silence", "stall",
+                              "slow", "unhomed", "jump",  "glitch",  "firmware"};
   const auto found = std::ranges::find(kNames, name);
   if (found == kNames.end()) return std::nullopt;
   return static_cast<EmulatedFault>(found - kNames.begin());
