@@ -19,7 +19,7 @@ class NatsSocket {
 
   /// Bytes that came by it; 0: it is not known, or closed.
   [[nodiscard]] std::uint64_t received_bytes() const;
-  /// Whoever waits for it is told that the server has gone.
+  /// Whoever waits for it learns that the server has gone.
   void shutDown() const;
 
  private:

@@ -27,7 +27,7 @@ namespace haptics {
 /// Reads each file that the transaction names and that lies beside the scene file or below, and names it by its hash
 /// instead. What is not there is left to the server's asset folders; likewise what is not below. Refused, by the field: a
 /// file that cannot be read, and what `take` refuses.
-/// @param take  Is told the name and what it holds.
+/// @param take  Called with the name and the content.
 [[nodiscard]] Result<void> takeFilesBeside(
     const std::filesystem::path& scene, v1::Transaction& transaction,
     const std::function<Result<void>(const std::string& name, LocalFile file)>& take);

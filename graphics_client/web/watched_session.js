@@ -30,7 +30,7 @@ function readChunk(bytes, name, index) {
 
 export class WatchedSession {
   /**
-   * @param show  Is told of what changes: scene(scene, welcome), asset(hash in hexadecimal, bytes), drop(hash of an asset that
+   * @param show  Called for each change: scene(scene, welcome), asset(hash in hexadecimal, bytes), drop(hash of an asset that
    *              no object names any more), telemetry(message), state(word, sentence) with a word of connecting, live, poor, lost, over.
    */
   constructor({nats, session, user, pass}, show) {

@@ -6,11 +6,9 @@ HAPTICS_FAULTS: how often each fault is injected. HAPTICS_BUILD: the project's b
 import json
 import math
 import os
-import queue
 import shutil
 import signal
 import subprocess
-import threading
 import time
 import unittest
 
@@ -73,46 +71,16 @@ static int write_it(void* device, const double* force_N, const double* torque_Nm
 }
 static void close_it(void* device) {
   (void)device;
-  FILE* told = fopen(TOLD, "w");
-  if (told) { fprintf(told, "%.9f %.9f %s", largest_Nm, last_Nm, setlocale(LC_NUMERIC, NULL)); fclose(told); }
+  FILE* report = fopen(REPORT, "w");
+  if (report) { fprintf(report, "%.9f %.9f %s", largest_Nm, last_Nm, setlocale(LC_NUMERIC, NULL)); fclose(report); }
 }
 const struct haptics_device_functions* NAME(void) {
   static const struct haptics_device_functions all = {ABI, open_it, read_it, WRITE, close_it};
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "REPORT": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
-
-
-class Arm:
-    """The process of the device, real-time like a device's own where that is permitted."""
-
-    def __init__(self, program):
-        realtime = ["chrt", "--fifo", "50"]
-        prefix = realtime if subprocess.run([*realtime, "true"], capture_output=True).returncode == 0 else []
-        self.process = subprocess.Popen([*prefix, program, PORT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
-        self.said = queue.Queue()
-        threading.Thread(target=self.listen, daemon=True).start()
-        assert self.said.get(timeout=10)[0] == "ready"
-
-    def listen(self):
-        for line in self.process.stdout:
-            self.said.put(line.split())
-
-    def tell(self, text):
-        self.process.stdin.write(text + "\n")
-
-    def hears(self, word):
-        said = self.said.get(timeout=5)
-        assert said[0] == word, f"{said} instead of {word}"
-        return int(said[1])
-
-    def kill(self):
-        self.process.kill()
-        self.process.wait()
-        for pipe in (self.process.stdin, self.process.stdout):
-            pipe.close()
 
 
 class DevicePlugin(harness.EndToEnd):
@@ -134,8 +102,8 @@ class DevicePlugin(harness.EndToEnd):
         cls.plugin, cls.arm_program = build / "libudp_device.so", build / "udp_arm"
 
     def start_arm(self):
-        arm = Arm(self.arm_program)
-        self.addCleanup(arm.kill)
+        arm = harness.Hardware(self.arm_program, PORT)
+        self.addCleanup(arm.close)
         return arm
 
     def start_felt(self):
@@ -203,7 +171,7 @@ class DevicePlugin(harness.EndToEnd):
     def test_its_process_may_die_and_come_back(self):
         server = self.start_felt()
         for _ in range(TIMES):
-            self.arm.kill()
+            self.arm.close()
             self.wait_for(lambda sample: sample.fault != 0 and sample.force.written.z == 0, 1, "the fault")
             time.sleep(0.1)
             self.arm = self.start_arm()
@@ -259,11 +227,11 @@ class DevicePlugin(harness.EndToEnd):
         self.stop_and_check(server)
 
     def test_a_locale_that_it_sets_is_taken_back(self):
-        told = self.folder / "told"
-        library = self.build_plugin(LOCALE='"C.UTF-8"', TOLD=f'"{told}"')
+        report = self.folder / "report"
+        library = self.build_plugin(LOCALE='"C.UTF-8"', REPORT=f'"{report}"')
         server = self.start_server(device=f"plugin:{library}")
         self.stop_and_check(server)
-        self.assertEqual(told.read_text().split()[2], "C")
+        self.assertEqual(report.read_text().split()[2], "C")
 
     def refusal_of(self, device, *options):
         done = subprocess.run([harness.BIN / "haptic_server", "--listen", "127.0.0.1:0", "--device", device, *options],
@@ -296,8 +264,8 @@ class DevicePlugin(harness.EndToEnd):
                 self.assertIn(said, refusal())
 
     def test_one_that_turns_is_given_the_torque_of_a_held_tool_within_its_limit(self):
-        told = self.folder / "told"
-        library = self.build_plugin(DEGREES="6", DRIVEN="1", TORQUE="0.01", TOLD=f'"{told}"')
+        report = self.folder / "report"
+        library = self.build_plugin(DEGREES="6", DRIVEN="1", TORQUE="0.01", REPORT=f'"{report}"')
         server = self.start_server(scene="""
             operations { add { name: "floor" mesh { box { size_m { x: 0.4 y: 0.4 z: 0.04 } } } pose { position { z: 0.025 } } } }
             operations { add { name: "bar" mesh { box { size_m { x: 0.06 y: 0.04 z: 0.01 } } }
@@ -310,7 +278,7 @@ class DevicePlugin(harness.EndToEnd):
             return any(math.hypot(*torque.values()) > 0.002 for torque in torques)
         harness.wait_until(turned, 20, "the tool turns the hand")
         self.stop_and_check(server)
-        largest_Nm, last_Nm = map(float, told.read_text().split()[:2])
+        largest_Nm, last_Nm = map(float, report.read_text().split()[:2])
         print(f"\nlargest torque {largest_Nm} Nm", end="", flush=True)
         self.assertGreater(largest_Nm, 0.002)
         self.assertLessEqual(largest_Nm, 0.01 + 1e-9)

@@ -5,6 +5,7 @@ for what it sees, not for how long it took, except where the requirement is a ti
 """
 import json
 import os
+import queue
 import random
 import re
 import shutil
@@ -202,6 +203,37 @@ def make_credentials(folder):
 def token_of(file):
     """The token in a client's credentials."""
     return bytes.fromhex(re.search(r"^token: ([0-9a-f]{64})$", Path(file).read_text(), re.MULTILINE)[1])
+
+
+class Hardware:
+    """The process of an emulated device, real-time like a device's own where that is permitted."""
+
+    def __init__(self, *command):
+        realtime = ["chrt", "--fifo", "50"]
+        prefix = realtime if subprocess.run([*realtime, "true"], capture_output=True).returncode == 0 else []
+        self.process = subprocess.Popen([*prefix, *map(str, command)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                        bufsize=1)
+        self.said = queue.Queue()
+        threading.Thread(target=self.listen, daemon=True).start()
+        assert self.said.get(timeout=10)[0] == "ready"
+
+    def listen(self):
+        for line in self.process.stdout:
+            self.said.put(line.split())
+
+    def tell(self, text):
+        self.process.stdin.write(text + "\n")
+
+    def hears(self, word):
+        said = self.said.get(timeout=5)
+        assert said[0] == word, f"{said} instead of {word}"
+        return int(said[1])
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
+            pipe.close()
 
 
 class Cyclictest:

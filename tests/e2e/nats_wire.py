@@ -66,7 +66,7 @@ class SecuredNatsServer(harness.Process):
 
 
 class FakeNatsServer:
-    """Says INFO, and then what it is told to do."""
+    """Says INFO, and then what it is asked to do."""
     HUGE = 2**31 - 1000
 
     def __init__(self, does, **info):

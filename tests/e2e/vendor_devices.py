@@ -5,10 +5,8 @@ HAPTICS_FAULTS: how often each fault is injected. HAPTICS_EMULATED_ARM, HAPTICS_
 HAPTICS_EMULATED_SDK: what FDSDK names.
 """
 import os
-import queue
 import signal
 import subprocess
-import threading
 import time
 import unittest
 
@@ -32,42 +30,11 @@ SILENT = {(LOST, 8), (STALE, 0), (STALE, 8)}
 GARBLED = {(LOST, 9), (STALE, 9), (STALE, 0)}
 
 
-class Hardware:
-    """Its process, real-time like a device's own where that is permitted."""
-
-    def __init__(self, *command):
-        realtime = ["chrt", "--fifo", "50"]
-        prefix = realtime if subprocess.run([*realtime, "true"], capture_output=True).returncode == 0 else []
-        self.process = subprocess.Popen([*prefix, *map(str, command)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                                        bufsize=1)
-        self.said = queue.Queue()
-        threading.Thread(target=self.listen, daemon=True).start()
-        assert self.said.get(timeout=10)[0] == "ready"
-
-    def listen(self):
-        for line in self.process.stdout:
-            self.said.put(line.split())
-
-    def tell(self, text):
-        self.process.stdin.write(text + "\n")
-
-    def hears(self, word):
-        said = self.said.get(timeout=5)
-        assert said[0] == word, f"{said} instead of {word}"
-        return int(said[1])
-
-    def close(self):
-        self.process.kill()
-        self.process.wait()
-        for pipe in (self.process.stdin, self.process.stdout):
-            pipe.close()
-
-
 class VendorDevice(harness.EndToEnd):
     environment = {}
 
     def start_hardware(self, *command):
-        hardware = Hardware(*command)
+        hardware = harness.Hardware(*command)
         self.addCleanup(hardware.close)
         return hardware
 

@@ -112,7 +112,7 @@ class ForgedSession:
 
 
 class ListeningPageServer:
-    """Looks like the WebSocket of a NATS server that wants credentials; keeps what it is told."""
+    """Looks like the WebSocket of a NATS server that wants credentials; keeps what it receives."""
 
     def __init__(self):
         self.heard = b""

@@ -23,7 +23,7 @@ constexpr int kSteps = 2, kMaxSteps = 16;
 constexpr double kWeights = 50, kGravity_m_per_s2 = 9.81;
 // Units (Allowance).
 constexpr std::int64_t kContactRound = 120;  ///< A round, of a contact;
-constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
+constexpr std::int64_t kContact = 200;       ///< all else that a contact costs.
 /// A round with the spring and one without it in each step.
 [[nodiscard]] constexpr std::int64_t leastOfContact(int steps) noexcept { return kContact + 2 * steps * kContactRound; }
 /// Nearer than that bodies touch, m: they sleep and wake together.

@@ -173,16 +173,8 @@ bool NearPoints::find(const CollisionPoints& points, const CollisionMesh& surfac
 
 void NearPoints::lowerClearance(const CollisionMesh& smaller, const CollisionMesh& other, const Pose& pose,
                                 Allowance& allowance) noexcept {
-  const double farthest_m = smaller.radius_m() + search_.clear_m;
-  const Vec3 at = toWorld(pose, smaller.centre());
-  ClosestPoint nearest;
-  nearest.squaredDistance = farthest_m * farthest_m;
-  const auto look = [&](std::uint32_t t) noexcept {
-    if (isFarther(other.triangle(t), at, nearest.squaredDistance, allowance)) return;
-    const ClosestPoint point = closestOn(other.triangle(t), t, at);
-    if (point.squaredDistance < nearest.squaredDistance) nearest = point;
-  };
-  visit(other, at, nearest, look, allowance);
+  const ClosestPoint nearest =
+      nearestWithin(other, toWorld(pose, smaller.centre()), smaller.radius_m() + search_.clear_m, allowance);
   const double distance_m = allowance.isSpent() ? 0 : std::sqrt(nearest.squaredDistance);
   search_.clear_m = std::max(distance_m - smaller.radius_m(), search_.range_m);
 }

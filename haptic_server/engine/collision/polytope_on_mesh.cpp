@@ -88,43 +88,20 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
   }
   const Vec3 middle = frame.toWorld(polytope.middle);
   bool hasRoom = true;
-  const auto meet = [&](std::uint32_t t) noexcept {
-    const TriangleRecord& triangle = surface.triangle(t);
-    allowance.spend(kBox);
-    if (isBeside(triangle, low, high)) return;
-    FlatPart part{{triangle.corner(0), triangle.corner(1), triangle.corner(2)}, surface.faceNormal(t)};
-    allowance.spend(kSupport);
-    const double height_m = heightOver(polytope, frame, part, reach.range_m, from);
-    if (height_m > reach.range_m) return;
-    const bool isBehind = glm::dot(part.normal, middle - part.corners[0]) < 0;  // as above a thin plate's far side
-    const bool isPlain = !bendsOutward(surface, triangle, part.normal);
-    if (isPlain && height_m < -reach.deepest_m) return;
-    if (!isPlain && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
-    PolytopeContact contact;
-    if (isPlain) {
-      allowance.spend(kOverTriangle);
-      contact = contactOver(polytope, frame, part, reach.range_m, from, true);
-    } else if (const auto found = contactOf(polytope, part, pose, reach.range_m)) {
-      allowance.spend(found->units);
-      contact = *found;
-      if (contact.count > 0 && !isOutOf(surface, triangle, part.normal, contact.normal)) return;
-    } else if (height_m >= -reach.deepest_m) {
-      allowance.spend(kOverTriangle);
-      contact = contactOver(polytope, frame, part, reach.range_m, from, false);
-    }
+  const auto add = [&](std::uint32_t t, const PolytopeContact& contact, bool isBehind) noexcept {
     if (contact.count == 0) return;
     const auto& deepest = *std::ranges::min_element(contact.all(), {}, &PolytopeContact::Point::gap_m);
     if (isBehind && deepest.gap_m < -kSurelyBehind_m &&
         !isInside(surface, contact.ofSecond ? deepest.foot : deepest.on, reach.deepest_m, allowance))
       return;
     hasRoom = hasRoom && near.count + contact.count <= near.capacity();
-    for (std::size_t i = 0; i < contact.count && hasRoom; ++i) {
-      const PolytopeContact::Point& point = contact.points[i];
+    if (!hasRoom) return;
+    const std::uint32_t number = surface.triangle(t).canonical();
+    for (const PolytopeContact::Point& point : contact.all()) {
       NearPoint& one = near[near.count++];
       const bool ofGround = contact.ofSecond;
       const Vec3 place = frame.toLocal(ofGround ? point.foot : point.on), at = ofGround ? point.on : point.foot;
-      // the point's body has `on`, the other one its foot
-      one.contact = {idOf(triangle.canonical(), point.id),
+      one.contact = {idOf(number, point.id),
                      solidIsFirst != ofGround ? 0U : 1U,
                      ofGround ? at : place,
                      ofGround ? place : at,
@@ -133,6 +110,29 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
       one.gap_m = point.gap_m;
       one.at = solidIsFirst ? point.on : frame.toLocal(point.on);
       one.normal = solidIsFirst ? contact.normal : back * -contact.normal;
+    }
+  };
+  const auto meet = [&](std::uint32_t t) noexcept {
+    const TriangleRecord& triangle = surface.triangle(t);
+    allowance.spend(kBox);
+    if (isBeside(triangle, low, high)) return;
+    const FlatPart part{{triangle.corner(0), triangle.corner(1), triangle.corner(2)}, surface.faceNormal(t)};
+    allowance.spend(kSupport);
+    const double height_m = heightOver(polytope, frame, part, reach.range_m, from);
+    if (height_m > reach.range_m) return;
+    const bool isBehind = glm::dot(part.normal, middle - part.corners[0]) < 0;  // as above a thin plate's far side
+    const bool isPlain = !bendsOutward(surface, triangle, part.normal);
+    if (isPlain && height_m < -reach.deepest_m) return;
+    if (!isPlain && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
+    if (isPlain) {
+      allowance.spend(kOverTriangle);
+      add(t, contactOver(polytope, frame, part, reach.range_m, from, true), isBehind);
+    } else if (const auto found = contactOf(polytope, part, pose, reach.range_m)) {
+      allowance.spend(found->units);
+      if (isOutOf(surface, triangle, part.normal, found->normal)) add(t, *found, isBehind);
+    } else if (height_m >= -reach.deepest_m) {
+      allowance.spend(kOverTriangle);
+      add(t, contactOver(polytope, frame, part, reach.range_m, from, false), isBehind);
     }
   };
   allowance.spend(kQuery + 6 * kSupport);

@@ -58,6 +58,20 @@ void visit(const CollisionMesh& surface, Vec3 at, const ClosestPoint& nearest, L
       nearest.squaredDistance);
 }
 
+/// The nearest place of the surface; no triangle where there is none nearer than that.
+[[nodiscard]] inline ClosestPoint nearestWithin(const CollisionMesh& surface, Vec3 at, double distance_m,
+                                                Allowance& allowance) noexcept {
+  ClosestPoint nearest;
+  nearest.squaredDistance = distance_m * distance_m;
+  const auto look = [&](std::uint32_t t) noexcept {
+    if (isFarther(surface.triangle(t), at, nearest.squaredDistance, allowance)) return;
+    const ClosestPoint point = closestOn(surface.triangle(t), t, at);
+    if (point.squaredDistance < nearest.squaredDistance) nearest = point;
+  };
+  visit(surface, at, nearest, look, allowance);
+  return nearest;
+}
+
 /// Behind a face is not inside: a plate's far face has all that lies above the plate behind it.
 [[nodiscard]] inline bool isInside(const CollisionMesh& surface, Vec3 at, const ClosestPoint& nearest,
                                    Allowance& allowance) noexcept {
@@ -67,15 +81,7 @@ void visit(const CollisionMesh& surface, Vec3 at, const ClosestPoint& nearest, L
 /// And no deeper than that.
 [[nodiscard]] inline bool isInside(const CollisionMesh& surface, Vec3 at, double depth_m,
                                    Allowance& allowance) noexcept {
-  ClosestPoint nearest;
-  nearest.squaredDistance = depth_m * depth_m;
-  const auto look = [&](std::uint32_t t) noexcept {
-    if (isFarther(surface.triangle(t), at, nearest.squaredDistance, allowance)) return;
-    const ClosestPoint point = closestOn(surface.triangle(t), t, at);
-    if (point.squaredDistance < nearest.squaredDistance) nearest = point;
-  };
-  visit(surface, at, nearest, look, allowance);
-  return isInside(surface, at, nearest, allowance);
+  return isInside(surface, at, nearestWithin(surface, at, depth_m, allowance), allowance);
 }
 
 }  // namespace haptics::surface_queries

@@ -27,7 +27,7 @@ struct Tool {
 /// Most points that a shell may have.
 inline constexpr std::size_t kMaxToolPoints = 8192;
 /// A vertex nearer to a point than this is no point of its own: larger ones leave it deeper inside what is touched, smaller
-/// ones follow what cannot be told apart.
+/// ones follow what cannot be distinguished.
 inline constexpr double kNearVertex_m = 5e-6;
 
 /// Samples a surface so that no two points are nearer than the spacing and no place of it is farther than that from one

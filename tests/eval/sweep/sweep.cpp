@@ -89,7 +89,7 @@ std::string buildHash() {
   return Hasher().add(std::as_bytes(std::span(bytes))).finish().hex();
 }
 
-// Not a hash that is told to anybody.
+// Not a hash that leaves the process.
 ProgramSeal::ProgramSeal() : key_(Hasher().add("seal").add(runningProgram()).finish()) {}
 
 std::string ProgramSeal::of(std::string_view place, std::string_view text) const {

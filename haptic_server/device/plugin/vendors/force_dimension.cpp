@@ -32,7 +32,7 @@ constexpr std::uint64_t kBetweenStatus_ns = 2'000'000;
 constexpr std::uint64_t kGoneAfter_ns = 100'000'000;
 /// Motors that the device switched off come on again once no force was asked for during so long.
 constexpr std::uint64_t kRest_ns = 50'000'000;
-/// For so long after the last time, the saturation of motors is still told.
+/// For so long after the last time, the saturation of motors is still reported.
 constexpr std::uint64_t kTellFor_ns = 1'000'000'000;
 /// The gripper is a button too, the last one the server takes: closed below the one angle, open above the other.
 constexpr double kClosed_rad = 0.05, kOpen_rad = 0.1;
