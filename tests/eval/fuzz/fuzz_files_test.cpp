@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/common/temporary_folder.h"
 #include "tests/eval/fuzz/contact_finding.h"
 #include "tests/eval/fuzz/contact_scene.h"
 #include "tests/eval/fuzz/edit_finding.h"
@@ -13,12 +14,8 @@ namespace {
 
 class FuzzFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    folder = std::filesystem::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-  std::filesystem::path folder;
+  const test::TemporaryFolder above;
+  const std::filesystem::path folder = above / "finding";
 };
 
 TEST_F(FuzzFiles, KeepAMotionToTheBit) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/mesh/mesh_asset.h"
+#include "tests/common/temporary_folder.h"
 
 namespace haptics::local_asset_test {
 namespace {
@@ -17,11 +18,6 @@ using ::testing::HasSubstr;
 
 class LocalAssets : public ::testing::Test {
  protected:
-  LocalAssets() { fs::create_directories(folder); }
-  ~LocalAssets() override { fs::remove_all(folder); }
-  LocalAssets(const LocalAssets&) = delete;
-  LocalAssets& operator=(const LocalAssets&) = delete;
-
   /// A tetrahedron with a side of so many units.
   [[nodiscard]] fs::path tetrahedron(const std::string& side) const {
     const fs::path file = folder / "a.obj";
@@ -36,7 +32,7 @@ class LocalAssets : public ::testing::Test {
     return std::max({size.x, size.y, size.z});
   }
 
-  const fs::path folder = fs::path(::testing::TempDir()) / "local_asset_test";
+  const test::TemporaryFolder folder;
 };
 
 TEST_F(LocalAssets, TakeMetresAsTheyAreAndSeeMillimetres) {

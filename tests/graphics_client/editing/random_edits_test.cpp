@@ -10,6 +10,7 @@
 
 #include "common/wire/convert.h"
 #include "graphics_client/editing/scene_file.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/editing/edit_server.h"
 
 namespace haptics::random_edits_test {
@@ -122,9 +123,7 @@ TEST_P(RandomlyEdited, SceneIsSavedAndOpenedOnAServerThatHoldsNoneOfIt) {
   Editor editor(server, 1);
   fill(editor);
   editAtRandom(editor, server, GetParam(), kEdits);
-  const auto folder = std::filesystem::path(::testing::TempDir()) / ("edited" + std::to_string(GetParam()));
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
+  const TemporaryFolder folder;
   const auto saved = saveScene(*server.mirrored(), folder / "table.scene");
   ASSERT_TRUE(saved) << saved.error().text();
 
@@ -137,7 +136,7 @@ TEST_P(RandomlyEdited, SceneIsSavedAndOpenedOnAServerThatHoldsNoneOfIt) {
   ASSERT_TRUE(done) << done.error().text();
   EXPECT_EQ(contentHash(other.scene()), contentHash(server.scene()));
 
-  EditServer beside({folder});
+  EditServer beside({folder.path()});
   const auto itself = Editor(beside, 1).submit(readSceneFile((folder / "table.scene").string()).value());
   ASSERT_TRUE(itself) << itself.error().text();
   EXPECT_EQ(contentHash(beside.scene()), contentHash(server.scene()));
@@ -145,7 +144,6 @@ TEST_P(RandomlyEdited, SceneIsSavedAndOpenedOnAServerThatHoldsNoneOfIt) {
   ASSERT_TRUE(opener.undo());
   EXPECT_TRUE(other.scene().find("present"));
   EXPECT_EQ(other.scene().objects().size(), 1U);
-  std::filesystem::remove_all(folder);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomlyEdited, ::testing::Values(1U, 2U, 3U));

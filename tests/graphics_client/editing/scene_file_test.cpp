@@ -16,6 +16,7 @@
 #include "common/wire/convert.h"
 #include "graphics_client/editing/generated_mesh.h"
 #include "graphics_client/editing/scene_text.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/editing/edit_server.h"
 
 namespace haptics::scene_file_test {
@@ -44,14 +45,10 @@ v1::Transaction addMesh(const std::string& name, const AssetContent& mesh) {
 class SceneFile : public ::testing::Test {
  protected:
   SceneFile() {
-    fs::remove_all(folder);
     fs::create_directories(folder);
     EXPECT_TRUE(editor.submit(addMesh("cup", tetrahedron(0.05)), {tetrahedron(0.05)}));
     EXPECT_TRUE(saveScene(*server.mirrored(), file));
   }
-  ~SceneFile() override { fs::remove_all(folder); }
-  SceneFile(const SceneFile&) = delete;
-  SceneFile& operator=(const SceneFile&) = delete;
 
   [[nodiscard]] std::string openingError() const {
     const auto opened = openScene(file, SceneVersion());
@@ -84,7 +81,8 @@ class SceneFile : public ::testing::Test {
     return empty.scene().root().hex();
   }
 
-  const fs::path folder = fs::path(::testing::TempDir()) / "scene_file_test";
+  const TemporaryFolder above;
+  const fs::path folder = above / "scenes";
   const fs::path file = folder / "a b.scene";
   EditServer server;
   Editor editor{server, 1};

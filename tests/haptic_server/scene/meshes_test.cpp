@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -16,6 +15,7 @@
 #include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/mesh_library.h"
 #include "haptic_server/scene/object_assets.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::meshes_test {
@@ -38,7 +38,6 @@ class MeshLibraryTest : public ::testing::Test {
     write("assets/tetrahedron.obj");
     write("secret.obj");
   }
-  ~MeshLibraryTest() override { fs::remove_all(root); }
 
   void write(const std::string& path, const std::string& text = kTetrahedron) { std::ofstream(root / path) << text; }
   Error refusedFile(const std::string& path) {
@@ -47,12 +46,8 @@ class MeshLibraryTest : public ::testing::Test {
     return outcome ? Error{} : outcome.error();
   }
 
-  static fs::path ownFolder() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    return fs::path(::testing::TempDir()) / (std::string(test->name()) + std::to_string(::getpid()));
-  }
-
-  const fs::path root = ownFolder();
+  const TemporaryFolder folder;
+  const fs::path root = folder.path();
   AssetStore store;
   const AssetFolders folders{{root / "missing", root / "assets"}};
   MeshLibrary library{folders, store};

@@ -12,6 +12,7 @@
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 #include "haptic_server/scene/scene_service.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::scene_service_journal_test {
@@ -166,9 +167,8 @@ TEST_F(SceneServiceJournal, EditsThatWaitAreKeptTogetherButNotThoseThatMakeMeshe
 }
 
 TEST_F(SceneServiceJournal, WhatTheServerDiedAtIsNotTriedAgain) {
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "at_work",
-                              left = file.string() + "_left";
-  std::filesystem::remove(file);
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder / "at_work", left = folder / "left";
   const auto leave = [&] {
     std::filesystem::remove(left);  // another one may still be mapped
     std::filesystem::copy_file(file, left);

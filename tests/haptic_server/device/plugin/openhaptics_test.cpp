@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "haptic_server/device/plugin/device_plugin.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/device/emulated/vendors/shared_arm.h"
 
 namespace haptics {
@@ -23,8 +24,7 @@ using testing::HasSubstr;
 /// The plug-in as the server loads it, its process, and the arm of the emulated library in that.
 class OpenHaptics : public testing::Test {
  protected:
-  OpenHaptics() : file_(testing::TempDir() + "emulated_touch") {
-    std::filesystem::remove(file_);
+  OpenHaptics() {
     ::setenv("EMULATED_ARM", file_.c_str(), 1);
     ::setenv("LD_LIBRARY_PATH", EMULATED_VENDORS "/openhaptics", 1);
     void* const plugin = dlopen(DEVICE_PLUGINS "/openhaptics.so", RTLD_NOW | RTLD_LOCAL);
@@ -58,7 +58,8 @@ class OpenHaptics : public testing::Test {
     return false;
   }
 
-  std::string file_;
+  const test::TemporaryFolder folder_;
+  const std::string file_ = folder_ / "arm";
   const haptics_device_functions* functions_ = nullptr;
   EmulatedArm* arm_ = nullptr;
   void* device_ = nullptr;
