@@ -17,6 +17,8 @@ constexpr double kStaleAfter = 0.01;
 constexpr double kPolytopesStaleAfter = 0.001;
 /// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
 constexpr double kTicksOfRange = 4;
+/// Likewise of fast ones: two ticks, each a little faster than the one before, up to so much of the smaller one's radius.
+constexpr double kTicksOfFast = 2.02, kFastStaleAfter = 0.08;
 /// A search that takes more than a tick begins so many ticks before the range ends.
 constexpr double kTicksAhead = 3;
 /// Steps that bodies are lifted over rather than stopped by, of the smaller one's radius, and m. Flush bodies have such ones:
@@ -158,7 +160,8 @@ struct PairNow {
   [[nodiscard]] double range_m() const noexcept {
     if (haveFewFaces()) return reach_m + kPolytopesStaleAfter * smaller_m;
     const double stale = kStaleAfter * smaller_m;
-    return std::max(reach_m, std::clamp(kTicksOfRange * reach_m, stale, kTicksOfRange * stale));
+    const double fast = std::min(kTicksOfFast * reach_m, kFastStaleAfter * smaller_m);
+    return std::max({reach_m, fast, std::clamp(kTicksOfRange * reach_m, stale, kTicksOfRange * stale)});
   }
   /// Two polytopes.
   [[nodiscard]] bool haveFewFaces() const noexcept {
@@ -208,8 +211,8 @@ struct PairNow {
   void begin(std::size_t place, const BodyPair& pair, PairSearch& search) const noexcept {
     if (search.pair == place + 1 && movedSince(search.relative) <= search.range_m) return;
     const double range = range_m();
-    const bool isApart = pair.contacts.count == 0 && pair.depth_m == 0;
-    search.begin(place, relative, range, range + pair.depth_m, isApart ? std::max(range, smaller_m) : range);
+    const double clear = pair.contacts.count == 0 ? std::max(range, smaller_m) : range;
+    search.begin(place, relative, range, range + pair.depth_m, clear);
   }
 };
 
@@ -218,11 +221,18 @@ void describe(std::span<const Collider> bodies, AllMoving& moving) noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
 }
 
-/// A free place, or that of no pair: kMaxPairs.
-[[nodiscard]] std::size_t freePlace(BodyPairs& pairs) noexcept {
+/// A free place; else that of a pair which does not meet in this tick; or of none: kMaxPairs.
+[[nodiscard]] std::size_t roomIn(BodyPairs& pairs, std::span<const Collider> bodies, const AllMoving& moving,
+                                 double period_s) noexcept {
   std::size_t place = 0;
   while (place < pairs.places.count && pairs.places[place].used != 0) ++place;
-  if (place == pairs.places.count && place < kMaxPairs) ++pairs.places.count;
+  if (place < pairs.places.count) return place;
+  if (place < kMaxPairs) return pairs.places.count++;
+  for (place = 0; place < kMaxPairs; ++place) {
+    const BodyPair& pair = pairs.places[place];
+    const bool isApart = pair.contacts.count == 0 && pairs.search.pair != place + 1;
+    if (isApart && PairNow(bodies, moving, pair, period_s).isKnown(pair)) break;
+  }
   return place;
 }
 
@@ -244,12 +254,13 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
           !bodies[a].absent && !bodies[b].absent && squaredLength(moving[a].centre - moving[b].centre) < apart * apart;
       std::uint8_t& slot = places.slot(a, b);
       if (!near) {
-        if (slot != 0) pairs.places[slot - 1U].used = 0;
-        if (slot != 0 && pairs.search.pair == slot) pairs.search.pair = 0;
+        const bool isOwn = slot != 0 && pairs.places[slot - 1U].first == a && pairs.places[slot - 1U].second == b;
+        if (isOwn) pairs.places[slot - 1U].used = 0;
+        if (isOwn && pairs.search.pair == slot) pairs.search.pair = 0;
         continue;
       }
       if (slot != 0) continue;
-      const std::size_t place = freePlace(pairs);
+      const std::size_t place = roomIn(pairs, bodies, moving, period_s);
       if (place == kMaxPairs) {
         found.areAllPairs = false;
         continue;
@@ -284,14 +295,17 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
     if (pair.used == 0 || !isActive(bodies[pair.first], bodies[pair.second])) continue;
     const PairNow now(bodies, moving, pair, period_s);
     if (now.isKnown(pair)) continue;
-    if (now.arePolytopes() && !allowance.isSpent()) {
-      now.meet(pair, allowance);
-      continue;
+    if (isFirst || !allowance.isSpent()) {
+      if (now.arePolytopes()) {
+        now.meet(pair, allowance);
+        isFirst = false;
+        continue;
+      }
+      now.begin(i, pair, pairs.search);
+      const bool isDone = look(now.first, now.second, now.step_m, pairs.search, isFirst, pair, allowance);
+      isFirst = false;
+      if (isDone && now.isKnown(pair)) continue;
     }
-    now.begin(i, pair, pairs.search);
-    const bool isDone = look(now.first, now.second, now.step_m, pairs.search, isFirst, pair, allowance);
-    isFirst = false;
-    if (isDone && now.isKnown(pair)) continue;
     pairs.next = i;
     found.areAll = false;
     return found;

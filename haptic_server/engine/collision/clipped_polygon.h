@@ -36,14 +36,7 @@ struct ClippedPolygon {
     std::copy_n(kept.points.begin(), kept.count, points.begin());
     count = kept.count;
   }
-  /// The corners for which isOut(place) is true.
-  template <class IsOut>
-  void leaveOut(IsOut isOut) noexcept {
-    const auto all = std::span(points).first(count);
-    const auto rest = std::ranges::remove_if(all, isOut, &PolytopeContact::Point::on);
-    count -= rest.size();
-  }
-  /// Likewise what is within a loop of corners, counterclockwise about the normal.
+  /// Keeps what is within a loop of corners, counterclockwise about the normal.
   template <class PlaceOf>
   void clipTo(std::size_t size, PlaceOf placeOf, Vec3 normal) noexcept {
     for (std::size_t i = 0; i < size && count > 0; ++i) {

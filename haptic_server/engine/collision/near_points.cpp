@@ -175,7 +175,8 @@ void NearPoints::lowerClearance(const CollisionMesh& smaller, const CollisionMes
                                 Allowance& allowance) noexcept {
   const ClosestPoint nearest =
       nearestWithin(other, toWorld(pose, smaller.centre()), smaller.radius_m() + search_.clear_m, allowance);
-  const double distance_m = allowance.isSpent() ? 0 : std::sqrt(nearest.squaredDistance);
+  const bool isHeld = isDeep() && isInside(other, toWorld(pose, smaller.centre()), nearest, allowance);
+  const double distance_m = isHeld || allowance.isSpent() ? 0 : std::sqrt(nearest.squaredDistance);
   search_.clear_m = std::max(distance_m - smaller.radius_m(), search_.range_m);
 }
 

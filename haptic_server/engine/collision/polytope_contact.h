@@ -63,16 +63,18 @@ struct FlatPart {
 /// @param nearest  A corner; afterwards the one that is nearest to the plane, unless all are farther than the range.
 [[nodiscard]] double heightOver(const Polytope& polytope, const Frame& pose, const FlatPart& part, double range_m,
                                 Polytope::Corner& nearest) noexcept;
-/// What of the polytope's face that looks most at the triangle is above it and within the range, as points of the polytope.
-/// Wait-free.
+/// What of the polytope's face that looks most at the triangle is above it, no nearer to its plane than `range_m[0]` and no
+/// farther than `range_m[1]`, as points of the polytope. Wait-free.
 /// @param nearest  As heightOver() leaves it.
 /// @param areCorners  Else also where its edges cross the triangle's.
 [[nodiscard]] PolytopeContact contactOver(const Polytope& polytope, const Frame& pose, const FlatPart& part,
-                                          double range_m, Polytope::Corner nearest, bool areCorners) noexcept;
+                                          std::array<double, 2> range_m, Polytope::Corner nearest,
+                                          bool areCorners) noexcept;
 /// Where a polytope and a triangle are nearest to each other. Absent where they overlap by more than a tenth of the
 /// polytope. Wait-free.
+/// @param nearest  The triangle's place that is nearest to the polytope's middle.
 /// @param pose  The polytope's, the first's, in the frame of the triangle, the second.
-[[nodiscard]] std::optional<PolytopeContact> contactOf(const Polytope& polytope, const FlatPart& part, const Pose& pose,
-                                                       double range_m) noexcept;
+[[nodiscard]] std::optional<PolytopeContact> contactOf(const Polytope& polytope, const FlatPart& part, Vec3 nearest,
+                                                       const Pose& pose, double range_m) noexcept;
 
 }  // namespace haptics

@@ -10,8 +10,8 @@
 namespace haptics {
 namespace {
 
-/// Units of the corner of a polytope that is farthest along a direction, and of what is above a triangle.
-constexpr std::int64_t kSupport = 60, kOverTriangle = 150;
+/// Units of the corner of a polytope that is farthest along a direction.
+constexpr std::int64_t kSupport = 60;
 /// More than float32 makes of a box, of a body's extent.
 constexpr double kRounding = 1e-6;
 
@@ -23,16 +23,25 @@ constexpr double kRounding = 1e-6;
   }
   return false;
 }
-/// At one side of the triangle at least, by more than rounding, or ends there.
-[[nodiscard]] bool bendsOutward(const CollisionMesh& surface, const TriangleRecord& triangle, Vec3 normal) noexcept {
+/// How a surface goes on beyond a triangle's sides, where it bends outward most.
+enum class Bend {
+  kNone,    ///< Not by more than rounding.
+  kSlight,  ///< Its normal tells well enough where to.
+  kSharp,   ///< Or it ends there.
+};
+[[nodiscard]] Bend outwardBend(const CollisionMesh& surface, const TriangleRecord& triangle, Vec3 normal) noexcept {
+  constexpr double kSlightest = 0.998;  // cosine
   const double level = 3 * (glm::dot(normal, triangle.corner(0)) - kRounding * surface.extent_m());
+  Bend bend = Bend::kNone;
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t other = triangle.neighbour(k);
-    if (other == kNoTriangle) return true;
+    if (other == kNoTriangle) return Bend::kSharp;
     const TriangleRecord& neighbour = surface.triangle(other);  // two of its corners are on the plane
-    if (glm::dot(normal, neighbour.corner(0) + neighbour.corner(1) + neighbour.corner(2)) < level) return true;
+    if (glm::dot(normal, neighbour.corner(0) + neighbour.corner(1) + neighbour.corner(2)) >= level) continue;
+    if (glm::dot(normal, surface.faceNormal(other)) < kSlightest) return Bend::kSharp;
+    bend = Bend::kSlight;
   }
-  return false;
+  return bend;
 }
 /// A face of the solid has the triangle farther above it than the range. Asked of those with few faces.
 [[nodiscard]] bool isBeyondAFace(const Polytope& solid, const Frame& pose, const FlatPart& part,
@@ -87,6 +96,13 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
     high[d] = frame.toWorld(polytope.corners[from])[d] + widest_m;
   }
   const Vec3 middle = frame.toWorld(polytope.middle);
+  const double farthest_m = polytope.radius_m + std::max(widest_m, reach.deepest_m);
+  const auto isFar = [&](std::uint32_t t, const TriangleRecord& triangle) noexcept {
+    const double squared = farthest_m * farthest_m;
+    return !polytope.hasFew() &&
+           (isBoxFarther(triangle, middle, squared, allowance) || isFarther(triangle, middle, squared, allowance) ||
+            closestOn(triangle, t, middle).squaredDistance > squared);
+  };
   bool hasRoom = true;
   const auto add = [&](std::uint32_t t, const PolytopeContact& contact, bool isBehind) noexcept {
     if (contact.count == 0) return;
@@ -112,27 +128,32 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
       one.normal = solidIsFirst ? contact.normal : back * -contact.normal;
     }
   };
+  const auto addOver = [&](std::uint32_t t, const FlatPart& part, bool areCorners, bool isBehind) noexcept {
+    const PolytopeContact contact =
+        contactOver(polytope, frame, part, {-reach.deepest_m, reach.range_m}, from, areCorners);
+    allowance.spend(contact.units);
+    add(t, contact, isBehind);
+  };
   const auto meet = [&](std::uint32_t t) noexcept {
     const TriangleRecord& triangle = surface.triangle(t);
     allowance.spend(kBox);
-    if (isBeside(triangle, low, high)) return;
+    if (isBeside(triangle, low, high) || isFar(t, triangle)) return;
     const FlatPart part{{triangle.corner(0), triangle.corner(1), triangle.corner(2)}, surface.faceNormal(t)};
     allowance.spend(kSupport);
     const double height_m = heightOver(polytope, frame, part, reach.range_m, from);
     if (height_m > reach.range_m) return;
     const bool isBehind = glm::dot(part.normal, middle - part.corners[0]) < 0;  // as above a thin plate's far side
-    const bool isPlain = !bendsOutward(surface, triangle, part.normal);
-    if (isPlain && height_m < -reach.deepest_m) return;
-    if (!isPlain && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
-    if (isPlain) {
-      allowance.spend(kOverTriangle);
-      add(t, contactOver(polytope, frame, part, reach.range_m, from, true), isBehind);
-    } else if (const auto found = contactOf(polytope, part, pose, reach.range_m)) {
-      allowance.spend(found->units);
+    const Bend bend = outwardBend(surface, triangle, part.normal);
+    if (bend == Bend::kNone && height_m < -reach.deepest_m) return;
+    if (bend == Bend::kSharp && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
+    if (bend != Bend::kSharp) {
+      addOver(t, part, bend == Bend::kNone, isBehind);
+    } else if (const auto found =
+                   contactOf(polytope, part, closestOn(triangle, t, middle).point, pose, reach.range_m)) {
+      allowance.spend(Allowance::kNearTriangle + found->units);
       if (isOutOf(surface, triangle, part.normal, found->normal)) add(t, *found, isBehind);
     } else if (height_m >= -reach.deepest_m) {
-      allowance.spend(kOverTriangle);
-      add(t, contactOver(polytope, frame, part, reach.range_m, from, false), isBehind);
+      addOver(t, part, false, isBehind);
     }
   };
   allowance.spend(kQuery + 6 * kSupport);

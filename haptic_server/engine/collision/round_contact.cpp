@@ -117,12 +117,14 @@ struct TriangleShape {
   double radius_m;
   Vec3 middle;
 
-  explicit TriangleShape(const FlatPart& part) noexcept
+  /// @param nearest  Of the triangle to what it meets.
+  TriangleShape(const FlatPart& part, Vec3 nearest) noexcept
       : corners(part.corners),
         faces{Face{part.normal, {0, 1, 2}}, Face{-part.normal, {0, 2, 1}}},
         radius_m(0),
-        middle((part.corners[0] + part.corners[1] + part.corners[2]) / 3.0) {
-    for (const Vec3 corner : corners) radius_m = std::max(radius_m, glm::distance(corner, middle));
+        middle(nearest) {
+    const Vec3 mean = (corners[0] + corners[1] + corners[2]) / 3.0;
+    for (const Vec3 corner : corners) radius_m = std::max(radius_m, glm::distance(corner, mean));
   }
   [[nodiscard]] Polytope::Corner farthest(Vec3 along, Polytope::Corner) const noexcept {
     const double a = glm::dot(along, corners[0]), b = glm::dot(along, corners[1]), c = glm::dot(along, corners[2]);
@@ -229,7 +231,7 @@ class RoundMeeting {
     };
     const double bound_m = way_.range_m + shrunk * (shrinksFirst ? first_.radius_m : second_.radius_m);
     Simplex simplex;
-    Vec3 apart = middle - second_.middle;
+    Vec3 apart = way_.normal == Vec3(0) ? middle - second_.middle : way_.normal;
     if (squaredLength(apart) == 0) apart = Vec3(0, 0, 1);
     onFirst_ = first_.nearFarthest(inFirst(-apart));
     onSecond_ = second_.nearFarthest(apart);
@@ -320,43 +322,50 @@ PolytopeContact contactOfRound(const Polytope& first, const Polytope& second, co
   return meeting.contact();
 }
 
-std::optional<PolytopeContact> contactOf(const Polytope& polytope, const FlatPart& part, const Pose& pose,
+std::optional<PolytopeContact> contactOf(const Polytope& polytope, const FlatPart& part, Vec3 nearest, const Pose& pose,
                                          double range_m) noexcept {
-  const TriangleShape shape(part);
+  const TriangleShape shape(part, nearest);
   const PolytopeWay way{.range_m = range_m};
   RoundMeeting meeting(polytope, shape, pose, way);
   if (!meeting.findApart()) return std::nullopt;
   return meeting.contact();
 }
 
-PolytopeContact contactOver(const Polytope& polytope, const Frame& pose, const FlatPart& part, double range_m,
-                            Polytope::Corner nearest, bool areCorners) noexcept {
+PolytopeContact contactOver(const Polytope& polytope, const Frame& pose, const FlatPart& part,
+                            std::array<double, 2> range_m, Polytope::Corner nearest, bool areCorners) noexcept {
+  constexpr std::int64_t kUnits = 40, kUnitsOfCorner = 20, kUnitsOfClipped = 60;
   PolytopeContact made;
   made.normal = part.normal;
   const Polytope::Face& facing = polytope.facingAt(nearest, pose.toLocal(pose.origin - part.normal));
+  const auto loop = polytope.loopOf(facing);
+  const auto& [a, b, c] = part.corners;
+  const auto add = [&](std::uint32_t id, Vec3 on) noexcept {
+    const double gap_m = glm::dot(part.normal, on - a);
+    if (gap_m >= range_m[0] && gap_m <= range_m[1])
+      made.points[made.count++] = {id, on, on - gap_m * part.normal, gap_m};
+  };
+  if (areCorners) {
+    const Vec3 beyondAB = glm::cross(b - a, part.normal), beyondBC = glm::cross(c - b, part.normal),
+               beyondCA = glm::cross(a - c, part.normal);
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vec3 on = pose.toWorld(polytope.corners[loop[i]]);
+      if (glm::dot(beyondAB, on - a) <= 0 && glm::dot(beyondBC, on - b) <= 0 && glm::dot(beyondCA, on - c) <= 0)
+        add(static_cast<std::uint32_t>(i), on);
+    }
+    made.units = kUnits + kUnitsOfCorner * static_cast<std::int64_t>(loop.size());
+    return made;
+  }
   ClippedPolygon polygon;
   polygon.count = 0;
-  for (const Polytope::Corner corner : polytope.loopOf(facing)) {
+  for (const Polytope::Corner corner : loop) {
     polygon.points[polygon.count] = {
         static_cast<std::uint32_t>(polygon.count), pose.toWorld(polytope.corners[corner]), {}, 0};
     ++polygon.count;
   }
-  if (areCorners) {
-    polygon.leaveOut([&](Vec3 at) {
-      const auto isBeyond = [&](Vec3 a, Vec3 b) { return glm::dot(glm::cross(b - a, part.normal), at - a) > 0; };
-      const auto& [a, b, c] = part.corners;
-      return isBeyond(a, b) || isBeyond(b, c) || isBeyond(c, a);
-    });
-  } else {
-    polygon.clipTo(
-        part.corners.size(), [&](std::size_t i) { return part.corners[i]; }, part.normal);
-  }
-  for (std::size_t i = 0; i < polygon.count; ++i) {
-    PolytopeContact::Point point = polygon.points[i];
-    point.gap_m = glm::dot(part.normal, point.on - part.corners[0]);
-    point.foot = point.on - point.gap_m * part.normal;
-    if (point.gap_m <= range_m) made.points[made.count++] = point;
-  }
+  polygon.clipTo(
+      part.corners.size(), [&](std::size_t i) { return part.corners[i]; }, part.normal);
+  for (const auto& point : std::span(polygon.points).first(polygon.count)) add(point.id, point.on);
+  made.units = kUnits + kUnitsOfClipped * static_cast<std::int64_t>(loop.size());
   return made;
 }
 

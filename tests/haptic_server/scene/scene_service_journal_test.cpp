@@ -24,7 +24,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
+constexpr auto kPatience = 60s;  // of a test for another thread; never reached unless something is broken
 
 /// Takes its time over the first edits until continueLog is set.
 class SlowJournal final : public EditJournal {

@@ -28,7 +28,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr SessionId kAlice = 11, kBob = 21;
-constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
+constexpr auto kPatience = 60s;  // of a test for another thread; never reached unless something is broken
 
 std::vector<ObjectId> idsOf(const ServoScene& scene, bool pendingRemoval) {
   std::vector<ObjectId> ids;

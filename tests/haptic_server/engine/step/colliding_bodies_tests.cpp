@@ -115,6 +115,14 @@ TEST(CollidingBodies, ArePushedByAWallThatIsDriven) {
   EXPECT_GT(placeOf(servo, 2).x, 0.089);
 }
 
+TEST(CollidingBodies, LieOnASurfaceThatBendsAwayByALittleAtEachEdge) {
+  const TriMesh ring = makeTorus(0.2, 0.08, 256, 128).value();
+  VirtualServo servo(still({0, 0, 0.2}), kConfig,
+                     sceneOf(1, {colliding(1, ring, {0, 0, 0}, 0), brick(2, {0.1992, 0, 0.0952})}));
+  servo.run(500);
+  EXPECT_NEAR(placeOf(servo, 1).z, 0.095, 2e-4);
+}
+
 TEST(CollidingBodies, PassThroughWhatDoesNotCollide) {
   ServoObject ground = table();
   ground.collision = nullptr;
@@ -153,7 +161,7 @@ TEST(CollidingBodies, WaitRatherThanPassThroughWhereTheAllowanceIsSmall) {
     servo.step();
     for (std::size_t b = 1; b < objects.size(); ++b) ASSERT_GT(placeOf(servo, b).z, 0.0117) << i;
   }
-  EXPECT_GT(servo.state().report.allowanceSpent, 100U);
+  EXPECT_GT(servo.state().report.allowanceSpent, 50U);
   for (std::size_t b = 1; b < 5; ++b) EXPECT_LT(placeOf(servo, b).z, 0.0125) << "they get there all the same";
 }
 
