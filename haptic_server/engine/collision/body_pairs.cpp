@@ -17,8 +17,6 @@ constexpr double kStaleAfter = 0.01;
 constexpr double kPolytopesStaleAfter = 0.001;
 /// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
 constexpr double kTicksOfRange = 4;
-/// Likewise of fast ones: two ticks, each a little faster than the one before, up to so much of the smaller one's radius.
-constexpr double kTicksOfFast = 2.02, kFastStaleAfter = 0.08;
 /// A search that takes more than a tick begins so many ticks before the range ends.
 constexpr double kTicksAhead = 3;
 /// Steps that bodies are lifted over rather than stopped by, of the smaller one's radius, and m. Flush bodies have such ones:
@@ -160,8 +158,7 @@ struct PairNow {
   [[nodiscard]] double range_m() const noexcept {
     if (haveFewFaces()) return reach_m + kPolytopesStaleAfter * smaller_m;
     const double stale = kStaleAfter * smaller_m;
-    const double fast = std::min(kTicksOfFast * reach_m, kFastStaleAfter * smaller_m);
-    return std::max({reach_m, fast, std::clamp(kTicksOfRange * reach_m, stale, kTicksOfRange * stale)});
+    return std::max(reach_m, std::clamp(kTicksOfRange * reach_m, stale, kTicksOfRange * stale));
   }
   /// Two polytopes.
   [[nodiscard]] bool haveFewFaces() const noexcept {
