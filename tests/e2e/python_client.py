@@ -2,6 +2,7 @@
 import contextlib
 import csv
 import math
+import re
 import signal
 import socket
 import sys
@@ -235,6 +236,18 @@ class PythonClient(harness.EndToEnd):
         with self.assertRaises(Conflict) as conflict:
             client.apply(f'preconditions {{ object {{ name: "box" }} expected_revision: {stale.revision} }}' + BALL)
         self.assertEqual(conflict.exception.current[0].stiffness_N_per_m, stale.stiffness_N_per_m + 1)
+
+    def test_it_says_what_is_wrong_with_an_address_and_names_it(self):
+        for address, wrong in [("localhost", "has no port"), ("127.0.0.1:port", '"port" is not a port'),
+                               ("127.0.0.1:99999", '"99999" is not a port'), ("::1:7654", "needs brackets"),
+                               ("", "has no port"), ("no host:7654", '"no host" is not a host')]:
+            with self.assertRaisesRegex(Refused, f"^{re.escape(address)}: .*{wrong}.*; give HOST:PORT"):
+                Client(address)
+        client = Client("127.0.0.1:1")  # where nobody listens
+        self.addCleanup(client.close)
+        harness.wait_until(lambda: "cannot connect" in client._trouble, 20, lambda: client._trouble)
+        with self.assertRaisesRegex(Refused, "^127.0.0.1:1: cannot connect: .*is haptic_server running there"):
+            client.wait_live(0.1)
 
     def test_increments_of_clients_at_once_are_all_there(self):
         clients = [self.client() for _ in range(4)]

@@ -27,7 +27,8 @@ from google.protobuf import text_format
 from google.protobuf.message import DecodeError
 
 from haptic_assets import UploadQueue, UploadRefused  # noqa: F401
-from haptic_connection import PROTOCOL_VERSION, ConnectionLost, TurnedAway, connect, frames, in_words, send_frame, token_in
+from haptic_connection import (PROTOCOL_VERSION, ConnectionLost, TurnedAway, connect, endpoint, frames, in_words, send_frame,
+                               token_in)
 from haptic_edits import Closed, Conflict, EditQueue, Rejected, StateLost, awaited  # noqa: F401  (callers catch them)
 from haptic_hand import REPEAT_S, Hand, HandLead, NotLeading, xyz  # noqa: F401
 from haptic_scene import LimitExceeded, OutOfStep, Record, Scene, check_limits
@@ -51,10 +52,13 @@ class Refused(Exception):
 
 class Client:
     def __init__(self, address="127.0.0.1:7654", name="python", credentials=None, telemetry_hz=0.0, every_tick=False):
-        """`credentials`: the file that `hapticctl credentials` made for clients. `telemetry_hz`: for samples(), of the newest
-        ones; `every_tick`: samples() are of every tick, and gaps says what is missing."""
-        host, port = address.rsplit(":", 1)
-        self._server = host.strip("[]"), int(port)
+        """`address`: HOST:PORT; raises Refused where it is none. `credentials`: the file that `hapticctl credentials` made for
+        clients. `telemetry_hz`: for samples(), of the newest ones; `every_tick`: samples() are of every tick, and gaps says what
+        is missing."""
+        try:
+            self._server = endpoint(address)
+        except ValueError as error:
+            raise Refused(printable(str(error))) from None
         self._credentials = credentials
         self._session = int.from_bytes(os.urandom(8), "little") or 1
         self._hello = envelope_pb2.Hello(session=self._session, client_name=name)

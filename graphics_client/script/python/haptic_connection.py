@@ -22,9 +22,33 @@ class TurnedAway(ConnectionLost):
     pass
 
 
+def endpoint(address):
+    """(host, port) of HOST:PORT. Raises ValueError, which says what is wrong with it and what would be right."""
+    host, colon, port = address.rpartition(":")
+    problem = ""
+    if not colon:
+        problem = "has no port"
+    elif not (port.isascii() and port.isdigit() and int(port) < 1 << 16):
+        problem = f'"{port}" is not a port from 0 to 65535'
+    elif host.startswith("[") and host.endswith("]"):
+        host = host[1:-1]
+    elif ":" in host:
+        problem = f'"{host}" has colons: an IPv6 address needs brackets'
+    elif not re.fullmatch("[-A-Za-z0-9._]+", host):
+        problem = f'"{host}" is not a host'
+    if problem:
+        raise ValueError(f"{address}: {problem}; give HOST:PORT, as in 127.0.0.1:7400, localhost:7400 or [::1]:7400")
+    return "127.0.0.1" if host == "localhost" else host, int(port)
+
+
 def connect(server, credentials, timeout_s):
     """To (host, port); with a file of credentials by TLS."""
-    connection = socket.create_connection(server, timeout=timeout_s)
+    try:
+        connection = socket.create_connection(server, timeout=timeout_s)
+    except OSError as error:
+        host, port = server
+        raise ConnectionLost(f"{f'[{host}]' if ':' in host else host}:{port}: cannot connect: {error.strerror or error}; "
+                             "is haptic_server running there?") from None
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     if not credentials:
         return connection

@@ -31,10 +31,15 @@ def main():
         with arguments.out, Client(arguments.connect, "stream_forces", arguments.credentials, arguments.rate) as client:
             writer = csv.writer(arguments.out)
             writer.writerow(COLUMNS)
-            start_ns = None
+            start_ns, written = None, 0
             for sample in client.samples(arguments.seconds):
                 start_ns = sample.time_ns if start_ns is None else start_ns
                 writer.writerow(row(sample, start_ns, {state.id: printable(name) for name, state in client.objects().items()}))
+                first, last, written = (first if written else sample), sample, written + 1
+            if written:
+                print(f"{written} of {last.tick - first.tick + 1} ticks; the servo missed "
+                      f"{last.missed_ticks - first.missed_ticks}, others were not sent or came too late; "
+                      "hapticctl watch --every-tick leaves none out", file=sys.stderr)
     except Refused as error:
         sys.exit(f"stream_forces: {error}")
     except KeyboardInterrupt:

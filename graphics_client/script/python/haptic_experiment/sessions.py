@@ -179,6 +179,9 @@ class WorldSession:
 
     def __init__(self, scene, device="omni"):
         import haptics
+        if not hasattr(haptics, "SceneWorld"):
+            raise SessionRefused("this Python client was built without the module that computes forces in this process; build it "
+                                 "(cmake --build --preset release --target python_world), or give a server (--connect)")
         with tempfile.NamedTemporaryFile("w", suffix=".scene") as file:
             file.write(scene)
             file.flush()
