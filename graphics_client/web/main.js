@@ -4,6 +4,7 @@ import {WatchedSession} from './watched_session.js';
 import {hex} from './scene.js';
 
 const element = (id) => document.getElementById(id);
+const length = (metres) => (metres >= 1 ? `${metres} m` : metres >= 0.01 ? `${Math.round(100 * metres)} cm` : `${Math.round(1e6 * metres) / 1000} mm`);
 const newton = (vector) => Math.hypot(vector?.x || 0, vector?.y || 0, vector?.z || 0);
 
 /** User and password of the file are for its own server: a link may lead to another one. */
@@ -18,12 +19,17 @@ function show(chosen) {
   const picture = new Picture(element('picture'));
   const session = new WatchedSession(chosen, {
     scene(scene, welcome) {
+      picture.limit_N = welcome.max_force_N || 0;
       picture.showScene(scene);
+      element('grid').textContent = `floor, lines ${length(picture.spacing_m)} apart`;
       element('scene').textContent = `revision ${scene.revision} · ${hex(scene.root).slice(0, 12)} · equal`;
       element('device').textContent = welcome.device;
       Object.assign(state, {epoch: scene.epoch, revision: scene.revision, root: hex(scene.root)});
     },
-    asset: (name, bytes) => picture.addAsset(name, bytes),
+    asset(name, bytes) {
+      picture.addAsset(name, bytes);
+      element('grid').textContent = `floor, lines ${length(picture.spacing_m)} apart`;
+    },
     drop: (name) => picture.dropAsset(name),
     telemetry(sample) {
       picture.showSample(sample);
@@ -50,6 +56,13 @@ function show(chosen) {
         ({id: String(id), name, isDrawn: Boolean(actor) && Boolean(heights) === Boolean(surface), heights, pose, dents: dents.length}));
     },
   };
+  picture.names = element('names');
+  element('fit').addEventListener('click', () => {
+    picture.isFitted = false;
+    picture.fit();
+  });
+  element('named').addEventListener('change', ({target}) => { picture.names.hidden = !target.checked; });
+  if (window.matchMedia('(max-width: 40rem)').matches) element('legend').open = false;
   session.run();
 }
 

@@ -1,5 +1,5 @@
-// The picture, by vtk.js: objects, where the hand is (HIP, red), where it would be if it could not penetrate (IHIP, blue), and
-// the force (orange, 1 cm a newton).
+// The picture, by vtk.js: objects with their names on a floor, where the hand is (HIP, red), where it would be if it could not
+// penetrate (IHIP, blue), and the force (1 cm a newton; green, orange, red as it nears the limit).
 import '@kitware/vtk.js/Rendering/Profiles/Geometry';
 import vtkActor from '@kitware/vtk.js/Rendering/Core/Actor';
 import vtkArrowSource from '@kitware/vtk.js/Filters/Sources/ArrowSource';
@@ -18,7 +18,10 @@ import {badNumber, bodiesOf, dentsOf} from './limits.js';
 import {decodeAsset, dent, normalsOf, restShape} from './shapes.js';
 import {hex} from './scene.js';
 
-const BACKGROUND = [0.93, 0.94, 0.96], HIP = [0.85, 0.1, 0.1], IHIP = [0.1, 0.3, 0.9], FORCE = [1, 0.55, 0];
+// As the viewer's (palette.h).
+const BACKGROUND = [0.93, 0.94, 0.96], HIP = [0.86, 0.16, 0.2], IHIP = [0.05, 0.42, 0.9];
+const FORCES = [[0.1, 0.62, 0.3], [0.95, 0.6, 0.05], [0.85, 0.1, 0.1]], FLOOR = [0.74, 0.76, 0.785];
+const FLOOR_MARGIN = 0.12, MOST_LINES = 40, USUAL_FORCE_N = 5;
 const LEAST_FPS = 25, LEAST_SCALE = 0.4, SETTLED_MS = 2500;
 const PIT_BRIGHTNESS = 0.72, PEAK_BRIGHTNESS = 1.06;  // of the viewer, too
 const BALL_M = 0.004, METRES_PER_NEWTON = 0.01, LEAST_FORCE_N = 0.02;
@@ -52,6 +55,30 @@ function actorOf(source, color) {
   actor.getProperty().setColor(...color);
   actor.setVisibility(false);
   return actor;
+}
+
+/** Of a force that is this share of the limit. */
+function forceColor(share) {
+  const at = 2 * Math.min(share, 1), from = Math.min(Math.floor(at), 1);
+  return FORCES[from].map((k, i) => k + (at - from) * (FORCES[from + 1][i] - k));
+}
+
+/** A grid below a box, whose lines are a power of ten in metres apart: that, and its lines. */
+function gridBelow([west, east, south, north, bottom]) {
+  const margin = FLOOR_MARGIN * Math.max(east - west, north - south);
+  const spacing = 10 ** Math.ceil(Math.log10((Math.max(east - west, north - south) + 2 * margin) / MOST_LINES));
+  const [left, right, front, back] = [west - margin, east + margin, south - margin, north + margin];
+  const points = [], cells = [];
+  const line = (...ends) => {
+    cells.push(2, points.length / 3, points.length / 3 + 1);
+    points.push(...ends);
+  };
+  for (let x = Math.ceil(left / spacing) * spacing; x <= right; x += spacing) line(x, front, bottom, x, back, bottom);
+  for (let y = Math.ceil(front / spacing) * spacing; y <= back; y += spacing) line(left, y, bottom, right, y, bottom);
+  const data = vtkPolyData.newInstance();
+  data.getPoints().setData(Float32Array.from(points), 3);
+  data.setLines(vtkCellArray.newInstance({values: Uint32Array.from(cells)}));
+  return {spacing, data};
 }
 
 /** Of each point, by its height in the texture: red, green, blue. */
@@ -165,9 +192,16 @@ export class Picture {
     this.frames = [];          // when they were drawn
     this.isChanged = true;
     this.isFitted = false;
+    this.limit_N = 0;          // of the device; 0: not known
+    this.spacing_m = 0;        // of the floor's lines
+    this.floor = this.addFloor();
+    this.names = null;         // an element for the objects' names, or none
     this.scale = 1;            // of the picture's pixels to those of the screen
     container.addEventListener('pointerdown', () => { this.isFitted = true; });
-    interactor.onAnimation(() => this.count());
+    interactor.onAnimation(() => {
+      this.count();
+      this.placeNames();
+    });
     new ResizeObserver(() => this.resize()).observe(container);
     this.resize();
     const draw = () => {
@@ -176,6 +210,7 @@ export class Picture {
       this.isChanged = false;
       this.renderer.resetCameraClippingRange();
       this.window.render();
+      this.placeNames();
       this.count();
       this.keepUp();
     };
@@ -210,13 +245,65 @@ export class Picture {
     this.view.setSize(
       Math.max(1, Math.floor(pixels * clientWidth)), Math.max(1, Math.floor(pixels * clientHeight)));
     if (!this.isFitted) this.fit();
+    else this.renderer.getActiveCamera().dolly(this.fittingShare() / this.fitted);
+    this.fitted = this.fittingShare();
     this.isChanged = true;
+  }
+
+  /** Of the height that the width of the picture has. */
+  fittingShare() {
+    return Math.min(1, this.container.clientWidth / Math.max(1, this.container.clientHeight));
+  }
+
+  addFloor() {
+    const actor = vtkActor.newInstance();
+    actor.setMapper(vtkMapper.newInstance());
+    actor.getProperty().setColor(...FLOOR);
+    actor.getProperty().setLighting(false);
+    actor.setVisibility(false);
+    this.renderer.addActor(actor);
+    return actor;
+  }
+
+  /** Around all objects that are drawn; null: there are none. */
+  bounds() {
+    const boxes = [...this.objects.values()].filter(({actor}) => actor).map(({actor}) => actor.getBounds());
+    if (boxes.length === 0) return null;
+    return boxes[0].map((_, i) => Math[i % 2 ? 'max' : 'min'](...boxes.map((box) => box[i])));
+  }
+
+  placeFloor() {
+    const bounds = this.bounds();
+    this.floor.setVisibility(Boolean(bounds));
+    if (!bounds || bounds.every((k, i) => k === this.floored?.[i])) return;
+    this.floored = bounds;
+    const {spacing, data} = gridBelow(bounds);
+    this.spacing_m = spacing;
+    this.floor.getMapper().setInputData(data);
+  }
+
+  /** Below their objects. */
+  placeNames() {
+    if (!this.names) return;
+    const {clientWidth, clientHeight} = this.container;
+    const drawn = [...this.objects.values()].filter(({actor}) => actor);
+    while (this.names.childElementCount > drawn.length) this.names.lastChild.remove();
+    while (this.names.childElementCount < drawn.length) this.names.append(document.createElement('span'));
+    drawn.forEach(({state, actor}, i) => {
+      const [west, east, south, north, bottom] = actor.getBounds(), label = this.names.children[i];
+      const [x, y, depth] = this.renderer.worldToNormalizedDisplay((west + east) / 2, (south + north) / 2, bottom,
+        clientWidth / Math.max(1, clientHeight));
+      label.hidden = !(depth < 1);
+      if (label.textContent !== state.name) label.textContent = state.name;
+      label.style.left = `${x * clientWidth}px`;
+      label.style.top = `${(1 - y) * clientHeight}px`;
+    });
   }
 
   addHand() {
     const ball = vtkSphereSource.newInstance({radius: BALL_M, thetaResolution: 16, phiResolution: 16});
     const arrow = vtkArrowSource.newInstance({tipResolution: 12, shaftResolution: 12});
-    const hand = {hip: actorOf(ball, HIP), ihip: actorOf(ball, IHIP), force: actorOf(arrow, FORCE)};
+    const hand = {hip: actorOf(ball, HIP), ihip: actorOf(ball, IHIP), force: actorOf(arrow, FORCES[1])};
     for (const actor of Object.values(hand)) this.renderer.addActor(actor);
     return hand;
   }
@@ -260,6 +347,7 @@ export class Picture {
       this.renderer.addActor(object.actor);
       if (!this.isFitted) this.fit();
     }
+    this.placeFloor();
     this.isChanged = true;
   }
 
@@ -269,8 +357,9 @@ export class Picture {
     camera.setViewUp(0, 0, 1);
     camera.setFocalPoint(0, 0, 0);
     camera.setPosition(0, -1, 0.6);
-    this.renderer.resetCamera();
-    camera.dolly(1.2 * Math.min(1, this.container.clientWidth / this.container.clientHeight));  // it fits the height
+    this.renderer.resetCamera(this.bounds() || undefined);
+    camera.dolly(1.2 * this.fittingShare());  // it fits the height
+    this.fitted = this.fittingShare();
     this.isChanged = true;
   }
 
@@ -294,6 +383,7 @@ export class Picture {
     ihip.setPosition(...xyz(felt.ihip));
     const written = xyz(felt.force?.written), length = Math.hypot(...written);
     force.setVisibility(length > LEAST_FORCE_N);
+    force.getProperty().setColor(...forceColor(length / (this.limit_N || USUAL_FORCE_N)));
     if (length <= LEAST_FORCE_N) return;
     const [x, y, z] = written.map((k) => k / length), scale = METRES_PER_NEWTON * length;
     // The arrow points along x: two axes across it make it a turn.

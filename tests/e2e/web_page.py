@@ -171,6 +171,11 @@ class WebPage(audience.PublishedSession):
     def wait_for_word(self, page, word):
         harness.wait_until(lambda: self.state(page).get("word") == word, SOON_S, lambda: f"{word}: {self.state(page)} {page.said}")
 
+    def names(self, page):
+        """Where they are seen, in pixels from the upper left corner."""
+        return dict(page.evaluate("[...document.querySelectorAll('#names span')].map((s) => [s.textContent, "
+                                  "[parseFloat(s.style.left), parseFloat(s.style.top)]])"))
+
     def take_picture(self, page, name):
         if "HAPTICS_PICTURES" in os.environ:
             page.picture(harness.Path(os.environ["HAPTICS_PICTURES"]) / f"{name}.png")
@@ -206,8 +211,13 @@ class WebPage(audience.PublishedSession):
         self.take_picture(page, "demo")
         self.assertLess(max(errors_mm), MAX_IHIP_MM)
         self.assertGreaterEqual(frames_per_s * CORES / min(cores, CORES), LEAST_FPS)
+        self.assertEqual(set(self.names(page)), {"head", "torus", "box"})
+        self.assertRegex(page.evaluate("document.getElementById('grid').textContent"), r"lines 1 cm apart")
+        page.evaluate("document.getElementById('picture').dispatchEvent(new PointerEvent('pointerdown'))")  # as who turns it
         page.resize(*PHONE, phone=True)
         harness.time.sleep(1)
+        for name, (x, y) in self.names(page).items():
+            self.assertTrue(0 < x < PHONE[0] and 0 < y < PHONE[1], f"{name} is at {x}, {y} of {PHONE}")
         self.take_picture(page, "phone")
         self.assertLessEqual(page.evaluate("document.documentElement.scrollWidth"), PHONE[0])
         self.assertEqual(page.said, [])
