@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,6 +8,9 @@
 #include "graphics_client/script/verbs.h"
 
 namespace {
+
+/// Of `watch`: a sample in a quarter of an hour.
+constexpr double kLeastRate_Hz = 0.001;
 
 using namespace haptics;
 
@@ -88,7 +90,7 @@ Command addWatch(Command& app, WatchOptions& options) {
   Command verb = app.verb("watch", "Print what the servo feels, a line for each sample");
   const Option rate = verb.option("--rate", options.rate_Hz, "Samples a second")
                           .typeName("HZ")
-                          .range(std::numeric_limits<double>::min(), kMaxTelemetryRate_Hz)
+                          .range(kLeastRate_Hz, kMaxTelemetryRate_Hz)
                           .showDefault();
   verb.option("--seconds", options.duration_s, "Stop after this time (default: at Ctrl-C)")
       .typeName("SECONDS")

@@ -79,8 +79,8 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
     if (check.differences() > 0) std::printf("           first: %s\n", printable(check.first_difference()).c_str());
   }
   if (status.has_second_hand()) printSecondHand(status.second_hand());
-  std::printf("up         %.1f s, epoch %016llx, %u clients\n", status.uptime_s(), count(status.epoch()),
-              status.clients());
+  std::printf("up         %.1f s, epoch %016llx, %u client%s\n", status.uptime_s(), count(status.epoch()),
+              status.clients(), status.clients() == 1 ? "" : "s");
   std::printf("servo      %.0f Hz, %llu ticks, %llu missed\n", status.servo_rate_hz(), count(status.ticks()),
               count(status.missed_ticks()));
   printLatency("tick", status.tick_ns());
