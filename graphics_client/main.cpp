@@ -18,6 +18,7 @@
 #include "graphics_client/audience/audience_link.h"
 #include "graphics_client/embedded_server.h"
 #include "graphics_client/mirror/server_link.h"
+#include "graphics_client/open_gl.h"
 #include "graphics_client/viewer/viewer.h"
 
 namespace {
@@ -45,7 +46,7 @@ Examples:
   xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
       draws for 20 s without a screen and writes a picture
 
-In the window: press on an object to touch it, drag with the right button to orbit; h shows the keys. SIGINT and SIGTERM end it in order: picture and summary are written.
+In the window: press on an object to touch it, drag with the right button to orbit; F1 shows all keys. SIGINT and SIGTERM end it in order: picture and summary are written.
 Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there never was a connection.)";
 
 struct Arguments {
@@ -53,6 +54,7 @@ struct Arguments {
   std::string size = "1280x1024";
   std::string credentials, screenshot, sheet, summary, recording;
   std::string nats, session, natsCredentials;
+  bool isSizeGiven = false;
   bool offscreen = false, udp = false, displacement = false;
   bool embeddedServer = false, isServerGiven = false;
   haptics::ServerOptions serverOptions;  // of the embedded one
@@ -74,6 +76,7 @@ Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
                                           std::to_string(kSmallest_px) + " to " + std::to_string(kLargest_px) +
                                           ", as 1280x1024");
   }
+  options.isSizeGiven = arguments.isSizeGiven;
   options.offscreen = arguments.offscreen;
   options.duration_s = arguments.seconds;
   options.screenshot = arguments.screenshot;
@@ -159,6 +162,8 @@ int run(const Arguments& arguments) {
   // Mesa's software renderer takes every core unless told otherwise, the servo's too. A choice made outside stands.
   if (arguments.offscreen) setenv("LP_NUM_THREADS", "1", 0);
   if (const Result<void> display = haptics::checkDisplay(); !display) return fail(display.error(), kFailed);
+
+  if (const Result<void> drawable = haptics::checkOpenGl(); !drawable) return fail(drawable.error(), kFailed);
 
   std::optional<haptics::EmbeddedServer> embedded;  // outlives the link
   if (arguments.embeddedServer) embedded.emplace(arguments.serverOptions, [] { stopRequested = true; });
@@ -252,12 +257,17 @@ int main(int argc, char** argv) {
       .typeName("FILE")
       .needs(seconds);
   app.option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)").typeName("FILE");
-  app.option("--size", arguments.size, "Of the picture, in pixels").typeName("WIDTHxHEIGHT").showDefault();
+  const auto size =
+      app.option("--size", arguments.size,
+                 "Of the picture, or the window, in pixels; a window without it fits the screen, and is as it was left")
+          .typeName("WIDTHxHEIGHT")
+          .showDefault();
   app.option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 40)")
       .typeName("HZ")
       .moreThanZero();
   if (const auto code = app.parse(argc, argv)) return *code == 0 ? kDone : kBadUsage;
   arguments.isServerGiven = connect.given();
+  arguments.isSizeGiven = size.given();
   struct sigaction action = {};
   action.sa_handler = [](int) { stopRequested = true; };
   sigaction(SIGINT, &action, nullptr);

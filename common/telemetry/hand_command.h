@@ -9,6 +9,10 @@ namespace haptics {
 /// Hands of a server that clients may lead.
 inline constexpr std::size_t kMaxLedHands = 2;
 
+/// A simulated hand presses with at most its device's largest force divided by this, which is left for what cannot be
+/// foreseen: friction, texture, damping.
+inline constexpr double kForceReserve = 1.2;
+
 /// Where a client wants the simulated hand now. World frame.
 struct HandCommand {
   bool leads = false;  ///< Else nobody leads, and the rest means nothing.

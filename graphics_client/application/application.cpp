@@ -5,6 +5,7 @@
 
 #include "common/log/log.h"
 #include "graphics_client/application/main_window.h"
+#include "graphics_client/application/theme.h"
 
 namespace haptics {
 namespace {
@@ -28,6 +29,7 @@ Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<
   qInstallMessageHandler(log);
   QApplication application(argc, argv);
   std::setlocale(LC_NUMERIC, "C");  // which it has set to the user's: numbers in files and logs have points
+  applyTheme();
   MainWindow window(options, *link, source);
   window.show();
   if (!recording.empty()) window.openRecording(QString::fromStdString(recording));

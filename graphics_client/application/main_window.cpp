@@ -3,12 +3,15 @@
 #include <QAction>
 #include <QApplication>
 #include <QCloseEvent>
+#include <QDir>
 #include <QDockWidget>
 #include <QFileDialog>
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QScreen>
 #include <QScrollArea>
+#include <QSettings>
 #include <QStatusBar>
 #include <QVBoxLayout>
 #include <algorithm>
@@ -17,6 +20,7 @@
 
 #include "common/log/log.h"
 #include "graphics_client/application/file_drop.h"
+#include "graphics_client/application/picture_dialog.h"
 #include "graphics_client/application/plotted_sample.h"
 #include "graphics_client/application/printable_text.h"
 
@@ -30,8 +34,12 @@ constexpr double kIdleFrame_s = 2;
 /// In space: of the hand, for a click of the wheel (metres).
 constexpr double kStepPerClick_m = 0.004;
 constexpr int kMessage_ms = 5000, kLongMessage_ms = 20'000;
-/// Between the highest object and one that is imported (metres).
-constexpr double kAboveScene_m = 0.02;
+/// Between the objects and one that is added (metres).
+constexpr double kBeside_m = 0.01;
+/// No object's name: of the import that is under way.
+constexpr const char* kImport = "(import)";
+/// Of a window's frame and title, which a window manager adds.
+constexpr int kFrame_px = 8, kTitle_px = 40;
 constexpr const char* kMeshFiles =
     "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.wrl *.gltf *.glb *.dae *.zae *.3mf *.3ds *.fbx *.x3d "
     "*.OBJ *.PLY *.STL *.OFF *.OM *.IV *.WRL *.GLTF *.GLB *.DAE *.ZAE *.3MF *.3DS *.FBX *.X3D);;All files (*)";
@@ -68,7 +76,6 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       importer_(new MeshImporter(link, editor_)),
       advisor_(new Advisor) {
   setWindowTitle("Haptic viewer");
-  resize(options.width_px, options.height_px);
   auto* centre = new QWidget;
   auto* rows = new QVBoxLayout(centre);
   rows->setContentsMargins(0, 0, 0, 0);
@@ -79,6 +86,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   setCentralWidget(centre);
   makeDocks();
   makeMenus();
+  restoreLayout();
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) {
     label->setTextFormat(Qt::PlainText);
     label->setMinimumWidth(1);
@@ -94,6 +102,10 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
     }
     select(object);
     report_ = report;
+    if (auto placed = placed_.extract(kImport)) {
+      placed.key() = object.toStdString();
+      placed_.insert(std::move(placed));
+    }
   });
   connect(new FileDrop(this), &FileDrop::dropped, [this](auto files, auto place) { drop(files, place); });
   connect(view_, &ViewWidget::pressed, [this] {
@@ -111,6 +123,10 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
           [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
+  connect(properties_, &PropertyPanel::renamed, [this](const QString& object, const QString& wanted) {
+    editor_.rename(object.toStdString(), wanted.toStdString());
+    select(wanted);
+  });
   connect(properties_, &PropertyPanel::uploaded,
           [this](const QString& edit, const v1::Transaction& change, const AssetContent& asset) {
             editor_.submit(edit, change, asset);
@@ -132,6 +148,24 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   timer_.setTimerType(Qt::PreciseTimer);
   timer_.start(static_cast<int>(1000 / options.frameLimit_Hz));
   view_->setFocus();
+}
+
+void MainWindow::restoreLayout() {
+  resize(options_.width_px, options_.height_px);
+  if (options_.isSizeGiven) return;
+  const QSettings from("haptics", "graphics_client");
+  if (restoreGeometry(from.value("geometry").toByteArray())) {
+    restoreState(from.value("layout").toByteArray());
+  } else {
+    resize(size().boundedTo(screen()->availableSize() - QSize(2 * kFrame_px, kTitle_px)));
+  }
+}
+
+void MainWindow::saveLayout() const {
+  if (options_.isSizeGiven) return;
+  QSettings to("haptics", "graphics_client");
+  to.setValue("geometry", saveGeometry());
+  to.setValue("layout", saveState());
 }
 
 void MainWindow::toggle(bool SceneView::Style::*how) {
@@ -206,7 +240,8 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
     lead_ = Lead::kLed;
   }
   if (lead_ == Lead::kLed && !isLed) lead_ = Lead::kRefused;  // lost, with the connection or to another
-  scene_.showPointer(lead_ == Lead::kLed ? surface : std::nullopt);
+  const bool strokes = steering_.mapping() == HandSteering::Mapping::kSurface;
+  scene_.showPointer(lead_ == Lead::kLed && strokes ? surface : std::nullopt);
   if (lead_ != Lead::kLed) return;
   if (const auto pressure = view_->penPressure()) {
     steering_.setPress_N(HandSteering::kMinPress_N +
@@ -235,6 +270,8 @@ std::optional<SurfacePoint> MainWindow::surfaceUnderPointer() {
 void MainWindow::select(const QString& name) {
   selected_ = name;
   objects_->select(name);
+  scene_.select(name.toStdString());
+  view_shown_ = nullptr;
 }
 
 void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
@@ -260,7 +297,9 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
                                                                             : view.hashesEqual
                                                                                 ? ", equal to the server's"
                                                                                 : ", not equal yet"));
-  QString servo = QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
+  QString servo = scene_.framesPerSecond() < kIdleRate_Hz
+                      ? QString("idle")
+                      : QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
   if (view.sample && view.sample->fault != Fault::kNone) servo += ", no force: a fault of the servo";
   servoText_->setText(servo);
   sayHand(view);
@@ -268,30 +307,47 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
 
 void MainWindow::sayHand(const MirrorView& view) {
   if (replay_->isShown()) return handText_->setText("the hand is the recorded one");
-  const QString press = QString("%1 N").arg(steering_.press_N(), 0, 'f', 1);
+  const QString press = pressText(view);
   if (!view.hand.refused.empty()) {
     const QString words = "hand: " + text(view.hand.refused);
     if (handText_->text() != words) logWarning(words.toStdString());
     handText_->setText(words);
   } else if (lead_ == Lead::kLed) {
-    handText_->setText("the hand is yours, " +
-                       (steering_.mapping() == HandSteering::Mapping::kSurface ? "presses with " + press : "in space"));
+    handText_->setText("the hand is yours, " + (steering_.mapping() == HandSteering::Mapping::kSurface
+                                                    ? "presses with " + press
+                                                    : "in space: drag to move it, wheel: away and nearer"));
   } else if (view.hand.led) {
     handText_->setText("hand: led by " + text(view.hand.clientName));
   } else {
     handText_->setText(steering_.mapping() == HandSteering::Mapping::kSurface
                            ? "press on an object to touch it with " + press
-                           : "press in the picture to lead the hand in space");
+                           : "drag in the picture to move the hand in space");
   }
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) label->setToolTip(label->text());
 }
 
-double MainWindow::top_m() const {
-  double top_m = 0;
+/// What is asked for, and what the device can give of it.
+QString MainWindow::pressText(const MirrorView& view) const {
+  const double wanted_N = steering_.press_N();
+  const double most_N = (options_.hand == 0 ? view.maxForce_N : view.secondMaxForce_N) / kForceReserve;
+  if (!(most_N > 0) || wanted_N <= most_N) return QString("%1 N").arg(wanted_N, 0, 'f', 1);
+  return QString("%1 of %2 N: the device's limit").arg(most_N, 0, 'f', 1).arg(wanted_N, 0, 'f', 1);
+}
+
+Vec3 MainWindow::placeOnFloor(const std::string& name, Vec3 size_m) {
+  std::vector<FloorBox> taken;
   for (const NamedBox& box : scene_.objects().boxes()) {
-    for (const Vec3& corner : box.corners) top_m = std::max(top_m, corner.z);
+    placed_.erase(box.name);
+    FloorBox& its = taken.emplace_back(FloorBox{box.corners[0], box.corners[0]});
+    for (const Vec3& corner : box.corners) {
+      its.low = glm::min(its.low, glm::dvec2(corner));
+      its.high = glm::max(its.high, glm::dvec2(corner));
+    }
   }
-  return top_m;
+  for (const auto& [waiting, box] : placed_) taken.push_back(box);
+  const glm::dvec2 side(size_m), middle = freePlace(taken, side, kBeside_m);
+  placed_[name] = {middle - side / 2.0, middle + side / 2.0};
+  return {middle, scene_.objects().floor_m()};
 }
 
 void MainWindow::withSelected(const std::function<void(const std::string&)>& does) {
@@ -302,6 +358,7 @@ void MainWindow::withSelected(const std::function<void(const std::string&)>& doe
 void MainWindow::say(const QString& edit, const QString& words, bool isError) {
   properties_->say(edit + ": " + words, isError);
   if (!isError) return;
+  placed_.clear();  // what was not added takes no place
   statusBar()->showMessage(edit + ": " + words, kMessage_ms);
   logWarning((edit + ": " + words).toStdString());
 }
@@ -337,10 +394,11 @@ void MainWindow::drop(const QStringList& files, const QPoint& place) {
   dropped_ += meshes;
 }
 
-/// Onto a surface, else above the scene.
+/// Onto a surface, else on the floor.
 void MainWindow::import(const QStringList& files, const std::optional<SurfacePoint>& onto) {
   for (const QString& file : files) {
-    importer_->import(file, onto ? onto->position : Vec3(0, 0, top_m() + kAboveScene_m));
+    importer_->import(file,
+                      [this, onto](Vec3 size_m) { return onto ? onto->position : placeOnFloor(kImport, size_m); });
   }
 }
 
@@ -365,12 +423,17 @@ void MainWindow::showOtherSource() {
 
 void MainWindow::end() {
   ending_ = true;
+  saveLayout();
   close();
   QApplication::quit();  // also out of a dialog
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
-  if (ending_ || editor_.isSaved()) return event->accept();
+  if (ending_) return event->accept();
+  if (editor_.isSaved()) {
+    saveLayout();
+    return event->accept();
+  }
   event->ignore();
   files_.askBeforeLoss("Quitting", [this] { end(); });
 }
@@ -379,10 +442,24 @@ void MainWindow::saveScreenshot() {
   const std::string file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
   const Result<void> written = writePng(scene_.picture(scene_.snapshot(), 0), file);
   if (written) {
-    statusBar()->showMessage(QString::fromStdString(file) + " is written", 3000);
+    statusBar()->showMessage(QDir::current().absoluteFilePath(QString::fromStdString(file)) + " is written",
+                             kMessage_ms);
   } else {
     QMessageBox::warning(this, "Save picture", text(written.error().text()));
   }
+}
+
+void MainWindow::savePictureAs() {
+  auto* dialog = new PictureDialog(this, {scene_.renderWindow().width_px(), scene_.renderWindow().height_px()});
+  connect(dialog, &QDialog::accepted, [this, dialog] {
+    const QString file = dialog->file();
+    const Result<void> written =
+        writePng(scene_.scenePicture(dialog->size_px().width(), dialog->size_px().height()), file.toStdString());
+    view_shown_ = nullptr;
+    say("picture", written ? QDir::current().absoluteFilePath(file) + " is written" : text(written.error().text()),
+        !written);
+  });
+  dialog->open();
 }
 
 }  // namespace haptics

@@ -4,12 +4,14 @@
 #include <QTimer>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "graphics_client/application/advisor.h"
 #include "graphics_client/application/connection_control.h"
+#include "graphics_client/application/free_place.h"
 #include "graphics_client/application/gizmo_tool.h"
 #include "graphics_client/application/hand_steering.h"
 #include "graphics_client/application/mesh_importer.h"
@@ -77,8 +79,9 @@ class MainWindow : public QMainWindow {
   GizmoTool gizmo_;
   MeshImporter* importer_;
   Advisor* advisor_;
-  QStringList dropped_;  // files, where the pointer is
-  QString report_;       // of the import that is selected, until its object is here
+  std::map<std::string, FloorBox> placed_;  // of objects that are not drawn yet, by name
+  QStringList dropped_;                     // files, where the pointer is
+  QString report_;                          // of the import that is selected, until its object is here
   bool ending_ = false;
   QAction *undo_ = nullptr, *redo_ = nullptr, *pausePlots_ = nullptr;
 
@@ -86,6 +89,12 @@ class MainWindow : public QMainWindow {
   void makeMenus();
   QAction* addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
                      std::function<void()> does);
+  /// An entry with a check mark.
+  QAction* addSwitch(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip, bool isOn,
+                     std::function<void()> toggle);
+  void makeViewMenu();
+  void addLooks(QMenu* menu);
+  void makeHelpMenu();
   void makeFileMenu();
   void makeEditMenu();
   void addHiding(QMenu* menu);
@@ -98,8 +107,11 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] std::optional<SurfacePoint> surfaceUnderPointer();
   void select(const QString& name);
   void refresh(const std::shared_ptr<const MirrorView>& now);
-  /// Of all objects.
-  [[nodiscard]] double top_m() const;
+  /// On the floor, beside all objects: where the middle of the lower side of such a box goes, which `name` has then.
+  [[nodiscard]] Vec3 placeOnFloor(const std::string& name, Vec3 size_m);
+  [[nodiscard]] QString pressText(const MirrorView& view) const;
+  void restoreLayout();
+  void saveLayout() const;
   void withSelected(const std::function<void(const std::string&)>& does);
   void say(const QString& edit, const QString& words, bool isError);
   void importMesh();
@@ -110,6 +122,7 @@ class MainWindow : public QMainWindow {
   void showOtherServer();
   void showOtherSource();
   void saveScreenshot();
+  void savePictureAs();
   void toggle(bool SceneView::Style::*how);
 };
 

@@ -4,7 +4,9 @@
 #include <QScrollArea>
 #include <utility>
 
+#include "graphics_client/application/help.h"
 #include "graphics_client/application/main_window.h"
+#include "graphics_client/application/theme.h"
 
 namespace haptics {
 namespace {
@@ -49,6 +51,14 @@ QAction* MainWindow::addAction(QMenu* menu, const QString& title, const QKeySequ
   return action;
 }
 
+QAction* MainWindow::addSwitch(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
+                               bool isOn, std::function<void()> toggle) {
+  QAction* action = addAction(menu, title, key, tip, std::move(toggle));
+  action->setCheckable(true);
+  action->setChecked(isOn);
+  return action;
+}
+
 void MainWindow::makeEditMenu() {
   QMenu* edit = menuBar()->addMenu("&Edit");
   undo_ = addAction(edit, "&Undo", QKeySequence::Undo, "Takes back your last edit, if nobody else has touched it since",
@@ -64,9 +74,16 @@ void MainWindow::makeEditMenu() {
   QMenu* objects = edit->addMenu("&Add");
   int number = 0;
   for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
-    addAction(objects, kind, QString("Ctrl+%1").arg(++number), "Adds one above the scene", [this, kind] {
-      select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
-    });
+    addAction(objects, kind, QString("Ctrl+%1").arg(++number), "Adds one beside the others, on the floor",
+              [this, kind] {
+                const std::string name = QString(kind).toLower().toStdString();
+                const std::string added = editor_.add(name, placeOnFloor(name, Vec3(SceneEditor::kSize_m)));
+                if (auto placed = placed_.extract(name)) {
+                  placed.key() = added;
+                  placed_.insert(std::move(placed));
+                }
+                select(QString::fromStdString(added));
+              });
   }
   objects_->addAction(
       addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
@@ -110,6 +127,8 @@ void MainWindow::makeFileMenu() {
   add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
       [this] { files_.saveAs(); });
   add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
+  add(file, "Save p&icture as...", QKeySequence("Ctrl+P"), "The scene alone, without panels and words, of any size",
+      [this] { savePictureAs(); });
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
       [this] { plots_->save("haptic_plots.pdf"); });
   add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
@@ -134,29 +153,7 @@ void MainWindow::makeMenus() {
   const auto add = [this](auto... arguments) { return addAction(arguments...); };
   makeFileMenu();
   makeEditMenu();
-  QMenu* view = menuBar()->addMenu("&View");
-  add(view, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen", [this] { scene_.frameAll(); });
-  add(view, "&Follow the contact", Qt::Key_F, "The camera moves with the contact",
-      [this] { toggle(&SceneView::Style::follow); });
-  add(view, "&Close-up", Qt::Key_C, "The contact, large, in the corner",
-      [this] { scene_.renderWindow().showCloseUp(!scene_.renderWindow().closeUpShown()); });
-  add(view, "&Wireframe", Qt::Key_W, "Lines only", [this] { toggle(&SceneView::Style::wireframe); });
-  add(view, "Polygon &edges", Qt::Key_E, "Lines of the mesh", [this] { toggle(&SceneView::Style::edges); });
-  add(view, "&Displacement", Qt::Key_D, "Colours soft objects by how far they are displaced",
-      [this] { toggle(&SceneView::Style::displacement); });
-  add(view, "&Names", Qt::Key_N, "Of the objects", [this] { scene_.overlay().toggleLabels(); });
-  add(view, "&Overlay", Qt::Key_O, "All words over the picture", [this] { scene_.overlay().toggle(); });
-  addHiding(view);
-  view->addSeparator();
-  int number = 0;
-  for (QDockWidget* panel : findChildren<QDockWidget*>()) {
-    QAction* shown = panel->toggleViewAction();
-    shown->setShortcut(QString("Alt+%1").arg(++number));
-    shown->setToolTip("Shows or hides this panel");
-    shown->setStatusTip(shown->toolTip());
-    view->addAction(shown);
-  }
-
+  makeViewMenu();
   QMenu* hand = menuBar()->addMenu("&Hand");
   add(hand, "On surfaces, or in &space", Qt::Key_T,
       "The pointer strokes surfaces, or moves the hand in the picture's plane", [this] {
@@ -175,8 +172,73 @@ void MainWindow::makeMenus() {
   pausePlots_->setCheckable(true);
   connect(pausePlots_, &QAction::toggled, [this](bool on) { plots_->setPaused(on); });
 
+  makeHelpMenu();
+}
+
+void MainWindow::makeViewMenu() {
+  const auto add = [this](auto... arguments) { return addSwitch(arguments...); };
+  QMenu* view = menuBar()->addMenu("&View");
+  addLooks(view);
+  const SceneView::Style style = scene_.style();
+  add(view, "&Follow the contact", Qt::Key_F, "The camera moves with the contact", style.follow,
+      [this] { toggle(&SceneView::Style::follow); });
+  add(view, "&Close-up", Qt::Key_C, "The contact, large, in the corner", scene_.renderWindow().closeUpShown(),
+      [this] { scene_.renderWindow().showCloseUp(!scene_.renderWindow().closeUpShown()); });
+  add(view, "&Wireframe", Qt::Key_W, "Lines only", style.wireframe, [this] { toggle(&SceneView::Style::wireframe); });
+  add(view, "Polygon &edges", Qt::Key_E, "Lines of the mesh", style.edges,
+      [this] { toggle(&SceneView::Style::edges); });
+  add(view, "&Displacement", Qt::Key_D, "Colours soft objects by how far they are displaced", style.displacement,
+      [this] { toggle(&SceneView::Style::displacement); });
+  add(view, "&Names", Qt::Key_N, "Of the objects", scene_.overlay().areLabelsVisible(),
+      [this] { scene_.overlay().toggleLabels(); });
+  add(view, "&Overlay", Qt::Key_O, "All words over the picture", scene_.overlay().isVisible(),
+      [this] { scene_.overlay().toggle(); });
+  add(view, "De&tails", QKeySequence("Shift+O"), "The state of server and link in all its lines",
+      scene_.overlay().areDetailsVisible(), [this] { scene_.overlay().toggleDetails(); });
+  addHiding(view);
+  view->addSeparator();
+  add(view, "Dar&k panels", QKeySequence("Ctrl+Shift+D"), "Light words on dark ground, in this and later runs",
+      isDarkChosen(), [] { chooseDark(!isDarkChosen()); });
+  int number = 0;
+  for (QDockWidget* panel : findChildren<QDockWidget*>()) {
+    QAction* shown = panel->toggleViewAction();
+    shown->setShortcut(QString("Alt+%1").arg(++number));
+    shown->setToolTip("Shows or hides this panel");
+    shown->setStatusTip(shown->toolTip());
+    view->addAction(shown);
+  }
+}
+
+void MainWindow::addLooks(QMenu* menu) {
+  addAction(menu, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen",
+            [this] { scene_.frameAll(); });
+  struct Look {
+    const char* title;
+    Qt::Key key;
+    Vec3 direction;
+  };
+  // Not quite down: there the z axis has no up.
+  static const Look kLooks[] = {{"F&ront", Qt::Key_1, {0, 1, 0}},
+                                {"R&ight", Qt::Key_2, {-1, 0, 0}},
+                                {"&Back", Qt::Key_3, {0, -1, 0}},
+                                {"&Left", Qt::Key_4, {1, 0, 0}},
+                                {"&Top", Qt::Key_5, glm::normalize(Vec3(0, 0.02, -1))},
+                                {"Three &quarters", Qt::Key_6, CameraRig::kFirstDirection}};
+  QMenu* looks = menu->addMenu("Look &from");
+  for (const Look& look : kLooks) {
+    addAction(looks, look.title, look.key, "Shows all objects from there",
+              [this, &look] { scene_.frameAll(look.direction); });
+  }
+}
+
+void MainWindow::makeHelpMenu() {
+  const auto add = [this](auto... arguments) { return addAction(arguments...); };
   QMenu* help = menuBar()->addMenu("&Help");
-  add(help, "&Keys", Qt::Key_H, "What the mouse and the keys do", [this] { scene_.overlay().toggleHelp(); });
+  add(help, "&All keys", QKeySequence::HelpContents, "What the mouse and all keys do", [this] { showKeys(this); });
+  add(help, "&Guide", QKeySequence("Shift+F1"), "How the viewer is used", [this] { showGuide(this); });
+  addSwitch(help, "&Keys", Qt::Key_H, "The most important keys, over the picture", scene_.overlay().isHelpVisible(),
+            [this] { scene_.overlay().toggleHelp(); });
+  add(help, "A&bout", QKeySequence("Ctrl+F1"), "Version and source", [this] { showAbout(this); });
 }
 
 }  // namespace haptics

@@ -47,8 +47,8 @@ bool MeshImporter::isUnderWay(const std::shared_ptr<Import>& import) const {
   return !imports_.empty() && imports_.front() == import;
 }
 
-void MeshImporter::import(const QString& file, Vec3 foot) {
-  imports_.push_back(std::make_shared<Import>(Import{file, foot}));
+void MeshImporter::import(const QString& file, std::function<Vec3(Vec3 size_m)> foot) {
+  imports_.push_back(std::make_shared<Import>(Import{file, std::move(foot)}));
   if (imports_.size() == 1) begin();
 }
 
@@ -100,7 +100,7 @@ void MeshImporter::add() {
   cancel_->setToolTip("The server has the mesh and adds it; Undo takes it back");
   const std::string name = objectNameOf(import->file.toStdString());
   editor_.addMesh(
-      name, import->mesh, import->foot - Vec3(middle.x, middle.y, report.boxMin_m.z),
+      name, import->mesh, import->foot(report.boxMax_m - report.boxMin_m) - Vec3(middle.x, middle.y, report.boxMin_m.z),
       [this, import](const v1::EditProgress& progress) {
         const bool builds = progress.stage() == v1::EditProgress::STAGE_BUILDING;
         const QString what = progress.place() > 0 ? QString("waiting for the server, place %1").arg(progress.place())

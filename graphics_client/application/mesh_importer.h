@@ -4,6 +4,7 @@
 #include <QThreadPool>
 #include <QWidget>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <stop_token>
 
@@ -25,8 +26,8 @@ class MeshImporter : public QWidget {
   MeshImporter(ServerLink& link, SceneEditor& editor);
   ~MeshImporter() override { finish(); }
 
-  /// @param foot  Where the middle of the mesh's lower side goes, world frame.
-  void import(const QString& file, Vec3 foot);
+  /// @param foot  Where the middle of the mesh's lower side goes, world frame, once its size is known.
+  void import(const QString& file, std::function<Vec3(Vec3 size_m)> foot);
   /// Ends it and those that wait; nothing is changed. Not what the server has begun to add, which undo takes back.
   void cancel();
   /// Waits until nothing uses the link any more.
@@ -42,7 +43,7 @@ class MeshImporter : public QWidget {
  private:
   struct Import {
     QString file;
-    Vec3 foot{0};
+    std::function<Vec3(Vec3 size_m)> foot;
     std::stop_source stop = {};
     MeshReport report = {};
     ContentHash mesh = {};  // once it is read

@@ -24,6 +24,12 @@ constexpr double kUsualDamping_per_s = 0.5;
 
 v1::Material& materialIn(v1::Operation& operation) { return *operation.mutable_set_material()->mutable_material(); }
 
+/// The standard's transfer curve (IEC 61966-2-1), and back.
+double encodeSrgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+double decodeSrgb(double shown) { return shown <= 0.04045 ? shown / 12.92 : std::pow((shown + 0.055) / 1.055, 2.4); }
+
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
@@ -193,15 +199,15 @@ const NumberProperty kSoftness[] = {
      }},
 };
 
-const SwitchProperty kIsSoft = {"soft", "Yields to the stylus; else rigid",
-                                [](const ObjectRecord& object) { return object.deformation.softness.has_value(); },
-                                [](bool on, double /*floor_m*/, v1::Operation& operation) {
-                                  v1::Softness& softness =
-                                      *operation.mutable_set_deformation()->mutable_deformation()->mutable_softness();
-                                  if (!on) return;
-                                  softness.set_stiffness_n_per_m(kUsualTissue_N_per_m);
-                                  softness.set_radius_m(kUsualDent_m);
-                                }};
+const SwitchProperty kSoft[] = {
+    {"soft", "Yields to the stylus; else rigid",
+     [](const ObjectRecord& object) { return object.deformation.softness.has_value(); },
+     [](const ObjectRecord& /*object*/, bool on, double /*floor_m*/, v1::Operation& operation) {
+       v1::Softness& softness = *operation.mutable_set_deformation()->mutable_deformation()->mutable_softness();
+       if (!on) return;
+       softness.set_stiffness_n_per_m(kUsualTissue_N_per_m);
+       softness.set_radius_m(kUsualDent_m);
+     }}};
 
 bool moves(const ObjectRecord& object) { return object.motion && !object.motion->fixed && !object.motion->tool; }
 
@@ -229,18 +235,34 @@ const NumberProperty kMotion[] = {
      }},
 };
 
-const SwitchProperty kMoves = {"moves",
-                               "Is pushed by the stylus, falls and comes to rest on the floor; else stays where it is",
-                               moves, [](bool on, double floor_m, v1::Operation& operation) {
-                                 v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
-                                 if (!on) return;
-                                 motion.set_mass_kg(kUsualMass_kg);
-                                 motion.set_linear_damping_per_s(kUsualDamping_per_s);
-                                 motion.set_angular_damping_per_s(kUsualDamping_per_s);
-                                 v1::Plane& floor = *motion.add_planes();
-                                 floor.mutable_normal()->set_z(1);
-                                 floor.set_offset_m(floor_m);
-                               }};
+bool meetsOthers(const ObjectRecord& object) { return object.motion && object.motion->collision; }
+
+void setMoves(const ObjectRecord& object, bool on, double floor_m, v1::Operation& operation) {
+  v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
+  if (!on) {
+    if (!meetsOthers(object)) return;
+    motion.set_fixed(true);
+    motion.mutable_collision();
+    return;
+  }
+  motion.set_mass_kg(kUsualMass_kg);
+  motion.set_linear_damping_per_s(kUsualDamping_per_s);
+  motion.set_angular_damping_per_s(kUsualDamping_per_s);
+  motion.mutable_collision();
+  v1::Plane& floor = *motion.add_planes();
+  floor.mutable_normal()->set_z(1);
+  floor.set_offset_m(floor_m);
+}
+
+const SwitchProperty kMotionSwitches[] = {
+    {"moves",
+     "Is pushed by the stylus, falls, comes to rest on the floor and is stopped by others; else stays where it is",
+     moves, setMoves, true},
+    {"meets others",
+     "Objects that move are stopped by it, and it by them; else they pass through. Its mesh has to be closed",
+     meetsOthers, [](const ObjectRecord& object, bool on, double /*floor_m*/, v1::Operation& operation) {
+       setMeetsOthers(object, on, operation);
+     }}};
 
 /// The rows, and one for each other number of the material, by what scene.proto says of it.
 std::vector<NumberProperty> withScalars(std::span<const NumberProperty> rows) {
@@ -271,12 +293,39 @@ std::vector<NumberProperty> withScalars(std::span<const NumberProperty> rows) {
 
 std::span<const PropertyGroup> propertyGroups() {
   static const std::vector<NumberProperty> kSurfaceNumbers = withScalars(kSurface);
-  static const PropertyGroup kGroups[] = {{"Place", nullptr, false, kPlace},
-                                          {"Surface", nullptr, false, kSurfaceNumbers},
-                                          {"Texture", nullptr, true, kTexture},
-                                          {"Softness", &kIsSoft, false, kSoftness},
-                                          {"Motion", &kMoves, false, kMotion}};
+  static const PropertyGroup kGroups[] = {{"Place", {}, false, kPlace},
+                                          {"Surface", {}, false, kSurfaceNumbers},
+                                          {"Texture", {}, true, kTexture},
+                                          {"Softness", kSoft, false, kSoftness},
+                                          {"Motion", kMotionSwitches, false, kMotion}};
   return kGroups;
+}
+
+std::array<int, 3> shownColor(const Color& color) {
+  const auto shown = [](float part) {
+    return static_cast<int>(std::lround(255 * encodeSrgb(std::clamp(part, 0.F, 1.F))));
+  };
+  return {shown(color.red), shown(color.green), shown(color.blue)};
+}
+
+void setShownColor(std::array<int, 3> color, v1::Operation& operation) {
+  const auto linear = [](int part) { return static_cast<float>(decodeSrgb(part / 255.0)); };
+  v1::Color& message = *materialIn(operation).mutable_color();
+  message.set_red(linear(color[0]));
+  message.set_green(linear(color[1]));
+  message.set_blue(linear(color[2]));
+}
+
+void setMeetsOthers(const ObjectRecord& object, bool on, v1::Operation& operation) {
+  v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
+  const bool isFree = object.motion && !object.motion->fixed;
+  if (isFree) toWire(*object.motion, motion);
+  if (on) {
+    motion.mutable_collision();
+    if (!isFree) motion.set_fixed(true);
+  } else {
+    motion.clear_collision();
+  }
 }
 
 void setObject(v1::Operation& operation, const std::string& name) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -29,18 +30,25 @@ struct SwitchProperty {
   const char* tip;
   bool (*get)(const ObjectRecord&);
   /// @param floor_m  World z, on which the object comes to rest.
-  void (*set)(bool on, double floor_m, v1::Operation&);
+  void (*set)(const ObjectRecord&, bool on, double floor_m, v1::Operation&);
+  bool isOfAll = false;  ///< Switched on, the others have to meet it: they are given what meetsOthers() gives.
 };
 
 /// Properties under one heading.
 struct PropertyGroup {
   const char* title;
-  const SwitchProperty* has;  ///< Null: every object has them.
-  bool isTexture;             ///< The family is chosen first.
+  std::span<const SwitchProperty> switches;
+  bool isTexture;  ///< The family is chosen first.
   std::span<const NumberProperty> numbers;
 };
 
 [[nodiscard]] std::span<const PropertyGroup> propertyGroups();
+
+/// As screens show it: sRGB, 8 bits each, red first.
+[[nodiscard]] std::array<int, 3> shownColor(const Color& color);
+void setShownColor(std::array<int, 3> color, v1::Operation& operation);
+/// Has it met by others that collide: where it stays, or as it moves. Its mesh has to be closed.
+void setMeetsOthers(const ObjectRecord& object, bool on, v1::Operation& operation);
 
 /// Of the object that it is sent to.
 void setObject(v1::Operation& operation, const std::string& name);

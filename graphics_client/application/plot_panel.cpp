@@ -8,13 +8,20 @@
 #include <qwt_plot_zoomer.h>
 #include <qwt_text.h>
 
+#include <QEvent>
 #include <QHBoxLayout>
+#include <QPalette>
 #include <utility>
 
 namespace haptics {
 namespace {
 
 constexpr double kText = 0.85;  // of the window's text
+
+/// Okabe's and Ito's colours, which colour-blind people tell apart, darker or lighter where they would be hard to see on a
+/// light or dark ground.
+const QColor kBlack(0, 0, 0), kWhite(240, 240, 240), kBlue(0, 90, 160), kSkyBlue(86, 180, 233), kVermilion(200, 75, 0),
+    kOrange(240, 165, 40), kDarkGreen(0, 115, 85), kGreen(40, 195, 150);
 
 }  // namespace
 
@@ -23,12 +30,13 @@ PlotPanel::PlotPanel() {
   new QHBoxLayout(this);
   layout()->setContentsMargins(0, 0, 0, 0);
   addPlot("Force", "N",
-          {{"written", Qt::black, &Sample::written_N},
-           {"spring", Qt::blue, &Sample::spring_N},
-           {"friction", Qt::red, &Sample::friction_N},
-           {"texture", Qt::darkGreen, &Sample::texture_N}});
-  addPlot("Depth", "mm", {{"HIP below IHIP", Qt::darkMagenta, &Sample::depth_mm}});
-  addPlot("Energy given", "mJ", {{"by all", Qt::darkCyan, &Sample::energy_mJ}});
+          {{"written", kBlack, kWhite, &Sample::written_N},
+           {"spring", kBlue, kSkyBlue, &Sample::spring_N},
+           {"friction", kVermilion, kOrange, &Sample::friction_N},
+           {"texture", kDarkGreen, kGreen, &Sample::texture_N}});
+  addPlot("Depth", "mm", {{"HIP below IHIP", kBlue, kSkyBlue, &Sample::depth_mm}});
+  addPlot("Energy given", "mJ", {{"by all", kDarkGreen, kGreen, &Sample::energy_mJ}});
+  color();
 }
 
 void PlotPanel::addPlot(const QString& title, const QString& unit, std::vector<Curve> curves) {
@@ -50,16 +58,31 @@ void PlotPanel::addPlot(const QString& title, const QString& unit, std::vector<C
     plot->insertLegend(legend, QwtPlot::RightLegend);
   }
   auto* grid = new QwtPlotGrid;
-  grid->setMajorPen(Qt::lightGray, 0, Qt::DotLine);
   grid->attach(plot);
   for (Curve& curve : curves) {
     curve.drawn = new QwtPlotCurve(curve.name);
-    curve.drawn->setPen(curve.color, 1.2);
     curve.drawn->attach(plot);
   }
   new QwtPlotZoomer(plot->canvas());
   layout()->addWidget(plot);
   plots_.push_back({plot, std::move(curves)});
+}
+
+void PlotPanel::color() {
+  const bool isDark = palette().color(QPalette::Base).lightnessF() < 0.5;
+  for (const Plot& plot : plots_) {
+    plot.plot->setCanvasBackground(palette().color(QPalette::Base));
+    for (QwtPlotItem* grid : plot.plot->itemList(QwtPlotItem::Rtti_PlotGrid)) {
+      static_cast<QwtPlotGrid*>(grid)->setMajorPen(palette().color(QPalette::Mid), 0, Qt::DotLine);
+    }
+    for (const Curve& curve : plot.curves) curve.drawn->setPen(isDark ? curve.onDark : curve.onLight, 1.4);
+    plot.plot->replot();
+  }
+}
+
+void PlotPanel::changeEvent(QEvent* event) {
+  QWidget::changeEvent(event);
+  if (event->type() == QEvent::PaletteChange) color();
 }
 
 void PlotPanel::add(const Sample& sample) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QColor>
 #include <QWidget>
 #include <deque>
 #include <vector>
@@ -32,10 +33,14 @@ class PlotPanel : public QWidget {
   /// As a picture, by its ending: .png, .svg, .pdf.
   void save(const QString& file);
 
+ protected:
+  /// Another theme has other colours.
+  void changeEvent(QEvent* event) override;
+
  private:
   struct Curve {
     const char* name;
-    Qt::GlobalColor color;
+    QColor onLight, onDark;
     double Sample::*value;
     QwtPlotCurve* drawn = nullptr;
   };
@@ -47,6 +52,7 @@ class PlotPanel : public QWidget {
   std::deque<Sample> samples_;
   bool paused_ = false;
 
+  void color();
   void addPlot(const QString& title, const QString& unit, std::vector<Curve> curves);
 };
 

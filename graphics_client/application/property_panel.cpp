@@ -16,9 +16,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/mesh/import.h"
 #include "graphics_client/application/height_map.h"
 #include "graphics_client/application/printable_text.h"
 #include "graphics_client/application/texture_gallery.h"
+#include "graphics_client/surface/mesh_normals.h"
 
 namespace haptics {
 namespace {
@@ -37,6 +39,7 @@ PropertyPanel::PropertyPanel()
   setObjectName("properties");
   form_ = new QFormLayout(rowsOf_);
   form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+  addIdentity();
   for (const PropertyGroup& group : propertyGroups()) addRows(group);
   followEventsOfRows();
   const auto fields = rowsOf_->findChildren<QDoubleSpinBox*>();
@@ -93,12 +96,13 @@ void PropertyPanel::addRows(const PropertyGroup& group) {
   title->setFont(bold);
   form_->addRow(title);
   if (group.isTexture) addGallery();
-  if (group.has != nullptr) {
-    rows_.push_back(std::make_unique<SwitchRow>(*group.has, form_, [this, has = group.has](bool on) {
+  for (const SwitchProperty& property : group.switches) {
+    rows_.push_back(std::make_unique<SwitchRow>(property, form_, [this, &property](bool on) {
       if (!shown_) return;
       v1::Operation operation;
-      has->set(on, floor_m_, operation);
-      change(has->label, std::move(operation));
+      property.set(*shown_, on, floor_m_, operation);
+      change(property.label, std::move(operation),
+             on && property.isOfAll ? othersMeet() : std::vector<v1::Operation>());
       emit finished();
     }));
   }
@@ -113,6 +117,50 @@ void PropertyPanel::addRows(const PropertyGroup& group) {
   }
 }
 
+void PropertyPanel::addIdentity() {
+  rows_.push_back(std::make_unique<NameAndSizeRow>(
+      form_,
+      [this](const QString& wanted) {
+        if (shown_) emit renamed(QString::fromStdString(shown_->name), wanted);
+      },
+      [this](double factor) { scale(factor); }));
+  rows_.push_back(std::make_unique<ColorRow>(form_, [this](std::array<int, 3> color) {
+    if (!shown_) return;
+    v1::Operation operation;
+    setShownColor(color, operation);
+    change("colour", std::move(operation));
+    emit finished();
+  }));
+}
+
+/// About the origin of the object's frame.
+void PropertyPanel::scale(double factor) {
+  if (!shown_) return;
+  const auto known = view_->meshes.find(shown_->mesh);
+  if (known == view_->meshes.end()) return;
+  const TriMesh& mesh = *known->second;
+  auto scaled = canonicalise({mesh.vertices.begin(), mesh.vertices.end()}, mesh.triangles, {.unit_m = factor});
+  if (!scaled) return say("size: " + text(scaled.error().text()), true);
+  const AssetContent content = std::make_shared<const TriMesh>(std::move(scaled->mesh));
+  v1::Transaction transaction;
+  v1::RemeshObject& remesh = *transaction.add_operations()->mutable_remesh();
+  remesh.mutable_object()->set_name(shown_->name);
+  remesh.mutable_mesh()->set_asset(canonicalBytes(content).hash().asBytes());
+  emit uploaded("size of " + text(shown_->name), transaction, content);
+}
+
+/// Those that stay where they are and are closed stop what moves.
+std::vector<v1::Operation> PropertyPanel::othersMeet() const {
+  std::vector<v1::Operation> operations;
+  for (const SceneVersion::Object& other : view_->scene->objects()) {
+    const auto mesh = view_->meshes.find(other->mesh);
+    if (other->id == shown_->id || other->motion || mesh == view_->meshes.end() || !isClosed(*mesh->second)) continue;
+    setMeetsOthers(*other, true, operations.emplace_back());
+    setObject(operations.back(), other->name);
+  }
+  return operations;
+}
+
 void PropertyPanel::addGallery() {
   const auto choose = [this](const TextureFamily* family) {
     if (!shown_) return;
@@ -125,7 +173,9 @@ void PropertyPanel::addGallery() {
     change("texture", std::move(operation));
     emit finished();
   };
-  rows_.push_back(std::make_unique<TextureGallery>(form_, choose, [this] { chooseImage(); }));
+  auto gallery = std::make_unique<TextureGallery>(form_, choose, [this] { chooseImage(); });
+  gallery_ = gallery.get();
+  rows_.push_back(std::move(gallery));
 }
 
 void PropertyPanel::chooseImage() {
@@ -140,11 +190,11 @@ void PropertyPanel::setImage(const QString& file) {
   readers_.start([this, file, object = shown_->name] {
     Result<AssetContent> image = readHeightMap(file).map([](auto field) { return AssetContent(std::move(field)); });
     if (!image) image.error().field = QFileInfo(file).fileName().toStdString();
-    QMetaObject::invokeMethod(this, [this, object, image = std::move(image)] { takeImage(object, image); });
+    QMetaObject::invokeMethod(this, [this, object, file, image = std::move(image)] { takeImage(object, file, image); });
   });
 }
 
-void PropertyPanel::takeImage(const std::string& object, const Result<AssetContent>& image) {
+void PropertyPanel::takeImage(const std::string& object, const QString& file, const Result<AssetContent>& image) {
   if (!image) return say(text(image.error().text()), true);
   const SceneVersion::Object record = view_ ? view_->scene->find(object) : nullptr;
   if (!record) return say(text(object) + " is not there any more", true);
@@ -152,7 +202,9 @@ void PropertyPanel::takeImage(const std::string& object, const Result<AssetConte
   v1::Operation& operation = *transaction.add_operations();
   v1::Texture& texture = *operation.mutable_set_material()->mutable_material()->mutable_texture();
   texture = textureOf(record->material.surface);
-  *texture.mutable_field() = imageField(canonicalBytes(*image).hash());
+  const ContentHash field = canonicalBytes(*image).hash();
+  *texture.mutable_field() = imageField(field);
+  gallery_->name(field, QFileInfo(file).fileName());
   setObject(operation, object);
   emit uploaded("texture of " + text(object), transaction, *image);
 }
@@ -209,10 +261,11 @@ bool PropertyPanel::eventFilter(QObject* watched, QEvent* event) {
   return QWidget::eventFilter(watched, event);
 }
 
-void PropertyPanel::change(const QString& property, v1::Operation operation) {
+void PropertyPanel::change(const QString& property, v1::Operation operation, std::vector<v1::Operation> others) {
   setObject(operation, shown_->name);
   v1::Transaction transaction;
   *transaction.add_operations() = std::move(operation);
+  for (v1::Operation& other : others) *transaction.add_operations() = std::move(other);
   emit edited(property + " of " + text(shown_->name), transaction);
 }
 

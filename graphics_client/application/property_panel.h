@@ -17,6 +17,8 @@ class QScrollArea;
 
 namespace haptics {
 
+class TextureGallery;
+
 /// The properties of one object, each with its unit and limits; an edit for each change, while it is dragged.
 class PropertyPanel : public QWidget {
   Q_OBJECT
@@ -39,6 +41,7 @@ class PropertyPanel : public QWidget {
   void edited(const QString& property, const haptics::v1::Transaction& change);
   /// The slider or field is let go of.
   void finished();
+  void renamed(const QString& object, const QString& wanted);
   /// An edit with an asset that the server may not hold.
   void uploaded(const QString& edit, const haptics::v1::Transaction& change, const haptics::AssetContent& asset);
 
@@ -55,18 +58,22 @@ class PropertyPanel : public QWidget {
   QWidget* rowsOf_;
   QScrollArea* scroll_;  // of the rows
   std::vector<std::unique_ptr<PropertyRow>> rows_;
+  TextureGallery* gallery_ = nullptr;  // one of the rows
   SceneVersion::Object shown_;
   std::shared_ptr<const MirrorView> view_;  // that has it
   double floor_m_ = 0;
   QThreadPool readers_;  // of images; waits for them when it goes
 
   void followEventsOfRows();
+  void addIdentity();
   void addRows(const PropertyGroup& group);
+  void scale(double factor);
+  [[nodiscard]] std::vector<v1::Operation> othersMeet() const;
   void addGallery();
   void chooseImage();
-  void takeImage(const std::string& object, const Result<AssetContent>& image);
+  void takeImage(const std::string& object, const QString& file, const Result<AssetContent>& image);
   void showRows(bool withHeld);
-  void change(const QString& property, v1::Operation operation);
+  void change(const QString& property, v1::Operation operation, std::vector<v1::Operation> others = {});
 };
 
 }  // namespace haptics

@@ -1,12 +1,16 @@
 #include "graphics_client/application/property_rows.h"
 
 #include <QCheckBox>
+#include <QColorDialog>
 #include <QDoubleSpinBox>
 #include <QFormLayout>
-#include <QHBoxLayout>
+#include <QGridLayout>
+#include <QLabel>
 #include <QLineEdit>
+#include <QPushButton>
 #include <QSignalBlocker>
 #include <QSlider>
+#include <QToolButton>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -25,7 +29,7 @@ QString nameOf(const char* label) { return QString::fromUtf8(label); }
 
 NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::function<void(double)> change,
                      const std::function<void()>& finished)
-    : number_(number), box_(new QDoubleSpinBox), slider_(new QSlider(Qt::Horizontal)) {
+    : number_(number), box_(new QDoubleSpinBox), slider_(new QSlider(Qt::Horizontal)), reset_(new QToolButton) {
   box_->setObjectName(number.label);
   box_->setDecimals(number.decimals);
   box_->setSuffix(QString::fromUtf8(number.unit));
@@ -38,15 +42,24 @@ NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::funct
   box_->setAccessibleName(number.label);
   slider_->setObjectName(nameOf(number.label) + " slider");
   slider_->setRange(0, kSteps);
-  slider_->setMinimumWidth(60);
   slider_->setToolTip(number.tip);
   slider_->setAccessibleName(nameOf(number.label) + " slider");
+  reset_->setText("\u21ba");
+  reset_->setAutoRaise(true);
+  reset_->setToolTip("Back to what it was when the object was selected");
+  reset_->setAccessibleName(nameOf(number.label) + " reset");
+  auto* label = new QLabel(number.label);
+  label->setToolTip(number.tip);
   auto* row = new QWidget;
-  auto* layout = new QHBoxLayout(row);
+  auto* layout = new QGridLayout(row);
   layout->setContentsMargins(0, 0, 0, 0);
-  layout->addWidget(slider_, 1);
-  layout->addWidget(box_);
-  form->addRow(number.label, row);
+  layout->setVerticalSpacing(0);
+  layout->addWidget(label, 0, 0);
+  layout->addWidget(box_, 0, 1);
+  layout->addWidget(reset_, 0, 2);
+  layout->addWidget(slider_, 1, 0, 1, 3);
+  layout->setColumnStretch(0, 1);
+  form->addRow(row);
   const auto changeTo = [this, change = std::move(change)](double value) {
     isTyping_ = false;
     sinceChange_.start();
@@ -55,6 +68,11 @@ NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::funct
   };
   QObject::connect(slider_, &QSlider::valueChanged, [this, changeTo](int step) { changeTo(valueAt(step)); });
   QObject::connect(slider_, &QSlider::sliderReleased, finished);
+  QObject::connect(reset_, &QToolButton::clicked, [this, changeTo, finished] {
+    if (!first_) return;
+    changeTo(*first_);
+    finished();
+  });
   QObject::connect(box_->findChild<QLineEdit*>(), &QLineEdit::textEdited, [this] { isTyping_ = true; });
   QObject::connect(box_, &QDoubleSpinBox::editingFinished, [this] { isTyping_ = false; });
   QObject::connect(box_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), [changeTo, finished](double value) {
@@ -71,6 +89,9 @@ void NumberRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
   const std::optional<double> value = number_.get(object);
   box_->setEnabled(value.has_value());
   slider_->setEnabled(value.has_value());
+  if (of_ != object.id || (value && !first_)) first_ = value;
+  of_ = object.id;
+  reset_->setEnabled(value && first_ && *value != *first_);
   isTyping_ = false;
   show(value.value_or(number_.least));
 }
@@ -106,5 +127,77 @@ SwitchRow::SwitchRow(const SwitchProperty& property, QFormLayout* form, const st
 void SwitchRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
   box_->setChecked(property_.get(object));
 }
+
+ColorRow::ColorRow(QFormLayout* form, const std::function<void(std::array<int, 3>)>& change)
+    : button_(new QPushButton) {
+  button_->setObjectName("colour");
+  button_->setAccessibleName("colour");
+  button_->setToolTip("Of the object in the picture; it is not felt");
+  form->addRow("colour", button_);
+  QObject::connect(button_, &QPushButton::clicked, [this, change] {
+    const QColor chosen =
+        QColorDialog::getColor(QColor(shown_[0], shown_[1], shown_[2]), button_->window(), "Colour of the object");
+    if (chosen.isValid()) change({chosen.red(), chosen.green(), chosen.blue()});
+  });
+}
+
+void ColorRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
+  const auto now = shownColor(object.material.color);
+  if (now == shown_ && !button_->text().isEmpty()) return;
+  shown_ = now;
+  const QColor color(now[0], now[1], now[2]);
+  button_->setText(color.name());
+  button_->setStyleSheet(
+      QString("background-color: %1; color: %2").arg(color.name(), color.lightnessF() > 0.45 ? "black" : "white"));
+}
+
+NameAndSizeRow::NameAndSizeRow(QFormLayout* form, const std::function<void(const QString&)>& rename,
+                               const std::function<void(double factor)>& scale)
+    : name_(new QLineEdit), size_(new QDoubleSpinBox) {
+  name_->setObjectName("name");
+  name_->setAccessibleName("name");
+  name_->setToolTip("Letters, digits, _ - and .; no other object may have it");
+  form->addRow("name", name_);
+  size_->setObjectName("size");
+  size_->setAccessibleName("size");
+  size_->setToolTip("Longest side of the box around the mesh: the object is scaled");
+  size_->setSuffix(" mm");
+  size_->setDecimals(2);
+  size_->setRange(0.01, kLargest);
+  size_->setKeyboardTracking(false);
+  size_->setStepType(QAbstractSpinBox::AdaptiveDecimalStepType);
+  form->addRow("size", size_);
+  QObject::connect(name_, &QLineEdit::editingFinished, [this, rename] {
+    if (name_->text() != shownName_) rename(name_->text());
+  });
+  QObject::connect(size_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), [this, scale](double value) {
+    if (shown_mm_ > 0) scale(value / shown_mm_);
+  });
+}
+
+void NameAndSizeRow::show(const ObjectRecord& object, const MirrorView& view) {
+  shownName_ = QString::fromStdString(object.name);
+  name_->setText(shownName_);
+  const auto mesh = view.meshes.find(object.mesh);
+  size_->setEnabled(mesh != view.meshes.end());
+  if (mesh == view.meshes.end()) {
+    shownMesh_ = {};
+    return;
+  }
+  if (shownMesh_ != object.mesh) {
+    shownMesh_ = object.mesh;
+    Vec3f low = mesh->second->vertices.front(), high = low;
+    for (const Vec3f& vertex : mesh->second->vertices) {
+      low = glm::min(low, vertex);
+      high = glm::max(high, vertex);
+    }
+    const Vec3 sides = 1e3 * (Vec3(high) - Vec3(low));
+    shown_mm_ = std::max({sides.x, sides.y, sides.z});
+  }
+  const QSignalBlocker quiet(size_);
+  size_->setValue(shown_mm_);
+}
+
+bool NameAndSizeRow::isHeld() const { return name_->hasFocus() || size_->hasFocus(); }
 
 }  // namespace haptics

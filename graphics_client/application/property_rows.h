@@ -1,6 +1,7 @@
 #pragma once
 
 #include <QElapsedTimer>
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -12,7 +13,10 @@
 class QCheckBox;
 class QDoubleSpinBox;
 class QFormLayout;
+class QLineEdit;
+class QPushButton;
 class QSlider;
+class QToolButton;
 
 namespace haptics {
 
@@ -43,6 +47,9 @@ class NumberRow : public PropertyRow {
   const NumberProperty& number_;
   QDoubleSpinBox* box_;
   QSlider* slider_;
+  QToolButton* reset_;
+  std::optional<ObjectId> of_;   // the object that is shown
+  std::optional<double> first_;  // its value when it was first shown
   bool isTyping_ = false;
   QElapsedTimer sinceChange_;  // by a person; not valid before the first
 
@@ -62,6 +69,36 @@ class SwitchRow : public PropertyRow {
  private:
   const SwitchProperty& property_;
   QCheckBox* box_;
+};
+
+/// A button in the object's colour that asks for another.
+class ColorRow : public PropertyRow {
+ public:
+  ColorRow(QFormLayout* form, const std::function<void(std::array<int, 3>)>& change);
+
+  void show(const ObjectRecord& object, const MirrorView& view) override;
+  [[nodiscard]] bool isHeld() const override { return false; }
+
+ private:
+  QPushButton* button_;
+  std::array<int, 3> shown_{};
+};
+
+/// The name, and the longest side of the box around the object, each done when Return is pressed or the field is left.
+class NameAndSizeRow : public PropertyRow {
+ public:
+  NameAndSizeRow(QFormLayout* form, const std::function<void(const QString&)>& rename,
+                 const std::function<void(double factor)>& scale);
+
+  void show(const ObjectRecord& object, const MirrorView& view) override;
+  [[nodiscard]] bool isHeld() const override;
+
+ private:
+  QLineEdit* name_;
+  QDoubleSpinBox* size_;
+  QString shownName_;
+  ContentHash shownMesh_;
+  double shown_mm_ = 0;
 };
 
 }  // namespace haptics

@@ -6,15 +6,16 @@
 #include "common/assets/asset_content.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
+#include "graphics_client/editing/scene_file.h"
 #include "graphics_client/editing/scene_text.h"
 
 namespace haptics {
 namespace {
 
-/// Of an object that is added, and from an object to its duplicate.
-constexpr double kSize_m = 0.05;
+constexpr double kSize_m = SceneEditor::kSize_m;
 
-void generate(const std::string& kind, v1::MeshSource& mesh) {
+/// @return Its height, metres.
+double generate(const std::string& kind, v1::MeshSource& mesh) {
   if (kind == "sphere") mesh.mutable_sphere()->set_radius_m(kSize_m / 2);
   if (kind == "box") {
     v1::Vector3& size = *mesh.mutable_box()->mutable_size_m();
@@ -29,7 +30,9 @@ void generate(const std::string& kind, v1::MeshSource& mesh) {
   if (kind == "torus") {
     mesh.mutable_torus()->set_major_radius_m(kSize_m / 3);
     mesh.mutable_torus()->set_minor_radius_m(kSize_m / 6);
+    return kSize_m / 3;
   }
+  return kSize_m;
 }
 
 /// The server's warnings, without what it tells of meshes and fields.
@@ -116,12 +119,15 @@ std::string SceneEditor::freeName(const SceneVersion& scene, const std::string& 
   return name;
 }
 
-std::string SceneEditor::add(const std::string& kind, double z_m) {
+std::string SceneEditor::add(const std::string& kind, Vec3 foot) {
   v1::Operation operation;
   v1::AddObject& add = *operation.mutable_add();
   add.set_name(freeName(*link_.latest()->scene, kind));
-  generate(kind, *add.mutable_mesh());
-  add.mutable_pose()->mutable_position()->set_z(z_m + kSize_m);
+  const double height_m = generate(kind, *add.mutable_mesh());
+  v1::Vector3& position = *add.mutable_pose()->mutable_position();
+  position.set_x(foot.x);
+  position.set_y(foot.y);
+  position.set_z(foot.z + height_m / 2);
   std::string name = add.name();
   submit("add " + QString::fromStdString(name), std::move(operation));
   return name;
@@ -163,8 +169,23 @@ void SceneEditor::remove(const std::string& object) {
   submit("delete " + QString::fromStdString(printable(object)), std::move(operation));
 }
 
+void SceneEditor::rename(const std::string& object, const std::string& wanted) {
+  const auto view = link_.latest();
+  const QString edit = "rename " + QString::fromStdString(printable(object));
+  auto parsed = parseSceneText(sceneText(*view->scene, object), object);
+  if (!parsed || parsed->operations().empty()) return say_(edit, "there is no such object", true);
+  Edit made{.transaction = {}, .text = edit.toStdString()};
+  made.transaction.add_operations()->mutable_remove()->mutable_object()->set_name(object);
+  v1::Operation& added = *made.transaction.add_operations();
+  added = parsed->operations(0);
+  added.mutable_add()->set_name(wanted);
+  history_.submit(std::move(made), said(edit));
+}
+
 void SceneEditor::open(Edit edit, const std::function<void()>& done) {
-  history_.submit(std::move(edit), [this, done, say = said("open")](const Result<v1::Accepted>& outcome) {
+  const int removals = removalsBefore(edit);
+  history_.submit(std::move(edit), [this, done, removals, say = said("open")](Result<v1::Accepted> outcome) {
+    if (!outcome) outcome.error() = asInFile(std::move(outcome).error(), removals);
     say(outcome);
     if (!outcome) return;
     markSaved(state());

@@ -30,16 +30,21 @@ class SceneEditor {
   void finishDrag() { drag_.reset(); }
   /// An edit with an asset that the server may not hold.
   void submit(const QString& edit, const v1::Transaction& transaction, const AssetContent& asset);
-  /// A generated object, 50 mm large, above z.
+  /// A generated object, 50 mm large.
   /// @param kind  "sphere", "box", "cylinder" or "torus".
+  /// @param foot  Where the middle of its lower side goes, world frame.
   /// @return Its name.
-  std::string add(const std::string& kind, double z_m);
+  std::string add(const std::string& kind, Vec3 foot);
+  /// Of what add() adds.
+  static constexpr double kSize_m = 0.05;
   /// An object of a mesh that the server was sent. `done` is told its name, and the outcome.
   void addMesh(const std::string& wantedName, const ContentHash& mesh, Vec3 position_m,
                std::function<void(const v1::EditProgress&)> progress,
                std::function<void(const std::string& name, const Result<v1::Accepted>&)> done);
   void duplicate(const std::string& object);
   void remove(const std::string& object);
+  /// Its motion begins anew where the scene has it.
+  void rename(const std::string& object, const std::string& wanted);
   /// What a scene file holds, in place of the present objects.
   /// @param done  Once the server has accepted it.
   void open(Edit edit, const std::function<void()>& done);

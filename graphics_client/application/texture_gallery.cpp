@@ -22,11 +22,6 @@ constexpr int kColumns = 4;
 /// Entries: none, each family, and what an object has that is none of these.
 int ownEntry() { return static_cast<int>(textureFamilies().size()) + 1; }
 
-const char* nameOf(const FieldFamily& family) {
-  if (std::holds_alternative<GrownFamily>(family)) return "grown pattern";
-  return std::holds_alternative<LayeredFamily>(family) ? "layers" : "image or pattern";
-}
-
 /// What of the view's fields the family names is here.
 bool isHere(const FieldFamily& family, const MirrorView& view) {
   SurfaceProperties surface;
@@ -92,6 +87,14 @@ void TextureGallery::paint(int entry, std::function<Result<std::vector<std::uint
       if (entry < gallery->count()) gallery->setItemIcon(entry, QIcon(QPixmap::fromImage(picture)));
     });
   });
+}
+
+QString TextureGallery::nameOf(const FieldFamily& family) const {
+  if (std::holds_alternative<GrownFamily>(family)) return "grown pattern";
+  const auto* mapped = std::get_if<MappedFamily>(&family);
+  if (mapped == nullptr) return "layers";
+  const auto known = names_.find(mapped->field);
+  return known == names_.end() ? "image or pattern" : known->second;
 }
 
 bool TextureGallery::isHeld() const { return gallery_->view()->isVisible(); }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -24,16 +25,20 @@ class TextureGallery : public PropertyRow {
                  const std::function<void()>& chooseImage);
 
   void show(const ObjectRecord& object, const MirrorView& view) override;
+  /// The field of this hash was read from this file, by this window.
+  void name(const ContentHash& field, const QString& file) { names_[field] = file; }
   [[nodiscard]] bool isHeld() const override;
 
  private:
   QComboBox* gallery_;
   int shown_ = 0;
-  std::optional<FieldFamily> own_;  // that the last entry is a picture of
-  QThreadPool painters_;            // waits for them when it goes
+  std::optional<FieldFamily> own_;        // that the last entry is a picture of
+  std::map<ContentHash, QString> names_;  // of images
+  QThreadPool painters_;                  // waits for them when it goes
 
   /// Gives the entry a picture once that is computed.
   void paint(int entry, std::function<Result<std::vector<std::uint8_t>>()> preview);
+  [[nodiscard]] QString nameOf(const FieldFamily& family) const;
   void showOwn(const FieldFamily& family, const MirrorView& view);
 };
 

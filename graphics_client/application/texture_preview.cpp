@@ -83,6 +83,25 @@ std::vector<std::uint8_t> shaded(const ScalarField& field, double side_m, int si
   return shades;
 }
 
+/// The heights themselves, of one tile: an image as it is. Means over each pixel.
+std::vector<std::uint8_t> asImage(const ScalarField& field, double side_m, int side_px) {
+  constexpr int kOver = 4;
+  const double step_m = side_m / side_px / kOver;
+  std::vector<double> heights(static_cast<std::size_t>(side_px) * side_px);
+  for (int row = 0; row < kOver * side_px; ++row) {
+    for (int column = 0; column < kOver * side_px; ++column) {
+      const Vec3 point((column + 0.5) * step_m - side_m / 2, side_m / 2 - (row + 0.5) * step_m, 0);
+      heights[static_cast<std::size_t>(row / kOver * side_px + column / kOver)] += field.at(point).value;
+    }
+  }
+  const auto [low, high] = std::ranges::minmax(heights);
+  std::vector<std::uint8_t> shades;
+  for (const double height : heights) {
+    shades.push_back(static_cast<std::uint8_t>(std::lround(high > low ? 255 * (height - low) / (high - low) : 128)));
+  }
+  return shades;
+}
+
 Result<std::vector<std::uint8_t>> previewOf(FieldFamily family, const FieldLookup& lookup,
                                             const PointFieldLookup& pointLookup, int side_px) {
   flatten(family);
@@ -128,7 +147,12 @@ Result<std::vector<std::uint8_t>> texturePreview(const v1::ScalarField& field, i
 }
 
 Result<std::vector<std::uint8_t>> texturePreview(const FieldFamily& family, const FieldLookup& lookup, int side_px) {
-  return previewOf(family, lookup, {}, side_px);
+  if (!std::holds_alternative<MappedFamily>(family)) return previewOf(family, lookup, {}, side_px);
+  FieldFamily flat = family;
+  flatten(flat);
+  const auto field = makeField(flat, lookup, {});
+  if (!field) return tl::unexpected(field.error());
+  return asImage(**field, sideOf_m(flat), side_px);
 }
 
 }  // namespace haptics

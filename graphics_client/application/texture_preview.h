@@ -15,7 +15,7 @@ namespace haptics {
 /// to some tenths of a second.
 /// @param field  As an edit asks for it; no image below the server's asset folders.
 [[nodiscard]] Result<std::vector<std::uint8_t>> texturePreview(const v1::ScalarField& field, int side_px);
-/// Of a record. Refused: sampled fields that the lookup does not know, and a grown pattern, whose mesh it lies on.
+/// Of a record; a mapped field as the image that it is. Refused: sampled fields that the lookup does not know, and a grown pattern, whose mesh it lies on.
 [[nodiscard]] Result<std::vector<std::uint8_t>> texturePreview(const FieldFamily& family, const FieldLookup& lookup,
                                                                int side_px);
 

@@ -1,8 +1,10 @@
 #include "graphics_client/application/view_widget.h"
 
+#include <QHelpEvent>
 #include <QMouseEvent>
 #include <QTabletEvent>
 #include <QTimer>
+#include <QToolTip>
 #include <QWheelEvent>
 #include <cmath>
 #include <utility>
@@ -24,6 +26,16 @@ ViewWidget::ViewWidget(SceneView& scene) : scene_(scene) {
   setFocusPolicy(Qt::StrongFocus);
   setMinimumSize(320, 240);
   setObjectName("view");
+}
+
+bool ViewWidget::event(QEvent* event) {
+  if (event->type() != QEvent::ToolTip) return QWidget::event(event);
+  const auto* help = static_cast<QHelpEvent*>(event);
+  const double ratio = devicePixelRatioF();
+  const std::string tip =
+      scene_.overlay().tipAt(ratio * help->x(), scene_.renderWindow().height_px() - ratio * help->y());
+  QToolTip::showText(help->globalPos(), QString::fromStdString(tip), this);
+  return true;
 }
 
 bool ViewWidget::takeDirty() { return std::exchange(dirty_, false); }

@@ -32,6 +32,8 @@ class ViewWidget : public QWidget {
   void wheelTurned(double clicks);
 
  protected:
+  /// What the line of words under the pointer means.
+  bool event(QEvent* event) override;
   QPaintEngine* paintEngine() const override { return nullptr; }
   void paintEvent(QPaintEvent* event) override;
   void showEvent(QShowEvent* event) override;

@@ -1,10 +1,12 @@
 #include "graphics_client/editing/scene_file.h"
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -143,6 +145,27 @@ Result<Edit> openScene(const fs::path& file, const SceneVersion& present) {
   }
   edit.transaction.MergeFrom(*transaction);
   return edit;
+}
+
+int removalsBefore(const Edit& opened) {
+  const auto& operations = opened.transaction.operations();
+  const auto isRemoval = [](const v1::Operation& operation) { return operation.has_remove(); };
+  return static_cast<int>(std::ranges::find_if_not(operations, isRemoval) - operations.begin());
+}
+
+Error asInFile(Error error, int removals) {
+  constexpr std::string_view kOperation = "operations[";
+  for (std::string* text : {&error.field, &error.reason}) {
+    for (auto at = text->find(kOperation); at != std::string::npos; at = text->find(kOperation, at)) {
+      at += kOperation.size();
+      const auto end = text->find(']', at);
+      int number = 0;
+      const char* const last = text->data() + std::min(end, text->size());
+      if (std::from_chars(text->data() + at, last, number).ptr == last && number >= removals)
+        text->replace(at, end - at, std::to_string(number - removals));
+    }
+  }
+  return error;
 }
 
 }  // namespace haptics

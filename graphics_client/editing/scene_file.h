@@ -36,4 +36,9 @@ namespace haptics {
 /// the present scene does not name. Refused: as above.
 [[nodiscard]] Result<Edit> openScene(const std::filesystem::path& file, const SceneVersion& present);
 
+/// Operations that openScene() has put before those of the file.
+[[nodiscard]] int removalsBefore(const Edit& opened);
+/// What the server says of such an edit, with the numbers that the file's operations have in the file.
+[[nodiscard]] Error asInFile(Error error, int removals);
+
 }  // namespace haptics

@@ -8,9 +8,6 @@
 namespace haptics {
 namespace {
 
-/// The first look: from the front, a little to the right and above, so that three sides of a box are seen.
-Vec3 firstDirection() { return glm::normalize(Vec3(-0.26, 1.0, -0.66)); }
-
 /// Nearer than this the near plane would cut the markers (metres).
 constexpr double kSmallestDistance_m = 0.05;
 /// Height of the piece of world that the close-up shows at its centre (metres): a press of 2 N at 800 N/m, 2.5 mm deep,
@@ -36,14 +33,14 @@ Vec3 toVec(const double v[3]) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
-void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea> areas) {
+void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea> areas, Vec3 direction) {
   if (points.empty() || areas.empty()) return;
   vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
   const double aspect = static_cast<double>(renderWindow_.width_px()) / std::max(renderWindow_.height_px(), 1);
   std::vector<CameraPlace> places;
   for (const PictureArea& area : areas) {
     places.push_back(
-        fitCamera(points, firstDirection(), glm::radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m));
+        fitCamera(points, direction, glm::radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m));
   }
   const CameraPlace place = std::ranges::min(
       places, {}, [](const CameraPlace& candidate) { return glm::distance(candidate.position, candidate.focus); });

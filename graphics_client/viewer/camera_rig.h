@@ -15,11 +15,15 @@ namespace haptics {
 /// Places the cameras of the world and of the close-up.
 class CameraRig {
  public:
+  /// The first look: from the front, a little to the right and above, so that three sides of a box are seen.
+  inline static const Vec3 kFirstDirection = glm::normalize(Vec3(-0.26, 1.0, -0.66));
+
   explicit CameraRig(RenderWindow& renderWindow) : renderWindow_(renderWindow) {}
 
   /// A three-quarter view from the front that shows all the points (world frame) in one of those parts of the picture,
   /// the one where they are larger.
-  void frame(std::span<const Vec3> points, std::span<const PictureArea> areas);
+  /// @param direction  Of the look, unit; not quite vertical.
+  void frame(std::span<const Vec3> points, std::span<const PictureArea> areas, Vec3 direction = kFirstDirection);
   /// Moves with the contact, keeping direction and distance.
   void setFollow(bool on) { follow_ = on; }
 

@@ -29,6 +29,8 @@ constexpr double kTipLength = 6, kTipRadius = 2.6;
 /// Full colour when the server told no limit (newtons).
 constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
+/// A polygon with a longer side is drawn as its outline: its face would hide the surface (pixels).
+constexpr double kLargePolygon_px = 60;
 constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F,
                 kSpringLine_px = 2.5F, kToolForce_px = 4, kToolPoint_px = 9, kTorque_px = 4;
 /// The arc of a torque: its radius, and how far round it goes (a full turn at most, less its head).
@@ -209,7 +211,10 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, const TelemetrySampl
   const palette::Shade shade = shadeIf(current, palette::kPrimitive);
   if (corners.size() == 3) {
     primitive_.setShape(polygon(corners));
-    if (!textured) primitive_.show(shade, place);  // its face would cut through the bumps
+    const double side_m = std::max({glm::distance(corners[0], corners[1]), glm::distance(corners[1], corners[2]),
+                                    glm::distance(corners[2], corners[0])});
+    const bool isLarge = side_m > kLargePolygon_px * metresPerPixel;
+    if (!textured && !isLarge) primitive_.show(shade, place);  // its face would cut through the bumps
     corners = {corners[0], corners[1], corners[1], corners[2], corners[2], corners[0]};
   }
   primitiveOutline_.setShape(corners.size() == 1 ? vertices(corners) : segments(corners));

@@ -20,6 +20,8 @@ namespace {
 constexpr double kFadedColorShare = 0.25;
 /// Polygon edges are the object's colour darkened this far towards black.
 constexpr double kEdgeDarkening = 0.35, kCloseUpEdgeDarkening = 0.22;
+/// Lines alone, on a pale ground.
+constexpr double kWireDarkening = 0.5;
 /// Brightness of a texture's lowest and highest places: some of the light does not reach the pits.
 constexpr double kPitBrightness = 0.72, kPeakBrightness = 1.06;
 /// From so many on, an object's triangles are a few pixels large.
@@ -108,7 +110,8 @@ void ObjectActors::paint(const Paint& paint) {
   for (Part& part : parts_) {
     if (displacementOn_ && part.dented) colorDisplacement(part);
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
-      actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
+      const palette::Shade drawn = paint.wireframe && actor == part.world.Get() ? edgeOf(shade, kWireDarkening) : shade;
+      actor->GetProperty()->SetColor(drawn.red, drawn.green, drawn.blue);
       actor->GetMapper()->SetScalarVisibility(displacementOn_ ? part.dented != nullptr : colored);
     }
     vtkProperty* world = part.world->GetProperty();

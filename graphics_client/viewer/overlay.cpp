@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "graphics_client/viewer/floor.h"
 #include "graphics_client/viewer/poly_data.h"
@@ -42,9 +43,10 @@ Overlay::Overlay(RenderWindow& renderWindow, bool showKeys)
       labels_(renderWindow.overlay(), renderWindow.world().solid),
       bannerBackground_(renderWindow.overlay(), palette::kBad, 0.92),
       scaleBar_(renderWindow.overlay(), palette::kText, 1),
-      helpVisible_(showKeys) {
+      helpVisible_(showKeys),
+      detailsVisible_(!showKeys) {
   legend_.setDots({palette::kHip, palette::kIhip, palette::kForceMiddle, palette::kSticking, palette::kPrimitive,
-                   palette::kTrail, palette::kFloorBoldLine});
+                   palette::kTrail, palette::kPointer, palette::kFloorBoldLine});
   keys_.setLines(controlLines());
   setUpText(bannerText_, renderWindow.overlay(), palette::kCard);
   bannerText_->GetTextProperty()->SetJustificationToCentered();
@@ -67,7 +69,8 @@ void Overlay::update(const MirrorView& view, const State& state, double time_s) 
   const double font_px = fontFor(renderWindow_);
   if (refreshed_s_ < 0 || time_s - refreshed_s_ >= kRefresh_s) {
     refreshed_s_ = time_s;
-    status_.setLines(statusLines(view, state.age_s, state.framesPerSecond, state.coarse, state.pitsFeltAsBumps));
+    auto status = statusLines(view, state.age_s, state.framesPerSecond, state.coarse, state.pitsFeltAsBumps);
+    status_.setLines(detailsVisible_ ? status : withoutDetails(std::move(status)));
     contact_.setLines(contactLines(view));
     setLegend(state.gridSpacing_m);
     frictionLegend_.setRange(state.friction);
@@ -80,10 +83,11 @@ void Overlay::update(const MirrorView& view, const State& state, double time_s) 
 void Overlay::setLegend(double gridSpacing_m) {
   legend_.setLines({{"HIP", "where the device is"},
                     {"IHIP", "where the surface is touched"},
-                    {"Force", "on the hand, 1 cm per newton"},
+                    {"Force", "1 cm per newton; red: the limit"},
                     {"Pin", "friction sticks; orange: slides"},
                     {"Primitive", "polygon, line or vertex touched"},
                     {"Trail", "contact in the last second"},
+                    {"Pointer", "the mouse, which pulls the hand"},
                     {"Grid", gridSpacing_m > 0 ? lengthText(gridSpacing_m) : "-"}});
 }
 
@@ -178,6 +182,16 @@ void Overlay::label(const std::vector<NamedBox>& objects) {
 void Overlay::toggle() {
   visible_ = !visible_;
   refresh();
+}
+
+void Overlay::toggleDetails() {
+  detailsVisible_ = !detailsVisible_;
+  refresh();
+}
+
+std::string Overlay::tipAt(double x_px, double y_px) const {
+  const std::string status = status_.labelAt(x_px, y_px);
+  return overlayTip(status.empty() ? contact_.labelAt(x_px, y_px) : status);
 }
 
 void Overlay::toggleHelp() {

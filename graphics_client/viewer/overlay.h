@@ -42,6 +42,14 @@ class Overlay {
   void toggle();                         ///< Everything but the banner.
   void toggleHelp();
   void toggleLabels() { labelsVisible_ = !labelsVisible_; }
+  void toggleDetails();  ///< What few need of the status.
+  [[nodiscard]] bool isVisible() const { return visible_; }
+  [[nodiscard]] bool isHelpVisible() const { return helpVisible_; }
+  [[nodiscard]] bool areLabelsVisible() const { return labelsVisible_; }
+  [[nodiscard]] bool areDetailsVisible() const { return detailsVisible_; }
+
+  /// What the line at a pixel (from the lower left corner) means; empty: there is none.
+  [[nodiscard]] std::string tipAt(double x_px, double y_px) const;
 
  private:
   RenderWindow& renderWindow_;
@@ -53,7 +61,7 @@ class Overlay {
   vtkNew<vtkActor2D> closeUpFrame_;
   PanelBackground scaleBar_;
   Banner shownBanner_;
-  bool visible_ = true, helpVisible_, labelsVisible_ = true;
+  bool visible_ = true, helpVisible_, labelsVisible_ = true, detailsVisible_;
   double refreshed_s_ = -1;
 
   void setLegend(double gridSpacing_m);

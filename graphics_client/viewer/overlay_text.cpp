@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "common/telemetry/fault_words.h"
@@ -199,7 +201,7 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       hashLine(view),
       {"Objects", known == total ? objectCount(view) : formatted("%zu of %zu received", known, total),
        known == total ? Tone::kPlain : Tone::kWarning},
-      {"Picture", formatted("%.0f frames/s", framesPerSecond)},
+      {"Picture", framesPerSecond >= kIdleRate_Hz ? formatted("%.0f frames/s", framesPerSecond) : "idle"},
       detailLine(coarse, pitsFeltAsBumps),
   };
   if (sample.depenetrated > 0) {
@@ -245,6 +247,46 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
   return lines;
 }
 
+std::string overlayTip(const std::string& label) {
+  static const std::map<std::string, std::string> tips = {
+      {"Link", "The connection to the server"},
+      {"Server", "The server's own name"},
+      {"Device", "The device that the server drives"},
+      {"Servo", "How often a second the server computes the force; nominally 1000"},
+      {"Missed ticks", "Times that the servo was late by a whole period, since the server's start"},
+      {"Telemetry age", "How old the shown position and force are"},
+      {"Revision", "Edits of the scene so far; felt: the one that the hand feels now"},
+      {"Scene hash",
+       "First digits of the SHA-256 over the scene that is shown; equal: it is the server's, bit for bit"},
+      {"Objects", "Objects of the scene, and how many of them move now"},
+      {"Picture", "Pictures drawn a second; idle: nothing changes, so nothing is drawn"},
+      {"Surfaces", "Whether waves are felt that are too fine to be drawn"},
+      {"IHIP depenetrated", "Times that the contact was put out of an object into which it had got"},
+      {"Allowance", "Ticks whose work did not fit into their time; the rest came with the next tick"},
+      {"Force", "What the device is told to exert on the hand"},
+      {"x y z (N)", "The force in the world's axes"},
+      {"Limit", "The largest force of the device; a press that is asked for gets less, 1/1.2 of it"},
+      {"Contact", "The object that is touched"},
+      {"On", "The polygon, line or vertex of its mesh that is touched"},
+      {"Penetration", "How deep the hand is: from the HIP to the IHIP"},
+      {"Friction", "Whether the contact sticks or slides, and the friction's part of the force"},
+      {"Texture", "Height of the texture under the contact, and its part of the force"},
+      {"HIP (mm)", "Where the device has the hand, in the world's axes"},
+      {"Torque", "What turns the held tool, and how much of it the device gives"},
+      {"Hand 2", "The second hand's force, and the object that it touches"}};
+  const auto at = tips.find(label);
+  return at == tips.end() ? std::string() : at->second;
+}
+
+std::vector<OverlayLine> withoutDetails(std::vector<OverlayLine> lines) {
+  static const std::set<std::string> kDetails = {"Server",   "Missed ticks", "Telemetry age",
+                                                 "Revision", "Scene hash",   "Surfaces"};
+  std::erase_if(lines, [](const OverlayLine& line) {
+    return kDetails.contains(line.label) && line.tone != Tone::kWarning && line.tone != Tone::kBad;
+  });
+  return lines;
+}
+
 Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {
   const std::string linkText = printable(view.linkText);
   if (view.link == LinkState::kRefused) return {linkText, Tone::kBad};
@@ -271,7 +313,7 @@ const std::vector<OverlayLine>& controlLines() {
       {"g", "move, turn the selected one"},
       {"Esc", "let go of the hand"},
       {"r", "show all"},
-      {"h", "hide this help"},
+      {"F1", "all keys; h: hide these"},
   };
   return lines;
 }

@@ -20,6 +20,11 @@ struct OverlayLine {
   bool operator==(const OverlayLine&) const = default;
 };
 
+/// What a line of status or contact means, in a sentence, by its label. Empty: nothing is known of it.
+[[nodiscard]] std::string overlayTip(const std::string& label);
+/// Those that everybody needs, and those that warn.
+[[nodiscard]] std::vector<OverlayLine> withoutDetails(std::vector<OverlayLine> lines);
+
 /// What the mouse and the keys do in the window.
 [[nodiscard]] const std::vector<OverlayLine>& controlLines();
 
@@ -31,6 +36,9 @@ struct Banner {
   bool operator==(const Banner&) const = default;
 };
 
+/// A picture that is drawn more seldom is one in which nothing changes (Hz).
+inline constexpr double kIdleRate_Hz = 0.75;
+
 /// Telemetry older than this is shown as stale: a few network hiccups, not yet a dead link (s).
 inline constexpr double kStaleTelemetry_s = 0.5;
 
@@ -40,6 +48,7 @@ inline constexpr double kStaleTelemetry_s = 0.5;
 [[nodiscard]] bool isCurrent(const MirrorView& view, double age_s);
 
 /// Link, server, servo and scene, always the same number of lines in the same order.
+/// @param framesPerSecond  Below kIdleRate_Hz nothing changes.
 /// @param coarse  the surface that is drawn farthest from what is felt, if any.
 /// @param pitsFeltAsBumps  Of some texture.
 [[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond,

@@ -97,6 +97,18 @@ RenderWindow::RenderWindow(const ViewerOptions& options) : still_(window_, world
 
 void RenderWindow::embedIn(unsigned long window) { window_->SetParentInfo(std::to_string(window).c_str()); }
 
+vtkSmartPointer<vtkImageData> RenderWindow::atSize(int width_px, int height_px,
+                                                   const std::function<vtkSmartPointer<vtkImageData>()>& draw) {
+  const int before[2] = {this->width_px(), this->height_px()};
+  const bool offscreen = window_->GetUseOffScreenBuffers();
+  window_->SetUseOffScreenBuffers(true);
+  resize(width_px, height_px);
+  vtkSmartPointer<vtkImageData> picture = draw();
+  resize(before[0], before[1]);
+  window_->SetUseOffScreenBuffers(offscreen);
+  return picture;
+}
+
 int RenderWindow::width_px() const { return window_.Get()->GetSize()[0]; }
 int RenderWindow::height_px() const { return window_.Get()->GetSize()[1]; }
 

@@ -7,6 +7,7 @@
 #include <vtkSmartPointer.h>
 
 #include <filesystem>
+#include <functional>
 
 #include "common/error/error.h"
 #include "common/maths/vec.h"
@@ -41,6 +42,10 @@ class RenderWindow {
   /// Draws into that window of the X server instead of one of its own; before the first picture.
   void embedIn(unsigned long window);
   void resize(int width_px, int height_px) { window_->SetSize(width_px, height_px); }
+
+  /// What `draw` gives while the picture, not the window on the screen, has this size.
+  [[nodiscard]] vtkSmartPointer<vtkImageData> atSize(int width_px, int height_px,
+                                                     const std::function<vtkSmartPointer<vtkImageData>()>& draw);
 
   void showCloseUp(bool show);
   [[nodiscard]] bool closeUpShown() const { return closeUpShown_; }

@@ -2,6 +2,7 @@
 
 #include <vtkPolyData.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/clock/monotonic.h"
@@ -21,8 +22,13 @@ constexpr double kSettled_s = 10;
 constexpr std::size_t kSoftwareTriangles = 150'000, kStillTriangles = 1'000'000;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
 constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
+/// Above the objects a force arrow has at most this share of the scene's size, seen at the start.
+constexpr double kArrowRoom = 0.15;
 /// Radius of the pointer's mark and of the line from it to the hand.
 constexpr double kPointer_px = 5, kPull_px = 1;
+constexpr float kSelection_px = 2;
+/// Each edge of the box around the selected object is drawn this far from its ends.
+constexpr double kBracketShare = 0.25;
 
 }  // namespace
 
@@ -34,6 +40,7 @@ SceneView::SceneView(const ViewerOptions& options)
       secondGlyphs_{{renderWindow_.world(), GlyphSizes{}}, {renderWindow_.closeUp(), kCloseUpSizes}},
       pointerGlyph_(renderWindow_.world(), unitSphere(), Glyph::Kind::kAbove),
       pullGlyph_(renderWindow_.world(), unitCylinder(), Glyph::Kind::kAbove),
+      selectionGlyph_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
       gizmoGlyphs_(renderWindow_.world()),
       cameras_(renderWindow_),
       overlay_(renderWindow_, !options.offscreen),
@@ -41,6 +48,8 @@ SceneView::SceneView(const ViewerOptions& options)
       resetAt_s_(-kResetNotice_s) {
   pointerGlyph_.setVisible(false);
   pullGlyph_.setVisible(false);
+  selectionGlyph_.setVisible(false);
+  selectionGlyph_.setLineWidth(kSelection_px);
   setStyle({.displacement = options.displacement});
 }
 
@@ -116,6 +125,7 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   showHand(glyphs_, {view.felt(0), view.maxForce_N, view.tool ? &*view.tool : nullptr}, snapshot.trail);
   showHand(secondGlyphs_, {view.felt(1), view.secondMaxForce_N, nullptr}, snapshot.secondTrail);
   showPointer(view, scale);
+  showSelection();
   gizmoGlyphs_.update(gizmo_, cameras_.picture());
   renderWindow_.render();
 }
@@ -127,12 +137,29 @@ void SceneView::showPointer(const MirrorView& view, double metresPerPixel) {
   const TelemetrySample* led = view.felt(ledHand_);
   if (!pointer_ || led == nullptr) return;
   const Vec3 from = pointer_->position, way = led->hip - from;
-  pointerGlyph_.show(palette::kTrail,
+  pointerGlyph_.show(palette::kPointer,
                      alongAxis(from, {1, 0, 0}, kPointer_px * metresPerPixel, kPointer_px * metresPerPixel));
   const double length = glm::length(way);
   if (length > 0) {
-    pullGlyph_.show(palette::kTrail, alongAxis(from, way / length, length, kPull_px * metresPerPixel));
+    pullGlyph_.show(palette::kPointer, alongAxis(from, way / length, length, kPull_px * metresPerPixel));
   }
+}
+
+/// The corners of the box around it.
+void SceneView::showSelection() {
+  selectionGlyph_.setVisible(false);
+  const auto boxes = objects_.boxes();
+  const auto box = std::ranges::find(boxes, selected_, &NamedBox::name);
+  if (selected_.empty() || box == boxes.end()) return;
+  std::vector<Vec3> ends;
+  for (std::size_t from = 0; from < box->corners.size(); ++from) {
+    for (const std::size_t axis : {1U, 2U, 4U}) {
+      const Vec3 corner = box->corners[from];
+      ends.insert(ends.end(), {corner, glm::mix(corner, box->corners[from ^ axis], kBracketShare)});
+    }
+  }
+  selectionGlyph_.setShape(segments(ends));
+  selectionGlyph_.show(palette::kSelected, matrixOf({}));
 }
 
 void SceneView::noteChanges(const MirrorView& view) {
@@ -154,12 +181,19 @@ void SceneView::startAnew() {
 }
 
 /// The objects, and above them the arrow of the largest force.
-void SceneView::frameAll() {
+void SceneView::frameAll(Vec3 direction) {
   std::vector<Vec3> points = objects_.outline();
-  const double room_m = GlyphSizes{}.arrow_mPerN * (snapshot_.view ? snapshot_.view->maxForce_N : 0);
+  if (points.empty()) return;
+  Vec3 low = points.front(), high = low;
+  for (const Vec3& point : points) {
+    low = glm::min(low, point);
+    high = glm::max(high, point);
+  }
+  const double arrow_m = GlyphSizes{}.arrow_mPerN * (snapshot_.view ? snapshot_.view->maxForce_N : 0);
+  const double room_m = std::min(arrow_m, kArrowRoom * glm::distance(low, high));
   const std::size_t count = points.size();
   for (std::size_t i = 0; i < count; ++i) points.push_back(points[i] + Vec3(0, 0, room_m));
-  cameras_.frame(points, overlay_.freeAreas());
+  cameras_.frame(points, overlay_.freeAreas(), direction);
 }
 
 vtkSmartPointer<vtkImageData> SceneView::picture(const FrameSnapshot& snapshot, double settle_s) {
@@ -177,6 +211,16 @@ vtkSmartPointer<vtkImageData> SceneView::finePicture(const FrameSnapshot& snapsh
   objects_.settle(*snapshot.view, isCurrent(*snapshot.view, snapshot.age_s) || !wasLive_);
   vtkSmartPointer<vtkImageData> picture = this->picture(snapshot, kSettled_s);
   adaptToCard();
+  return picture;
+}
+
+vtkSmartPointer<vtkImageData> SceneView::scenePicture(int width_px, int height_px) {
+  const bool words = overlay_.isVisible(), closeUp = renderWindow_.closeUpShown();
+  if (words) overlay_.toggle();
+  renderWindow_.showCloseUp(false);
+  const auto picture = renderWindow_.atSize(width_px, height_px, [this] { return finePicture(snapshot_); });
+  renderWindow_.showCloseUp(closeUp);
+  if (words) overlay_.toggle();
   return picture;
 }
 

@@ -44,8 +44,8 @@ class SceneView {
   [[nodiscard]] const Style& style() const { return style_; }
   /// Objects of these names are not drawn.
   void hide(std::set<std::string> names) { objects_.hide(std::move(names)); }
-  /// Shows all objects.
-  void frameAll();
+  /// Shows all objects, seen along a direction as CameraRig::frame() takes it.
+  void frameAll(Vec3 direction = CameraRig::kFirstDirection);
   /// The views that follow are of another source: nothing that came of those before is shown with them.
   void startAnew();
 
@@ -56,6 +56,8 @@ class SceneView {
   [[nodiscard]] SurfaceProbe& probe() { return probe_; }
   /// Where the pointer is on the surface, and where it pulls the hand from; nothing: it leads no hand.
   void showPointer(const std::optional<SurfacePoint>& pointer) { pointer_ = pointer; }
+  /// The object of this name is marked; empty: none.
+  void select(std::string name) { selected_ = std::move(name); }
   /// Nothing: none.
   void showGizmo(const std::optional<GizmoPicture>& gizmo) { gizmo_ = gizmo; }
   [[nodiscard]] RunSummary& summary() { return summary_; }
@@ -67,6 +69,8 @@ class SceneView {
   [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const FrameSnapshot& snapshot, double settle_s);
   /// The same with every surface as fine as it can be drawn.
   [[nodiscard]] vtkSmartPointer<vtkImageData> finePicture(const FrameSnapshot& snapshot);
+  /// The scene alone, without words and close-up, this large.
+  [[nodiscard]] vtkSmartPointer<vtkImageData> scenePicture(int width_px, int height_px);
   /// Without the overlay, whose text would be too small to be read.
   [[nodiscard]] vtkSmartPointer<vtkImageData> smallPicture();
 
@@ -81,6 +85,7 @@ class SceneView {
   };
   HandGlyphs glyphs_, secondGlyphs_;
   Glyph pointerGlyph_, pullGlyph_;
+  Glyph selectionGlyph_;
   GizmoGlyphs gizmoGlyphs_;
   CameraRig cameras_;
   Overlay overlay_;
@@ -90,6 +95,7 @@ class SceneView {
   Style style_;
   std::optional<SurfacePoint> pointer_;
   std::optional<GizmoPicture> gizmo_;
+  std::string selected_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
   std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet
   const std::size_t ledHand_;                 // by the pointer
@@ -99,6 +105,7 @@ class SceneView {
 
   void show(const FrameSnapshot& snapshot, double dt_s);
   void showPointer(const MirrorView& view, double metresPerPixel);
+  void showSelection();
   void noteChanges(const MirrorView& view);
   void adaptToCard();
 };

@@ -134,7 +134,16 @@ void TextPanel::place(double left_px, double bottom_px, double font_px) {
   }
 }
 
+std::string TextPanel::labelAt(double x_px, double y_px) const {
+  const PixelBox& at = box();
+  const double across = x_px - at.left, down = at.bottom + at.height - y_px;
+  if (!visible_ || lines_.empty() || across < 0 || across > at.width || down < 0 || down > at.height) return {};
+  const auto line = static_cast<std::size_t>(down / at.height * static_cast<double>(lines_.size()));
+  return lines_[std::min(line, lines_.size() - 1)].label;
+}
+
 void TextPanel::setVisible(bool visible) {
+  visible_ = visible;
   background_.setVisible(visible);
   labels_->SetVisibility(visible);
   for (std::size_t tone = 0; tone < kTones; ++tone) {

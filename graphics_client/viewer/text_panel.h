@@ -55,6 +55,8 @@ class TextPanel {
   /// Where it was placed last.
   [[nodiscard]] const PixelBox& box() const { return background_.box(); }
   void setVisible(bool visible);
+  /// The label of the line at a pixel, from the lower left corner; empty: there is none.
+  [[nodiscard]] std::string labelAt(double x_px, double y_px) const;
 
  private:
   static constexpr std::size_t kTones = 4;
@@ -66,6 +68,7 @@ class TextPanel {
   std::array<vtkNew<vtkTextActor>, kTones> values_;  // one for each tone, its lines among empty ones
   std::vector<std::unique_ptr<PanelBackground>> dots_;
   std::vector<OverlayLine> lines_;
+  bool visible_ = false;
 
   [[nodiscard]] double lineHeight_px(double font_px);
 };

@@ -16,6 +16,7 @@ namespace haptics {
 struct ViewerOptions {
   int width_px = 1280;
   int height_px = 1024;
+  bool isSizeGiven = false;          ///< By the user; else a window fits the screen, and is as it was left.
   bool offscreen = false;            ///< No window; the picture goes to `screenshot`.
   std::optional<double> duration_s;  ///< Ends by itself after it.
   double frameLimit_Hz = 60;         ///< > 0.

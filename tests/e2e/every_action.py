@@ -199,11 +199,15 @@ class EveryAction(harness.EndToEnd):
             hand.move_to(ON_BOX_M)
             self.window.click(*IN_LIST)
             for title, key in [("Overlay", "o"), ("Follow the contact", "f"), ("Close-up", "c"), ("Wireframe", "w"),
-                               ("Polygon edges", "e"), ("Displacement", "d"), ("Names", "n")]:
+                               ("Polygon edges", "e"), ("Displacement", "d"), ("Names", "n"), ("Details", "shift+o")]:
                 self.toggle("View", title, key, self.redraws())
             self.toggle("Help", "Keys", "h", self.redraws())
             self.window.do("mousemove", *BOX, "click", "--repeat", 5, 5)  # the wheel: farther away
+            for number, title in enumerate(["Front", "Right", "Back", "Left", "Top", "Three quarters"], 1):
+                self.act("View > Look from", title, str(number), self.redraws())
+            self.window.do("mousemove", *BOX, "click", "--repeat", 5, 5)
             self.act("View", "Show all", "r", self.redraws())
+            self.toggle("View", "Dark panels", "ctrl+shift+d", self.changes(self.panels, lambda a, b: b < 0.5 * a))
             self.act("View", "Hide or show the object", "ctrl+h", self.redraws())
             self.act("View", "Show hidden objects", "ctrl+shift+h", self.redraws())
             for number, title in enumerate(["Objects", "Properties", "Plots"], 1):
@@ -238,6 +242,10 @@ class EveryAction(harness.EndToEnd):
         self.act("File", "Open recording...", "ctrl+shift+o", self.opens("Open recording"))
         self.act("File", "Save scene", "ctrl+s", self.opens("Save scene as"))
         self.act("File", "Save scene as...", "ctrl+shift+s", self.opens("Save scene as"))
+        self.act("File", "Save picture as...", "ctrl+p", self.opens("Save picture as"))
+        self.act("Help", "All keys", "F1", self.opens("Keys"))
+        self.act("Help", "Guide", "shift+F1", self.opens("Guide"))
+        self.act("Help", "About", "ctrl+F1", self.opens("About"))
         self.act("File", "Save picture", "s", self.writes("haptic_view_*.png"))
         self.act("File", "Save plots", "ctrl+l", self.writes("haptic_plots.pdf"))
         self.act("Session", "Save the last 10 seconds", "ctrl+r", self.writes("recordings/*.haptics"))

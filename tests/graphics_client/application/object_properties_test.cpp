@@ -23,7 +23,9 @@ const NumberProperty& number(const std::string& label) {
 
 const SwitchProperty& has(const std::string& label) {
   for (const PropertyGroup& group : propertyGroups()) {
-    if (group.has != nullptr && group.has->label == label) return *group.has;
+    for (const SwitchProperty& property : group.switches) {
+      if (property.label == label) return property;
+    }
   }
   throw std::out_of_range(label);
 }
@@ -55,7 +57,7 @@ struct Edited : testing::Test {
   }
   void turn(const std::string& label, bool on) {
     v1::Operation operation;
-    has(label).set(on, kFloor_m, operation);
+    has(label).set(object, on, kFloor_m, operation);
     apply(std::move(operation));
   }
 };
@@ -103,7 +105,31 @@ TEST_F(Edited, MovesOnTheFloorAndStandsAgain) {
   EXPECT_EQ(object.motion->gravity_m_per_s2, Vec3(0));
   EXPECT_EQ(object.motion->planes.size(), 1U) << "the rest of the motion is kept";
   turn("moves", false);
+  EXPECT_FALSE(has("moves").get(object));
+  EXPECT_TRUE(has("meets others").get(object)) << "what moves is stopped by it as before";
+}
+
+TEST_F(Edited, MeetsOthersOnceItMovesAndStayingToo) {
+  turn("moves", true);
+  EXPECT_TRUE(has("meets others").get(object));
+  turn("meets others", false);
+  EXPECT_FALSE(has("meets others").get(object));
+  EXPECT_TRUE(has("moves").get(object));
+  turn("moves", false);
   EXPECT_FALSE(object.motion);
+  turn("meets others", true);
+  EXPECT_TRUE(object.motion->fixed);
+  turn("meets others", false);
+  EXPECT_FALSE(object.motion);
+}
+
+TEST_F(Edited, HasTheColourThatIsChosen) {
+  for (const std::array<int, 3> color : {std::array{0, 128, 255}, std::array{3, 200, 17}}) {
+    v1::Operation operation;
+    setShownColor(color, operation);
+    apply(std::move(operation));
+    EXPECT_EQ(shownColor(object.material.color), color);
+  }
 }
 
 TEST_F(Edited, SlidesWithNoMoreFrictionThanItSticksWith) {

@@ -217,6 +217,20 @@ TEST_F(SceneFile, OfEveryDemoSceneHasItsRootEverywhere) {
   EXPECT_GT(saved, 15U);
 }
 
+TEST(SceneFile, SaysOperationsByTheirNumbersInTheFile) {
+  Edit edit;
+  for (int i = 0; i < 3; ++i) edit.transaction.add_operations()->mutable_remove()->mutable_object()->set_id(i + 1);
+  edit.transaction.add_operations()->mutable_add()->set_name("a b");
+  edit.transaction.add_operations()->mutable_remove()->mutable_object()->set_name("a b");  // the file's own
+  EXPECT_EQ(removalsBefore(edit), 3);
+  EXPECT_EQ(asInFile({"operations[3].add.name", "is taken; see operations[14]"}, 3).text(),
+            "operations[0].add.name: is taken; see operations[11]");
+  EXPECT_EQ(asInFile({"operations[1].remove.object", "is gone"}, 3).text(), "operations[1].remove.object: is gone");
+  for (const char* odd : {"operations[", "operations[]", "operations[x]", "operations[99999999999].y"}) {
+    EXPECT_EQ(asInFile({odd, odd}, 3).field, odd);
+  }
+}
+
 TEST(GeneratedMesh, IsToldFromOthersByEveryVertex) {
   const auto recognised = [](const Result<TriMesh>& mesh) {
     const auto source = generatorOf(mesh.value());

@@ -46,6 +46,27 @@ TEST_F(Touching, StatusSaysRateAgeRevisionAndFrames) {
   EXPECT_EQ(status("Picture").value, "60 frames/s");
 }
 
+TEST_F(Touching, APictureThatIsDrawnHardlyEverIsIdle) {
+  EXPECT_EQ(find(statusLines(view, kFresh_s, 0.5), "Picture").value, "idle");
+}
+
+TEST_F(Touching, EveryLineSaysWhatItMeans) {
+  view.sample->depenetrated = view.sample->allowanceSpent = 1;
+  view.tool.emplace();
+  view.secondHand = view.sample;
+  for (const auto& lines : {statusLines(view, kFresh_s, 60), contactLines(view)}) {
+    for (const OverlayLine& line : lines) EXPECT_NE(overlayTip(line.label), "") << line.label;
+  }
+}
+
+TEST_F(Touching, DetailsAreLeftOutUnlessTheyWarn) {
+  const auto shown = [&] { return withoutDetails(statusLines(view, kFresh_s, 60)); };
+  EXPECT_EQ(find(shown(), "Link").value, "live");
+  EXPECT_EQ(find(shown(), "Scene hash").value, "(no such line)");
+  view.hashesEqual = false;
+  EXPECT_THAT(find(shown(), "Scene hash").value, HasSubstr("NOT equal"));
+}
+
 TEST_F(Touching, WhatTheServerSaysOfItselfIsEscapedAndCutBetweenCharacters) {
   view.serverName = "a\x1b[2J\nb";
   view.device = "Gerat ääääääääääääääääääää";
