@@ -51,6 +51,16 @@ class EmbeddedServer(harness.EndToEnd):
         self.assertEqual(process.wait(), 1)
         self.assertIn("nowhere.scene", process.text())
 
+    def test_a_display_without_opengl_is_refused_with_a_reason(self):
+        display = self.start_display(["-extension", "GLX"])
+        for window in ([], ["--offscreen"]):
+            with self.subTest(window=window):
+                process = harness.Process([harness.BIN / "graphics_client", "--embedded-server", "--seconds", "5", *window],
+                                          env={"DISPLAY": display.name})
+                self.addCleanup(process.kill)
+                self.assertEqual(process.wait(), 1, process.text())
+                self.assertIn(f'DISPLAY: "{display.name}" has no OpenGL', process.text())
+
     def test_a_display_that_goes_away_ends_both_in_order(self):
         scene, server = self.folder / "inside.scene", self.folder / "server.json"
         scene.write_text(harness.SCENE)

@@ -259,8 +259,9 @@ class Display:
 
     ATTEMPTS = 20
 
-    def __init__(self, folder):
+    def __init__(self, folder, options=()):
         self.folder = Path(tempfile.mkdtemp(prefix="screen-", dir=folder))
+        self.options = options
         for _ in range(self.ATTEMPTS):
             if self.start():
                 return
@@ -271,7 +272,7 @@ class Display:
         self.name = f":{random.randrange(1000, 50000)}"
         reader, writer = os.pipe()
         self.process = subprocess.Popen(["Xvfb", self.name, "-displayfd", str(writer), "-screen", "0", "1280x1024x24",
-                                         "-noreset", "-nolisten", "tcp", "-fbdir", self.folder], pass_fds=(writer,),
+                                         "-noreset", "-nolisten", "tcp", "-fbdir", self.folder, *self.options], pass_fds=(writer,),
                                         stderr=subprocess.DEVNULL)
         os.close(writer)
         with os.fdopen(reader) as stream:
@@ -410,8 +411,8 @@ class EndToEnd(unittest.TestCase):
         self.addCleanup(server.kill)
         return server
 
-    def start_display(self):
-        display = Display(self.folder)
+    def start_display(self, options=()):
+        display = Display(self.folder, options)
         self.addCleanup(display.close)
         return display
 
