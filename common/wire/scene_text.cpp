@@ -53,6 +53,7 @@ std::string fieldNames(const pb::Descriptor& message) {
 
 /// Protobuf's message, and for an unknown field the fields that there are.
 std::string explain(const std::string& message) {
+  if (message.ends_with(", got: ")) return "ends too early";
   constexpr std::string_view kBeforeType = "Message type \"";
   constexpr std::string_view kBeforeField = "\" has no field named \"";
   const std::size_t typeEnd = message.find(kBeforeField);

@@ -16,10 +16,12 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/log/log.h"
 #include "graphics_client/application/file_drop.h"
+#include "graphics_client/application/measure.h"
 #include "graphics_client/application/picture_dialog.h"
 #include "graphics_client/application/plotted_sample.h"
 #include "graphics_client/application/printable_text.h"
@@ -187,8 +189,9 @@ void MainWindow::frame() {
   if (dirty) {
     scene_.drawFrame(view, now_s);
     if (std::exchange(clicked_, false)) {
-      if (const auto place = scene_.probe().found())
-        select(QString::fromStdString(scene_.objects().objectAt(place->position)));
+      const auto place = scene_.probe().found();
+      if (place && measuring_) measureAt(*place);
+      if (place && !measuring_) select(QString::fromStdString(scene_.objects().objectAt(place->position)));
     }
     import(std::exchange(dropped_, {}), surfaceUnderPointer());
     view_shown_ = view;
@@ -227,8 +230,8 @@ bool MainWindow::changed(const MirrorView& view) const {
 void MainWindow::lead(const MirrorView& view, double dt_s) {
   const TelemetrySample* felt = view.felt(options_.hand);
   const bool isLed = view.hand.isSelf && felt != nullptr;
-  const bool isPressed = view_->isPressed() && !gizmo_.isDragging();
-  const bool looks = isPressed || isLed || clicked_ || !dropped_.isEmpty();
+  const bool isPressed = view_->isPressed() && !gizmo_.isDragging() && !measuring_;
+  const bool looks = measuring_ || isPressed || isLed || clicked_ || !dropped_.isEmpty();
   scene_.probe().aim(looks ? view_->pointer() : std::nullopt);
   const auto surface = gizmo_.isDragging() ? std::nullopt : surfaceUnderPointer();
   if (lead_ == Lead::kNone && isPressed && surface && view.link == LinkState::kLive && !view.isReplay) {
@@ -307,6 +310,11 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
 
 void MainWindow::sayHand(const MirrorView& view) {
   if (replay_->isShown()) return handText_->setText("the hand is the recorded one");
+  if (measuring_) {
+    const auto place = scene_.probe().found();
+    return handText_->setText(
+        QString::fromStdString(measureText(measured_, place ? std::optional(place->position) : std::nullopt)));
+  }
   const QString press = pressText(view);
   if (!view.hand.refused.empty()) {
     const QString words = "hand: " + text(view.hand.refused);
@@ -436,6 +444,47 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   }
   event->ignore();
   files_.askBeforeLoss("Quitting", [this] { end(); });
+}
+
+void MainWindow::measure(bool on) {
+  measuring_ = on;
+  measured_.clear();
+  scene_.showMeasured({});
+  if (on) letGo();
+  view_shown_ = nullptr;
+}
+
+void MainWindow::measureAt(const SurfacePoint& place) {
+  if (measured_.size() >= kMostMeasured) measured_.clear();
+  measured_.push_back(place.position);
+  scene_.showMeasured(measured_);
+  logInfo(measureText(measured_, place.position));
+  view_shown_ = nullptr;
+}
+
+/// Through the middle of the selected object, else of all, across the line of sight.
+void MainWindow::cut(bool on) {
+  cut_.reset();
+  if (on) {
+    Vec3 low(std::numeric_limits<double>::infinity()), high = -low;
+    for (const NamedBox& box : scene_.objects().boxes()) {
+      if (!selected_.isEmpty() && box.name != selected_.toStdString()) continue;
+      for (const Vec3& corner : box.corners) {
+        low = glm::min(low, corner);
+        high = glm::max(high, corner);
+      }
+    }
+    if (low.x <= high.x) cut_ = CutPlane{(low + high) / 2.0, scene_.cameras().direction()};
+  }
+  scene_.cut(cut_);
+  view_shown_ = nullptr;
+}
+
+void MainWindow::moveCut(double way_m) {
+  if (!cut_) return;
+  cut_->point += way_m * cut_->normal;
+  scene_.cut(cut_);
+  view_shown_ = nullptr;
 }
 
 void MainWindow::saveScreenshot() {

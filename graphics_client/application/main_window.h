@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "graphics_client/application/advisor.h"
 #include "graphics_client/application/connection_control.h"
@@ -79,6 +80,9 @@ class MainWindow : public QMainWindow {
   GizmoTool gizmo_;
   MeshImporter* importer_;
   Advisor* advisor_;
+  bool measuring_ = false;
+  std::vector<Vec3> measured_;
+  std::optional<CutPlane> cut_;
   std::map<std::string, FloorBox> placed_;  // of objects that are not drawn yet, by name
   QStringList dropped_;                     // files, where the pointer is
   QString report_;                          // of the import that is selected, until its object is here
@@ -123,6 +127,11 @@ class MainWindow : public QMainWindow {
   void showOtherSource();
   void saveScreenshot();
   void savePictureAs();
+  void measure(bool on);
+  void measureAt(const SurfacePoint& place);
+  void addTools(QMenu* menu);
+  void cut(bool on);
+  void moveCut(double way_m);
   void toggle(bool SceneView::Style::*how);
 };
 

@@ -195,6 +195,7 @@ void MainWindow::makeViewMenu() {
       [this] { scene_.overlay().toggle(); });
   add(view, "De&tails", QKeySequence("Shift+O"), "The state of server and link in all its lines",
       scene_.overlay().areDetailsVisible(), [this] { scene_.overlay().toggleDetails(); });
+  addTools(view);
   addHiding(view);
   view->addSeparator();
   add(view, "Dar&k panels", QKeySequence("Ctrl+Shift+D"), "Light words on dark ground, in this and later runs",
@@ -207,6 +208,16 @@ void MainWindow::makeViewMenu() {
     shown->setStatusTip(shown->toolTip());
     view->addAction(shown);
   }
+}
+
+void MainWindow::addTools(QMenu* menu) {
+  constexpr double kCutStep_m = 0.002;
+  addSwitch(menu, "&Measure", Qt::Key_M, "Click places: two for a distance, a third for the angle at the second", false,
+            [this] { measure(!measuring_); });
+  addSwitch(menu, "C&ut", Qt::Key_X, "Leaves out what is in front of the selected object's middle", false,
+            [this] { cut(!cut_); });
+  addAction(menu, "Cut &deeper", QKeySequence("Shift+X"), "By 2 mm", [this] { moveCut(kCutStep_m); });
+  addAction(menu, "Cut le&ss deep", QKeySequence("Ctrl+Shift+X"), "By 2 mm", [this] { moveCut(-kCutStep_m); });
 }
 
 void MainWindow::addLooks(QMenu* menu) {

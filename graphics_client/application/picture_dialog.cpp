@@ -44,7 +44,7 @@ PictureDialog::PictureDialog(QWidget* parent, QSize size_px)
   connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
   auto* form = new QFormLayout(this);
-  form->addRow("&File", place);
+  form->addRow("File", place);
   form->addRow("&Width", width_);
   form->addRow("&Height", height_);
   form->addRow(buttons);

@@ -58,6 +58,11 @@ void setUpRims(vtkActor* actor, vtkPolyData* rims) {
 
 palette::Shade edgeOf(palette::Shade shade, double darkening) { return palette::mix(shade, {0, 0, 0}, darkening); }
 
+void cutBy(vtkActor* actor, vtkPlane* plane) {
+  actor->GetMapper()->RemoveAllClippingPlanes();
+  if (plane != nullptr) actor->GetMapper()->AddClippingPlane(plane);
+}
+
 void setEdgeColor(vtkActor* actor, palette::Shade edge) {
   actor->GetProperty()->SetEdgeColor(edge.red, edge.green, edge.blue);
 }
@@ -107,7 +112,10 @@ void ObjectActors::paint(const Paint& paint) {
     colorPoints(paint);
   }
   const bool fine = renderMesh_->closed && !renderMesh_->faceted && renderMesh_->triangles >= kFineTriangles;
+  cut_ = paint.cut != nullptr;
   for (Part& part : parts_) {
+    cutBy(part.world, paint.cut);
+    part.world->GetProperty()->SetBackfaceCulling(renderMesh_->closed && !cut_);  // else there is nothing inside
     if (displacementOn_ && part.dented) colorDisplacement(part);
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
       const palette::Shade drawn = paint.wireframe && actor == part.world.Get() ? edgeOf(shade, kWireDarkening) : shade;
@@ -128,6 +136,7 @@ void ObjectActors::paint(const Paint& paint) {
   rims_->GetProperty()->SetColor(rims.red, rims.green, rims.blue);
   rims_->SetVisibility(paint.edges && !paint.hidden);
   hidden_ = paint.hidden;
+  if (renderMesh_->rims) cutBy(rims_, paint.cut);
 }
 
 void ObjectActors::colorPoints(const Paint& paint) {
@@ -214,7 +223,7 @@ void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
 void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const auto isSeen = [&](Vec3 eye) {
-      return !hidden_ && (parts_[i].isDented || !facesAway(*renderMesh_, renderMesh_->pieces[i], eye));
+      return !hidden_ && (cut_ || parts_[i].isDented || !facesAway(*renderMesh_, renderMesh_->pieces[i], eye));
     };
     parts_[i].world->SetVisibility(isSeen(worldEye));
     parts_[i].closeUp->SetVisibility(isSeen(closeUpEye));

@@ -3,6 +3,7 @@
 #include <vtkActor.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkPlane.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 
@@ -34,6 +35,7 @@ class ObjectActors {
     bool displacement = false;              ///< Of a soft object: coloured by how far its points are displaced.
     bool vertexLighting = false;            ///< Where the triangles are fine.
     bool hidden = false;                    ///< From the next showFor() on.
+    vtkSmartPointer<vtkPlane> cut = {};     ///< World frame: only what its normal points to is drawn; null: all.
   };
 
   ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const RenderMesh> renderMesh);
@@ -65,7 +67,7 @@ class ObjectActors {
   std::vector<Part> parts_;
   vtkNew<vtkActor> rims_;
   vtkSmartPointer<vtkActor> shadow_;
-  bool hidden_ = false;
+  bool hidden_ = false, cut_ = false;
   std::unique_ptr<DentedPoints> dentedRims_;      // likewise
   std::optional<palette::Shade> displacementOn_;  // coloured by displacement, over this
   std::optional<Color> colored_;                  // what the points' colours were made of

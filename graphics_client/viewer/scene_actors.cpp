@@ -172,6 +172,16 @@ void SceneActors::hide(std::set<std::string> names) {
   paintAll();
 }
 
+void SceneActors::cut(const std::optional<CutPlane>& plane) {
+  paint_.cut = nullptr;
+  if (plane) {
+    paint_.cut = vtkSmartPointer<vtkPlane>::New();
+    paint_.cut->SetOrigin(plane->point.x, plane->point.y, plane->point.z);
+    paint_.cut->SetNormal(plane->normal.x, plane->normal.y, plane->normal.z);
+  }
+  paintAll();
+}
+
 void SceneActors::paintWith(bool ObjectActors::Paint::*how, bool on) {
   paint_.*how = on;
   paintAll();

@@ -26,6 +26,12 @@ struct NamedBox {
   std::array<Vec3, 8> corners;
 };
 
+/// World frame.
+struct CutPlane {
+  Vec3 point{0}, normal{0, 1, 0};  ///< Unit; towards what is kept.
+  bool operator==(const CutPlane&) const = default;
+};
+
 /// The objects of the scene, in the world and in the close-up, with their shadows and the floor. An object shows its
 /// last render mesh until its next one is built.
 class SceneActors {
@@ -48,6 +54,8 @@ class SceneActors {
   void setDisplacement(bool on) { paintWith(&ObjectActors::Paint::displacement, on); }
   /// Objects of these names are not drawn, have no box, and leave the floor where it is.
   void hide(std::set<std::string> names);
+  /// Draws in the world only what lies beyond the plane; nothing: all.
+  void cut(const std::optional<CutPlane>& plane);
   /// Lights fine surfaces at their vertices (vertex_lighting.h).
   void setVertexLighting(bool on) { paintWith(&ObjectActors::Paint::vertexLighting, on); }
 

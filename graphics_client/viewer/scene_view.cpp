@@ -26,7 +26,7 @@ constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrow
 constexpr double kArrowRoom = 0.15;
 /// Radius of the pointer's mark and of the line from it to the hand.
 constexpr double kPointer_px = 5, kPull_px = 1;
-constexpr float kSelection_px = 2;
+constexpr float kSelection_px = 2, kMeasured_px = 9;
 /// Each edge of the box around the selected object is drawn this far from its ends.
 constexpr double kBracketShare = 0.25;
 
@@ -41,6 +41,8 @@ SceneView::SceneView(const ViewerOptions& options)
       pointerGlyph_(renderWindow_.world(), unitSphere(), Glyph::Kind::kAbove),
       pullGlyph_(renderWindow_.world(), unitCylinder(), Glyph::Kind::kAbove),
       selectionGlyph_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      measureLines_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      measurePoints_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
       gizmoGlyphs_(renderWindow_.world()),
       cameras_(renderWindow_),
       overlay_(renderWindow_, !options.offscreen),
@@ -50,6 +52,8 @@ SceneView::SceneView(const ViewerOptions& options)
   pullGlyph_.setVisible(false);
   selectionGlyph_.setVisible(false);
   selectionGlyph_.setLineWidth(kSelection_px);
+  measureLines_.setLineWidth(kSelection_px);
+  measurePoints_.setLineWidth(kMeasured_px);
   setStyle({.displacement = options.displacement});
 }
 
@@ -126,6 +130,7 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   showHand(secondGlyphs_, {view.felt(1), view.secondMaxForce_N, nullptr}, snapshot.secondTrail);
   showPointer(view, scale);
   showSelection();
+  showMeasured();
   gizmoGlyphs_.update(gizmo_, cameras_.picture());
   renderWindow_.render();
 }
@@ -160,6 +165,19 @@ void SceneView::showSelection() {
   }
   selectionGlyph_.setShape(segments(ends));
   selectionGlyph_.show(palette::kSelected, matrixOf({}));
+}
+
+void SceneView::showMeasured() {
+  measureLines_.setVisible(false);
+  measurePoints_.setVisible(false);
+  if (measured_.empty()) return;
+  measurePoints_.setShape(vertices(measured_));
+  measurePoints_.show(palette::kMeasured, matrixOf({}));
+  std::vector<Vec3> ends;
+  for (std::size_t i = 1; i < measured_.size(); ++i) ends.insert(ends.end(), {measured_[i - 1], measured_[i]});
+  if (ends.empty()) return;
+  measureLines_.setShape(segments(ends));
+  measureLines_.show(palette::kMeasured, matrixOf({}));
 }
 
 void SceneView::noteChanges(const MirrorView& view) {

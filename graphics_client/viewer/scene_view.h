@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "graphics_client/mirror/playback.h"
 #include "graphics_client/viewer/camera_rig.h"
@@ -58,6 +59,10 @@ class SceneView {
   void showPointer(const std::optional<SurfacePoint>& pointer) { pointer_ = pointer; }
   /// The object of this name is marked; empty: none.
   void select(std::string name) { selected_ = std::move(name); }
+  /// Places that are measured, joined by lines.
+  void showMeasured(std::vector<Vec3> places) { measured_ = std::move(places); }
+  /// As SceneActors has it.
+  void cut(const std::optional<CutPlane>& plane) { objects_.cut(plane); }
   /// Nothing: none.
   void showGizmo(const std::optional<GizmoPicture>& gizmo) { gizmo_ = gizmo; }
   [[nodiscard]] RunSummary& summary() { return summary_; }
@@ -85,7 +90,7 @@ class SceneView {
   };
   HandGlyphs glyphs_, secondGlyphs_;
   Glyph pointerGlyph_, pullGlyph_;
-  Glyph selectionGlyph_;
+  Glyph selectionGlyph_, measureLines_, measurePoints_;
   GizmoGlyphs gizmoGlyphs_;
   CameraRig cameras_;
   Overlay overlay_;
@@ -96,6 +101,7 @@ class SceneView {
   std::optional<SurfacePoint> pointer_;
   std::optional<GizmoPicture> gizmo_;
   std::string selected_;
+  std::vector<Vec3> measured_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
   std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet
   const std::size_t ledHand_;                 // by the pointer
@@ -106,6 +112,7 @@ class SceneView {
   void show(const FrameSnapshot& snapshot, double dt_s);
   void showPointer(const MirrorView& view, double metresPerPixel);
   void showSelection();
+  void showMeasured();
   void noteChanges(const MirrorView& view);
   void adaptToCard();
 };

@@ -205,6 +205,11 @@ class EveryAction(harness.EndToEnd):
             self.window.do("mousemove", *BOX, "click", "--repeat", 5, 5)  # the wheel: farther away
             for number, title in enumerate(["Front", "Right", "Back", "Left", "Top", "Three quarters"], 1):
                 self.act("View > Look from", title, str(number), self.redraws())
+            self.toggle("View", "Measure", "m", self.changes(self.hint))
+            self.act("View", "Cut", "x", self.redraws())
+            self.act("View", "Cut deeper", "shift+x", self.changes(self.picture))
+            self.act("View", "Cut less deep", "ctrl+shift+x", self.changes(self.picture))
+            self.window.do("key", "x")
             self.window.do("mousemove", *BOX, "click", "--repeat", 5, 5)
             self.act("View", "Show all", "r", self.redraws())
             self.toggle("View", "Dark panels", "ctrl+shift+d", self.changes(self.panels, lambda a, b: b < 0.5 * a))
