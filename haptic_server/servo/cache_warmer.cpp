@@ -11,7 +11,7 @@ void CacheWarmer::operator()(const ServoScene& scene, const HapticState& state) 
     isCopy_ = false;
   }
   const bool affordable = left_.left() >= state.allowance.left() / 4 * 3;
-  if (!state.supervision.attached || !affordable || state.features.tool) {
+  if (!state.supervision.attached || !affordable || state.features.tool || state.reshaped.count > 0) {
     isCopy_ = false;  // of what the state goes on to
     return;
   }

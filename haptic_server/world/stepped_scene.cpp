@@ -61,14 +61,24 @@ void SteppedScene::publish(std::unique_ptr<ServoScene> scene) {
   last_.reset();
 }
 
-void SteppedScene::drive(std::uint64_t body, const KinematicPose& sample) noexcept {
+template <class Set>
+void SteppedScene::inScenes(std::uint64_t body, Set set) noexcept {
   for (ServoScene* scene : {scene_.get(), next_.get()}) {
     if (scene == nullptr) continue;
     const auto object = std::ranges::lower_bound(scene->objects, body, {}, &ServoObject::id);
     if (object != scene->objects.end() && object->id == body)
-      scene->kinematic[static_cast<std::size_t>(object - scene->objects.begin())] = sample;
+      set(*scene, static_cast<std::size_t>(object - scene->objects.begin()));
   }
+}
+
+void SteppedScene::drive(std::uint64_t body, const KinematicPose& sample) noexcept {
+  inScenes(body, [&](ServoScene& scene, std::size_t object) noexcept { scene.kinematic[object] = sample; });
   beginDriving(*state_);
+}
+
+void SteppedScene::drive(std::uint64_t body, const KinematicShape& sample) noexcept {
+  inScenes(body, [&](ServoScene& scene, std::size_t object) noexcept { scene.shapes[object] = sample; });
+  beginReshaping(*state_);
 }
 
 World::Sample SteppedScene::step(const World::Vector& hip_m) noexcept {

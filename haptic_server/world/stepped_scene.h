@@ -33,11 +33,16 @@ class SteppedScene {
   void publish(std::unique_ptr<ServoScene> scene);
   /// The same of a body, without allocating. Scenes that were published have a kinematic pose of each object.
   void drive(std::uint64_t body, const KinematicPose& sample) noexcept;
+  void drive(std::uint64_t body, const KinematicShape& sample) noexcept;  ///< The same; of each object, too.
   void miss(std::uint64_t ticks) noexcept { tick_ += ticks; }
   [[nodiscard]] World::Sample step(const World::Vector& hip_m) noexcept;
   void run(std::span<const World::Vector> hips_m, std::span<World::Sample> samples) noexcept;
 
  private:
+  /// Calls set(scene, index) in the scenes that have the body.
+  template <class Set>
+  void inScenes(std::uint64_t body, Set set) noexcept;
+
   StepConfig config_;
   SurfaceLimits limits_;
   std::uint64_t tick_ = 0, allowanceSpent_ = 0, depenetrated_ = 0;

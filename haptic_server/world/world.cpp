@@ -15,6 +15,7 @@
 #include "haptic_server/world/held_tool.h"
 #include "haptic_server/world/input_checks.h"
 #include "haptic_server/world/stepped_scene.h"
+#include "haptic_server/world/vertex_stream.h"
 
 namespace haptics {
 namespace {
@@ -49,7 +50,7 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   return properties;
 }
 
-[[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
+[[nodiscard]] TriMesh canonicalMesh(const World::Mesh& mesh) {
   if (mesh.triangles.size() > kMaxTriangles || mesh.vertices.size() > kMaxVertices) {
     refuse("mesh", "has " + std::to_string(mesh.triangles.size()) + " triangles and " +
                        std::to_string(mesh.vertices.size()) + " vertices; at most " + std::to_string(kMaxTriangles) +
@@ -67,9 +68,14 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   std::vector<Vec3> vertices;
   vertices.reserve(mesh.vertices.size());
   for (const auto& v : mesh.vertices) vertices.emplace_back(v[0], v[1], v[2]);
-  const auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
+  auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
   if (!made) refuse("mesh", made.error().text());
-  return buildCollisionMesh(made->mesh.vertices, made->mesh.triangles);
+  return std::move(made->mesh);
+}
+
+[[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
+  const TriMesh canonical = canonicalMesh(mesh);
+  return buildCollisionMesh(canonical.vertices, canonical.triangles);
 }
 
 }  // namespace
@@ -98,6 +104,7 @@ struct World::Impl {
   std::vector<std::pair<std::uint64_t, std::string>> names;  // of the bodies that were not removed
   std::vector<ServoObject> bodies;                           // as edited last, in order of id
   std::map<std::uint64_t, KinematicPose> driven;             // of each of them: moveKinematic() adds none
+  std::map<std::uint64_t, VertexStream> vertices;            // likewise
   std::vector<Removal> removals;
   std::uint64_t lastBody = 0, revision = 0, lastSample = 0;
   SteppedScene scene;
@@ -109,8 +116,17 @@ struct World::Impl {
     return *at;
   }
 
+  [[nodiscard]] bool isReshaped(std::uint64_t body) const {
+    const auto at = vertices.find(body);
+    return at != vertices.end() && at->second.shape().number != 0;
+  }
+
   void setMaterial(ServoObject& object, const Material& material) const {
     const SurfaceProperties properties = propertiesOf(material);
+    if (properties.shading && isReshaped(object.id)) {
+      refuse("material.roundedBelow_rad",
+             "is " + text(material.roundedBelow_rad) + " of a body whose vertices were moved; 0 will do");
+    }
     object.stiffness_N_per_m = std::min(material.stiffness_N_per_m, scene.limits().stiffness_N_per_m);
     object.damping_Ns_per_m = std::min(material.damping_Ns_per_m, scene.limits().damping_Ns_per_m);
     object.detail = makeSurfaceDetail(*object.surface, properties, {});
@@ -129,7 +145,11 @@ struct World::Impl {
     std::erase_if(driven, [this](const auto& entry) {
       return std::ranges::find(bodies, entry.first, &ServoObject::id) == bodies.end();
     });
-    for (const ServoObject& object : bodies) made->kinematic.push_back(driven[object.id]);
+    for (const ServoObject& object : bodies) {
+      made->kinematic.push_back(driven[object.id]);
+      made->shapes.push_back(vertices.at(object.id).shape());
+    }
+    std::erase_if(vertices, [this](const auto& entry) { return !driven.contains(entry.first); });
     if (tool) tool->adopt(*made);
     scene.publish(std::move(made));
   }
@@ -151,9 +171,12 @@ std::uint64_t World::add(std::string_view name, const Mesh& mesh, const Material
   ServoObject object;
   object.pose = poseOf(pose);
   (void)propertiesOf(material);  // before the work on the mesh
-  object.surface = surfaceOf(mesh);
+  TriMesh canonical = canonicalMesh(mesh);
+  object.surface = buildCollisionMesh(canonical.vertices, canonical.triangles);
   impl_->setMaterial(object, material);
-  object.id = ++impl_->lastBody;
+  object.id = impl_->lastBody + 1;
+  impl_->vertices.emplace(object.id, VertexStream(mesh, std::move(canonical)));
+  ++impl_->lastBody;
   impl_->names.emplace_back(object.id, name);
   if (impl_->bodies.size() == kMaxServoObjects) {  // one that fades makes room
     impl_->bodies.erase(std::ranges::find(impl_->bodies, true, &ServoObject::pendingRemoval));
@@ -180,6 +203,16 @@ void World::moveKinematic(std::uint64_t body, const Pose& pose) {
   if (impl_->tool) impl_->tool->drive(body, sample.pose);
 }
 
+void World::moveVerticesKinematic(std::uint64_t body, std::span<const std::array<float, 3>> vertices) {
+  const ServoObject& object = impl_->find(body);
+  if (impl_->tool) refuse("body", "has vertices that a tool in the hand would not feel move: hold none");
+  if (object.detail && object.detail->shading)
+    refuse("body", "is rounded, for normals that do not move with its vertices; material.roundedBelow_rad: 0 will do");
+  VertexStream& stream = impl_->vertices.at(body);
+  stream.take(vertices, *object.surface);
+  impl_->scene.drive(body, stream.shape());
+}
+
 void World::setMaterial(std::uint64_t body, const Material& material) {
   impl_->setMaterial(impl_->find(body), material);
   impl_->publish();
@@ -195,6 +228,10 @@ void World::remove(std::uint64_t body) {
 }
 
 std::size_t World::hold(const Mesh& mesh, const Tool& tool) {
+  for (const ServoObject& object : impl_->bodies) {
+    if (impl_->isReshaped(object.id))
+      refuse("tool", "does not feel the vertices of body " + std::to_string(object.id) + " move, which were moved");
+  }
   HeldTool held(surfaceOf(mesh), tool, impl_->scene.config());
   const std::size_t points = held.points();
   impl_->tool = std::move(held);

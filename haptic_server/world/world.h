@@ -129,11 +129,13 @@ class World {
   /// in the loop is moved by moveKinematic().
   /// @throws InvalidInput a body that is not there; a value out of range. Here and below.
   void setPose(std::uint64_t body, const Pose& pose);
+  /// @throws InvalidInput also: rounded, of a body whose vertices were moved.
   void setMaterial(std::uint64_t body, const Material& material);
   void remove(std::uint64_t body);
   /// The hand holds this tool from now on, for stepTool(); the mesh in the tool's frame, in whose origin the device holds it.
   /// @return How many points are followed.
-  /// @throws InvalidInput a mesh without triangles, a value out of range, a spacing that gives more than 8,192 points.
+  /// @throws InvalidInput a mesh without triangles, a value out of range, a spacing that gives more than 8,192 points; a body
+  /// whose vertices were moved.
   std::size_t hold(const Mesh& mesh, const Tool& tool);
 
   /// A motion from where the body is to this pose: it pushes the hand on its way, at any speed. In the loop: unless it
@@ -141,6 +143,16 @@ class World {
   /// at its pose in that step; called less often it is there after as many steps as lay between the last two calls, and in
   /// between on the way. After 0.1 s without a call it begins anew, at 1 m/s or within 0.1 s. setPose() ends it.
   void moveKinematic(std::uint64_t body, const Pose& pose);
+
+  /// A motion of the body's vertices from where they are to these places, which pushes the hand on its way, at any speed: the body
+  /// frame, metres, one for each vertex of the mesh that add() got; of those at one place the first counts. In the times that
+  /// moveKinematic() takes, and beside it. In the loop: but for the first call of a body, which prepares memory for it, it does
+  /// not allocate, lock or call the system unless it throws; the call and the step() after it take a time that grows with the mesh,
+  /// some 0.1 us a triangle together. The hand stays on its side of the surface where neighbouring places of that come nearer to
+  /// each other or turn about each other by less than half of their distance in a step.
+  /// @throws InvalidInput also: another number of vertices, a place that is not finite or beyond 1 km; a body that is rounded
+  /// (Material::roundedBelow_rad); a tool in the hand.
+  void moveVerticesKinematic(std::uint64_t body, std::span<const std::array<float, 3>> vertices);
 
   /// The tick after the last one, with the HIP there (m, world).
   Sample step(const Vector& hip_m) noexcept;

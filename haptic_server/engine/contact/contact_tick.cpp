@@ -106,15 +106,20 @@ void ContactTick::gather() noexcept {
   if (tick_.state.mode == Mode::kOneSurface) {
     tick_.foot = heldFoot(tick_.surface(tick_.held().body), tick_.state, hipMotion(tick_).from);
     if (tick_.near.count() == 1) return;  // no other body's frame to keep
-    ihip = tick_.nearOf(tick_.held()).frame.toWorld(tick_.lifted(tick_.state.local, tick_.held(), tick_.pathOffset));
+    const Vec3 before = tick_.state.local - tick_.body(tick_.held().body).shift;
+    ihip = tick_.nearOf(tick_.held()).frame.toWorld(tick_.lifted(before, tick_.held(), tick_.pathOffset));
   }
   tick_.near.moveAll(tick_.near.inEachFrame(ihip), 1);
+  tick_.near.shiftWithSurfaces(tick_.bodies);
 }
 
 /// A free HIP goes to the end of the tick at once.
 void ContactTick::beginStep(double now, WalkStep& step) noexcept {
   const bool last = ++tick_.work.steps >= kMaxSteps || tick_.work.interrupted;
-  if (tick_.state.mode == Mode::kOneSurface) return stepOverRegions(tick_, now, last, step);
+  if (tick_.state.mode == Mode::kOneSurface) {
+    if (!last && !tick_.settled && tick_.body(tick_.held().body).deforming) return settle(tick_, step);
+    return stepOverRegions(tick_, now, last, step);
+  }
   step.end = tick_.state.mode == Mode::kFree || last ? 1 : shortStepEnd(tick_, now);
   step.hip = tick_.hipAt(step.end);
   tick_.setTime(step.end);

@@ -15,7 +15,7 @@ bool holds(const ContactState& state, int body) noexcept {
 double push(const Body& body, const ContactState& state, Vec3 hip, double reach) noexcept {
   const double hipMotion = glm::distance(toLocal(body.previous, state.hip), toLocal(body.current, state.hip));
   const double ihipMotion = glm::distance(toLocal(body.previous, state.ihip), toLocal(body.current, state.ihip));
-  const double motion = hipMotion + ihipMotion;
+  const double motion = hipMotion + ihipMotion + 2 * glm::length(body.shift);
   const double inReach = body.surface->radius_m() + reach + motion;
   return squaredLength(hip - body.centre) > inReach * inReach ? 0 : 2 * motion;
 }
@@ -125,6 +125,14 @@ NearBodies::Points NearBodies::from() const noexcept {
   Points points;
   for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = (*this)[i].from;
   return points;
+}
+
+void NearBodies::shiftWithSurfaces(std::span<const Body> bodies) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const Body& body = bodies[static_cast<std::size_t>((*this)[i].body)];
+    if (body.deforming) [[unlikely]]
+      (*this)[i].from += body.shift;
+  }
 }
 
 void NearBodies::moveAll(const Points& to, double time) noexcept {

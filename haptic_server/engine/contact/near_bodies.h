@@ -72,6 +72,8 @@ class NearBodies {
   void setTime(std::span<const Body> bodies, double time) noexcept;
   [[nodiscard]] Points inEachFrame(Vec3 world) const noexcept;
   [[nodiscard]] Points from() const noexcept;
+  /// The `from` of bodies whose vertices have moved goes with their surface.
+  void shiftWithSurfaces(std::span<const Body> bodies) noexcept;
   /// Advances every `from` by the fraction `time` of its segment.
   void moveAll(const Points& to, double time) noexcept;
 

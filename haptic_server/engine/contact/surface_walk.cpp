@@ -118,6 +118,14 @@ void stepOverRegions(TickContext& tick, double now, bool last, WalkStep& step) n
   tick.setTime(step.end);
 }
 
+void settle(TickContext& tick, WalkStep& step) noexcept {
+  tick.settled = true;
+  step.end = 0;
+  step.hip = tick.state.hip;
+  tick.setTime(0);
+  searchAnew(tick, step);
+}
+
 void searchAnew(const TickContext& tick, WalkStep& step) noexcept {
   const NearBodies::Near& near = tick.nearOf(tick.held());
   step.h = near.frame.toLocal(step.hip);

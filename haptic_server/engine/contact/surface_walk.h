@@ -28,6 +28,9 @@ struct WalkStep {
 /// Begins a step at time `now`: to where the HIP leaves the region of the contacted primitive. `last`: to the end of
 /// the tick.
 void stepOverRegions(TickContext& tick, double now, bool last, WalkStep& step) noexcept;
+/// Begins a step in which no time passes: the IHIP has gone with the deforming surface that holds it, and is to come to the
+/// place on it that is nearest to the HIP.
+void settle(TickContext& tick, WalkStep& step) noexcept;
 /// Begins another search for the HIP at the end of the step, from the surface that was entered within it.
 void searchAnew(const TickContext& tick, WalkStep& step) noexcept;
 

@@ -107,6 +107,7 @@ struct TickContext {
   ContactWork work;
   ClosestPoint foot;           ///< kOneSurface: of the IHIP.
   bool footConverged = false;  ///< It is a local minimum of the distance to the HIP.
+  bool settled = false;        ///< The IHIP has followed the surface that holds it, where that is deforming.
   double skin = 0;             ///< Metres, as the other two.
   double pathOffset = 0;
   double startOffset = 0;

@@ -451,6 +451,25 @@ void BoundingHierarchy::refit(std::span<const TriangleRecord> triangles, double 
   measure(extent_m);
 }
 
+void BoundingHierarchy::refitInPlace(std::span<const TriangleRecord> triangles, double extent_m) noexcept {
+  const auto boxOfChild = [&](const Child& child) {
+    if (!child.isLeaf()) return boxOf(nodes_[child.index()]);  // comes after this node, so that it has been made
+    Box box;
+    if (child.isList()) {
+      for (const std::uint32_t t : cell(child.begin())) box.grow(Box(triangles[t]));
+    } else {
+      for (std::uint32_t t = child.begin(); t < child.end(); ++t) box.grow(Box(triangles[t]));
+    }
+    return box;
+  };
+  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      if (node->bounds[0][0][i] <= node->bounds[1][0][i]) setPlace(*node, i, boxOfChild(node->child[i]));
+    }
+  }
+  measure(extent_m);
+}
+
 /// Only what is about the other triangles is left.
 void BoundingHierarchy::dropCells() {
   LargePageVector<Node> left;

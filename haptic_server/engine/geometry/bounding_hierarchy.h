@@ -85,6 +85,9 @@ class BoundingHierarchy {
 
   /// Makes the boxes anew around the same triangles, which have moved; `triangles` are in the hierarchy's order.
   void refit(std::span<const TriangleRecord> triangles, double extent_m);
+  /// The same without allocating. A cell keeps its list, and its box is that of all triangles in it: queries find as much, and
+  /// look at more.
+  void refitInPlace(std::span<const TriangleRecord> triangles, double extent_m) noexcept;
 
   /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
   /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a

@@ -6,11 +6,12 @@
 #include "common/interruption/progress.h"
 #include "common/maths/elementary.h"
 #include "haptic_server/engine/geometry/connectivity.h"
+#include "haptic_server/engine/geometry/neighbours.h"
 
 namespace haptics {
 namespace {
 
-std::array<double, 3> angles_rad(const TriangleRecord& r) {
+std::array<double, 3> angles_rad(const TriangleRecord& r) noexcept {
   std::array<Vec3, 3> along;
   for (int k = 0; k < 3; ++k) along[static_cast<std::size_t>(k)] = unitOrZero(r.corner(nextCorner(k)) - r.corner(k));
   const auto at = [](Vec3 into, Vec3 outOf) { return elementary::acos(std::clamp(-glm::dot(into, outOf), -1.0, 1.0)); };
@@ -71,6 +72,31 @@ CollisionMesh::CollisionMesh(const CollisionMesh& from, std::span<const Vec3f> v
   sumVertexNormals(changed, vertices.size());
   hierarchy_.refit(records_, extent_);
   markSelfIntersecting(changed, 1);
+}
+
+void CollisionMesh::moveVertices(std::span<const Vec3f> vertices) noexcept {
+  measure(vertices);
+  for (TriangleRecord& r : records_) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3f v = vertices[r.vertex[k]];
+      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = v[static_cast<int>(d)];
+    }
+    r.flags &= ~TriangleRecord::kZeroArea;
+    if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
+  }
+  hierarchy_.refitInPlace(records_, extent_);
+  isMoved_ = true;
+}
+
+Vec3 CollisionMesh::cornerNormal(std::uint32_t t, int corner) const noexcept {
+  Vec3 sum(0);
+  const auto add = [&](std::uint32_t polygon, int at) noexcept {
+    sum += faceNormal(polygon) * angles_rad(records_[polygon])[static_cast<std::size_t>(at)];
+    return true;
+  };
+  add(t, corner);
+  visitFan(*this, t, corner, add);
+  return unitOrZero(sum);
 }
 
 void CollisionMesh::measure(std::span<const Vec3f> vertices) {
@@ -154,7 +180,7 @@ Vec3 CollisionMesh::normal(const ClosestPoint& foot) const noexcept {
   if (onBoundary(foot)) return faceNormal(foot.triangle);
   Vec3 n(0);
   if (foot.feature == Feature::kLine) n = lineNormal(foot.triangle, foot.index);
-  if (foot.feature == Feature::kVertex) n = unitOrZero(vertexNormal(records_[foot.triangle].vertexAt(foot.index)));
+  if (foot.feature == Feature::kVertex) n = unitOrZero(vertexNormal(foot.triangle, foot.index));
   return n == Vec3(0) ? faceNormal(foot.triangle) : n;  // a sheet folded onto itself has no mean
 }
 
@@ -169,7 +195,7 @@ bool CollisionMesh::isOutside(const ClosestPoint& foot, Vec3 h, int side) const 
       height = glm::dot(lineNormal(foot.triangle, foot.index), h - foot.point);
       break;
     case Feature::kVertex:
-      height = glm::dot(vertexNormal(r.vertexAt(foot.index)), h - foot.point);
+      height = glm::dot(vertexNormal(foot.triangle, foot.index), h - foot.point);
       break;
   }
   return (height >= 0) == (side > 0);

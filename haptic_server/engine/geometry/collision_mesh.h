@@ -55,7 +55,9 @@ class CollisionMesh {
   /// by their angles. A polygon without area takes that of the polygon across its longest edge.
   [[nodiscard]] Vec3 faceNormal(std::uint32_t t) const noexcept;
   [[nodiscard]] Vec3 lineNormal(std::uint32_t t, int edge) const noexcept;
-  [[nodiscard]] Vec3 vertexNormal(std::uint32_t vertex) const noexcept { return Vec3(vertexNormals_[vertex]); }
+  [[nodiscard]] Vec3 vertexNormal(std::uint32_t t, int corner) const noexcept {
+    return isMoved_ ? cornerNormal(t, corner) : Vec3(vertexNormals_[records_[t].vertexAt(corner)]);
+  }
   /// Normal of the primitive that holds the foot; on a boundary, where faces may be flipped, of its polygon.
   [[nodiscard]] Vec3 normal(const ClosestPoint& foot) const noexcept;
 
@@ -101,7 +103,13 @@ class CollisionMesh {
   /// it where all have. For the builder thread.
   CollisionMesh(const CollisionMesh& from, std::span<const Vec3f> vertices);
 
+  /// Puts the vertices somewhere else in place, as often as a tick does: without allocating, in a time that grows with the
+  /// triangles. The marks of what crosses itself stay as they are, and normals of vertices are made where they are asked for.
+  void moveVertices(std::span<const Vec3f> vertices) noexcept;
+
  private:
+  /// Of the polygons around a corner, as they are now.
+  [[nodiscard]] Vec3 cornerNormal(std::uint32_t t, int corner) const noexcept;
   void fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                    std::span<const std::uint32_t> order);
   void measure(std::span<const Vec3f> vertices);
@@ -120,6 +128,7 @@ class CollisionMesh {
   double extent_ = 0;
   bool closed_ = true;
   bool anySelfIntersecting_ = false;
+  bool isMoved_ = false;  // by moveVertices(): vertexNormals_ are none
 };
 
 /// Builds the database of a mesh that satisfies TriMesh's invariants: finite vertices, indices in range, at least one

@@ -24,11 +24,14 @@ class StateTransfer {
   StateTransfer(const ServoScene& next, const HapticState& state) noexcept
       : state_(state), count_(std::min(next.objects.size(), kMaxServoObjects)) {
     std::size_t before = 0;  // both lists are in order of id
+    const bool anyReshaped = next.anyReshaped();
     for (std::size_t i = 0; i < count_; ++i) {
       const ServoObject& object = next.objects[i];
       if (object.tool != nullptr && !object.pendingRemoval && !state.motion.follows) toolBody_ = static_cast<int>(i);
       while (before < state.objects.count && state.objects[before].id < object.id) ++before;
       const bool known = before < state.objects.count && state.objects[before].id == object.id;
+      reshaped_[i] = {};
+      if (known && anyReshaped) goOnReshaping(i, next.shapes[i], object, before);
       if (known) {
         follow(i, object, before);
       } else {
@@ -109,9 +112,12 @@ class StateTransfer {
     const bool anyDriven = next.anyDriven();
     state.driven.count = anyDriven ? count_ : 0;
     std::copy_n(driven_.begin(), state.driven.count, state.driven.items.begin());
-    state.features.beingMoved = anyDriven || std::ranges::any_of(state.objects.all(), [](const ObjectState& object) {
-                                  return object.beingMoved;
-                                });
+    const bool anyReshaped = next.anyReshaped();
+    state.reshaped.count = anyReshaped ? count_ : 0;
+    std::copy_n(reshaped_.begin(), state.reshaped.count, state.reshaped.items.begin());
+    state.features.beingMoved =
+        anyDriven || anyReshaped ||
+        std::ranges::any_of(state.objects.all(), [](const ObjectState& object) { return object.beingMoved; });
     if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
     state.features.hasUntouchable = state.features.tool || state.features.torqueFades ||
                                     std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
@@ -130,21 +136,36 @@ class StateTransfer {
     origins_[i] = {-1, true};
   }
 
+  /// Its vertices are moved as they were.
+  void goOnReshaping(std::size_t i, const KinematicShape& shape, const ServoObject& object,
+                     std::size_t before) noexcept {
+    if (shape.number == 0 || !state_.isReshaped(before) || was(before).surface != object.surface) return;
+    reshaped_[i] = state_.reshaped[before];
+  }
+
+  /// Of an object that is known where its vertices go on being moved, else as the scene has it.
+  [[nodiscard]] const CollisionMesh* surfaceOf(std::size_t i, const ServoObject& object) const noexcept {
+    return reshaped_[i].number != 0 ? bodies_[i].surface : object.surface.get();
+  }
+
   void follow(std::size_t i, const ServoObject& object, std::size_t before) noexcept {
-    const bool sameSurface = was(before).surface == object.surface;
+    const bool isReset = state_.isReshaped(before) && reshaped_[i].number == 0;
+    const bool sameSurface = was(before).surface == object.surface && !isReset;
     const bool tookDents = !sameSurface && hasBakedDents(object, before);
     // What no longer moves goes back to where the scene has it.
     const bool letGo = state_.features.tool && state_.tool.body == before && object.tool == nullptr;
     const bool stopped = letGo || (object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr);
     const bool samePose = isAsSet(object, before) && !stopped;
     bodies_[i] = state_.bodies[before];
+    bodies_[i].deforming = false;
+    bodies_[i].shift = Vec3(0);
     driven_[i] = state_.isDriven(before) ? state_.driven[before] : KinematicMotion{};
     objects_[i] = state_.objects[before];
     objects_[i].poseRevision = object.poseRevision;
     bodies_[i].pendingRemoval = leaves(object);
     bool changed = !sameSurface;
     if (samePose) {
-      bodies_[i].surface = object.surface.get();
+      bodies_[i].surface = surfaceOf(i, object);
       bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else if (sameSurface && isCarried(object, before)) {
@@ -369,7 +390,7 @@ class StateTransfer {
     objects_[i].poseRevision = object.poseRevision;
     objects_[i].beingMoved = false;
     driven_[i] = {};
-    bodies_[i].surface = object.surface.get();
+    bodies_[i].surface = surfaceOf(i, object);
     bodies_[i].pendingRemoval = leaves(object);
     bodies_[i].previous = bodies_[i].current = object.pose;
     bodies_[i].update();
@@ -382,6 +403,7 @@ class StateTransfer {
   std::array<BodyOrigin, kMaxServoObjects> origins_;
   std::array<BumpState, kMaxServoObjects> bumps_;
   std::array<KinematicMotion, kMaxServoObjects> driven_;
+  std::array<ShapeMotion, kMaxServoObjects> reshaped_;
   std::array<MovingBody, kMaxMovingBodies> moving_;
   std::array<bool, kMaxMovingBodies> collides_{};
   std::size_t movingCount_ = 0;

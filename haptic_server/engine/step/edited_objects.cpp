@@ -27,11 +27,13 @@ void moveObjects(const ServoScene& scene, HapticState& state, const StepConfig& 
     const bool isDriven = state.driven.count > 0 && moveDrivenObject(scene, state, config.period_s, i);
     const bool isEdited = object.beingMoved;
     if (isEdited) moveEditedObject(scene, state, config, i);
-    state.features.beingMoved = state.features.beingMoved || isDriven || object.beingMoved;
-    if (!(isDriven || isEdited) || object.id != state.report.object) continue;
+    const bool isReshaped = state.reshaped.count > 0 && moveDrivenShape(scene, state, config.period_s, i);
+    state.features.beingMoved = state.features.beingMoved || isDriven || isReshaped || object.beingMoved;
+    if (!(isDriven || isEdited || isReshaped) || object.id != state.report.object) continue;
     const Body& body = state.bodies[i];
-    const Vec3 shift = toWorld(body.current, toLocal(body.previous, state.contact.ihip)) - state.contact.ihip;
-    state.energy.attribute(object.id, isDriven ? EnergyFeature::kMotion : EnergyFeature::kEdit,
+    const Vec3 shift =
+        toWorld(body.current, toLocal(body.previous, state.contact.ihip) + body.shift) - state.contact.ihip;
+    state.energy.attribute(object.id, isDriven || isReshaped ? EnergyFeature::kMotion : EnergyFeature::kEdit,
                            glm::dot(state.energy.written_N(), shift));
   }
 }

@@ -11,6 +11,7 @@ inline constexpr bool kIsLeftOut = std::is_same_v<T, Sequence<ObjectState, kMaxS
                                    std::is_same_v<T, Sequence<BumpState, kMaxServoObjects>> ||
                                    std::is_same_v<T, Sequence<MovingBody, kMaxMovingBodies>> ||
                                    std::is_same_v<T, Sequence<KinematicMotion, kMaxServoObjects>> ||
+                                   std::is_same_v<T, Sequence<ShapeMotion, kMaxServoObjects>> ||
                                    std::is_same_v<T, BodyPairs> || std::is_same_v<T, ToolInHand>;
 
 }  // namespace
@@ -19,6 +20,7 @@ bool HapticState::connect(const ServoScene& adopted) noexcept {
   const std::vector<ServoObject>& all = adopted.objects;
   if (objects.count != all.size() || (bumps.count != 0 && bumps.count != objects.count)) return false;
   if (driven.count != 0 && driven.count != objects.count) return false;
+  if (reshaped.count != 0 && (reshaped.count != objects.count || adopted.shapes.size() != objects.count)) return false;
   scene = &adopted;
   contactCache = {};
   now = {};
@@ -31,6 +33,13 @@ bool HapticState::connect(const ServoScene& adopted) noexcept {
     if (object.id != all[i].id) return false;
     Body& body = bodies[i];
     body.surface = all[i].surface.get();
+    body.deforming = false;
+    body.shift = Vec3(0);
+    if (isReshaped(i)) {
+      const KinematicShape& shape = adopted.shapes[i];
+      if (shape.number != reshaped[i].number) return false;
+      body.surface = shape.memory->moveTo(shape.samples, reshaped[i].along, body.surface).surface;
+    }
     body.pendingRemoval = object.pendingRemoval;
     place(i, Pose(object.previous), Pose(object.current));
     const bool moves = next < moving.count && moving[next].body == i;

@@ -134,6 +134,16 @@ struct KinematicMotion {
   HAPTICS_FIELDS(self.number, self.since, self.left);
 };
 
+/// Of an object whose vertices are moved (kinematic_motion.h).
+struct ShapeMotion {
+  std::uint64_t number = 0;  ///< KinematicShape::number of the newest sample; 0: there is none.
+  std::uint64_t since = 0;   ///< Ticks since that came,
+  std::uint64_t left = 0;    ///< and until the shape is that.
+  double along = 0;          ///< Where it is on its way over the samples (ShapeMemory::moveTo()).
+
+  HAPTICS_FIELDS(self.number, self.since, self.left, self.along);
+};
+
 /// One object's lasting state, carried over adoptions by id.
 struct ObjectState {
   std::uint64_t id = 0;
@@ -244,10 +254,11 @@ struct StateFields {
   ToolInHand tool;
   /// Of all objects, where one was driven since the scene set its pose.
   Sequence<KinematicMotion, kMaxServoObjects> driven;
+  Sequence<ShapeMotion, kMaxServoObjects> reshaped;  ///< Of all objects, where the vertices of one are moved.
 
   HAPTICS_FIELDS(self.adoption, self.features, self.motion, self.denting, self.estimate, self.contact, self.groove,
                  self.report, self.limits, self.supervision, self.observer, self.energy, self.dents, self.surface,
-                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.driven);
+                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.driven, self.reshaped);
 };
 static_assert(fields::isListed<StateFields>(), "no pointer, no padding, every member in the list");
 static_assert(std::is_trivially_copyable_v<StateFields>);
@@ -325,6 +336,7 @@ struct HapticState : StateFields {
     bodies[i].update();
   }
   [[nodiscard]] bool isDriven(std::size_t i) const noexcept { return driven.count > 0 && driven[i].number != 0; }
+  [[nodiscard]] bool isReshaped(std::size_t i) const noexcept { return reshaped.count > 0 && reshaped[i].number != 0; }
   void makeUntouchable(std::size_t i) noexcept { objects[i].pendingRemoval = bodies[i].pendingRemoval = true; }
 
   const ServoScene* scene = nullptr;  ///< That was adopted; null: none yet.

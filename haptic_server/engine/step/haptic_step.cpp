@@ -105,7 +105,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   const auto touched = static_cast<std::size_t>(contact.body);
   const Body& body = state.bodies[touched];
   if (!body.moving || state.objects[touched].beingMoved) return 0;
-  return glm::distance(toWorld(body.current, toLocal(body.previous, contact.ihip)), contact.ihip);
+  return glm::distance(toWorld(body.current, toLocal(body.previous, contact.ihip) + body.shift), contact.ihip);
 }
 
 /// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
@@ -327,7 +327,7 @@ TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const St
     state.estimate.measured = input.device.position;
     if (!state.features.detail && (!contact.touching || state.objects.count > 1)) [[unlikely]]
       updateUntouchedStiffness(scene, state, config, contact);
-  } else if (state.driven.count > 0) {
+  } else if (state.driven.count + state.reshaped.count > 0) {
     moveDrivenObjects(scene, state, config.period_s);
   }
   if (state.moving.count > 0) [[unlikely]]

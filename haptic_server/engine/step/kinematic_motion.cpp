@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/maths/rotation.h"
+#include "haptic_server/engine/contact/surface_shift.h"
 
 namespace haptics {
 namespace {
@@ -12,6 +13,42 @@ namespace {
 [[nodiscard]] double longestWay_m(const CollisionMesh& surface, const Pose& from, const Pose& to) noexcept {
   const double angle_rad = glm::length(rotationVector(to.rotation * glm::conjugate(from.rotation)));
   return glm::distance(toWorld(from, surface.centre()), toWorld(to, surface.centre())) + angle_rad * surface.radius_m();
+}
+
+/// Ticks in which what is moved gets from the sample before to the newest one, where that came `since` ticks after it.
+[[nodiscard]] std::uint64_t ticksOfWay(bool goesOn, std::uint64_t since, double way_m, double period_s) noexcept {
+  if (goesOn) return since;
+  const double first = way_m / (kFirstSpeed_m_per_s * period_s);
+  return static_cast<std::uint64_t>(std::round(std::clamp(first, 1.0, kLongestPause_s / period_s)));
+}
+
+/// The contact goes with the surface of a body whose vertices were where `before` has them.
+void carryContact(HapticState& state, std::size_t object, const CollisionMesh& before, double farthest_m) noexcept {
+  constexpr int kShare = 8;  // of the tick's allowance
+  Body& body = state.bodies[object];
+  ContactState& contact = state.contact;
+  contact.clear = {};
+  state.contactCache = {};
+  const ContactSurface& held = contact.holding[0];
+  const bool isHeld = contact.mode == ContactState::Mode::kOneSurface && held.body == static_cast<int>(object);
+  if (isHeld) {
+    const Vec3 to = movedWith(before.triangle(held.triangle), body.surface->triangle(held.triangle), contact.local);
+    body.shift = to - contact.local;
+    contact.local = to;
+  } else {
+    Allowance allowance(state.allowance.left() / kShare);
+    body.shift = surfaceShift(before, *body.surface, toLocal(body.previous, contact.ihip), farthest_m, allowance);
+    if (allowance.isSpent()) contact.containmentUnchecked = contact.unfinished = true;
+  }
+  body.deforming = isHeld || body.shift != Vec3(0);
+}
+
+/// What sticks to the surface goes with it.
+void carryFriction(HapticState& state, std::size_t object) noexcept {
+  const Body& body = state.bodies[object];
+  for (HeldFriction& friction : state.surface.friction) {
+    if (friction.object == state.objects[object].id) friction.law.carry(friction.law.stickingPoint() + body.shift);
+  }
 }
 
 }  // namespace
@@ -27,8 +64,7 @@ bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period
   const double longest = kLongestPause_s / period_s;  // ticks
   if (motion.number != sample.number) {
     const bool goesOn = motion.number != 0 && static_cast<double>(motion.since) < longest;
-    const double first = longestWay_m(*body.surface, body.current, sample.pose) / (kFirstSpeed_m_per_s * period_s);
-    motion.left = goesOn ? motion.since : static_cast<std::uint64_t>(std::round(std::clamp(first, 1.0, longest)));
+    motion.left = ticksOfWay(goesOn, motion.since, longestWay_m(*body.surface, body.current, sample.pose), period_s);
     motion.since = 0;
     motion.number = sample.number;
     state.objects[object].beingMoved = false;
@@ -47,14 +83,53 @@ bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period
   return goesOn || motion.left > 0 || body.moving;
 }
 
+bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_s, std::size_t object) noexcept {
+  const KinematicShape& sample = scene.shapes[object];
+  ShapeMotion& motion = state.reshaped[object];
+  if (sample.number == 0) return false;
+  Body& body = state.bodies[object];
+  const double longest = kLongestPause_s / period_s;  // ticks
+  if (motion.number != sample.number) {
+    const bool goesOn = motion.number != 0 && static_cast<double>(motion.since) < longest;
+    motion.left = ticksOfWay(goesOn, motion.since, sample.way_m, period_s);
+    const double along = motion.number == 0 ? 2 : motion.along;
+    motion.along = std::max(along - static_cast<double>(sample.number - motion.number), 0.0);
+    motion.since = 0;
+    motion.number = sample.number;
+  }
+  const bool wasDeforming = body.deforming;
+  body.deforming = false;
+  body.shift = Vec3(0);
+  if (motion.left > 0) {
+    motion.along = motion.left == 1 ? 2 : motion.along + (2 - motion.along) / static_cast<double>(motion.left);
+    --motion.left;
+    const CollisionMesh& before = *body.surface;
+    const auto [surface, farthest_m] = sample.memory->moveTo(sample.samples, motion.along, &before);
+    body.surface = surface;
+    carryContact(state, object, before, farthest_m);
+    if (state.features.detail) carryFriction(state, object);
+  }
+  body.update();
+  const bool goesOn = static_cast<double>(motion.since) < longest;
+  if (goesOn) ++motion.since;
+  return goesOn || motion.left > 0 || body.deforming || wasDeforming;
+}
+
 void beginDriving(HapticState& state) noexcept {
   if (state.driven.count == 0) std::fill_n(state.driven.items.begin(), state.objects.count, KinematicMotion{});
   state.driven.count = state.objects.count;
   state.features.beingMoved = true;
 }
 
+void beginReshaping(HapticState& state) noexcept {
+  if (state.reshaped.count == 0) std::fill_n(state.reshaped.items.begin(), state.objects.count, ShapeMotion{});
+  state.reshaped.count = state.objects.count;
+  state.features.beingMoved = true;
+}
+
 void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept {
   for (std::size_t i = 0; i < state.driven.count; ++i) static_cast<void>(moveDrivenObject(scene, state, period_s, i));
+  for (std::size_t i = 0; i < state.reshaped.count; ++i) static_cast<void>(moveDrivenShape(scene, state, period_s, i));
 }
 
 }  // namespace haptics

@@ -15,9 +15,17 @@ namespace haptics {
 [[nodiscard]] bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period_s,
                                     std::size_t object) noexcept;
 
+/// A tick of an object whose vertices a client moves (KinematicShape): from sample to sample, in the times that poses take. Its
+/// surface takes the contact with it (surfaceShift()); what is near the IHIP deforms in this tick. After its pose in this tick is
+/// set.
+/// @return Whether they are moved, or come to rest after they were.
+[[nodiscard]] bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_s,
+                                   std::size_t object) noexcept;
+
 /// Some object of the scene has a sample, or comes to have one between two ticks.
 void beginDriving(HapticState& state) noexcept;
-/// moveDrivenObject() of all, in a tick in which no contact is followed: what is driven does not wait for the device.
+void beginReshaping(HapticState& state) noexcept;  ///< Likewise.
+/// moveDrivenObject() and moveDrivenShape() of all, in a tick in which no contact is followed: what is driven does not wait for the device.
 void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept;
 
 /// Shorter makes slow streams go by fits and starts; longer makes the first sample after a pause late.

@@ -11,7 +11,7 @@ namespace haptics {
   const Body& touched = state.bodies[static_cast<std::size_t>(body)];
   if (touched.moving) {
     const Vec3 local = toLocal(touched.current, place);
-    relative -= (place - toWorld(touched.previous, local)) / period_s;
+    relative -= (place - toWorld(touched.previous, local - touched.shift)) / period_s;
   }
   return glm::dot(relative, direction);
 }

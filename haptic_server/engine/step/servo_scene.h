@@ -12,6 +12,7 @@
 #include "haptic_server/engine/collision/collision_points.h"
 #include "haptic_server/engine/geometry/collision_mesh.h"
 #include "haptic_server/engine/motion/rigid_body.h"
+#include "haptic_server/engine/step/shape_memory.h"
 #include "haptic_server/engine/surface/surface_detail.h"
 #include "haptic_server/engine/tool/tool_shell.h"
 
@@ -32,6 +33,14 @@ struct KinematicPose {
   std::uint64_t number = 0;  ///< Another one of each sample; 0: none since the scene last set its pose.
   Pose pose;
   bool operator==(const KinematicPose&) const = default;
+};
+
+/// The same of a client that moves an object's vertices.
+struct KinematicShape {
+  std::uint64_t number = 0;  ///< Of the object's samples, counted from 1; 0: there is none.
+  ShapeSamples samples;
+  double way_m = 0;  ///< From the sample before the newest to that: of the vertex that goes farthest.
+  std::shared_ptr<ShapeMemory> memory;  ///< The same one in each scene, as long as there are samples.
 };
 
 /// What the servo needs of one object. Aligned so that a tick finds one by a shift of its index.
@@ -72,10 +81,14 @@ struct ServoScene {
   std::uint64_t revision = 0;
   std::vector<ServoObject> objects;      ///< At most kMaxServoObjects, in order of id.
   std::vector<KinematicPose> kinematic;  ///< Of each object, which has no motion where it is driven; empty: of none.
+  std::vector<KinematicShape> shapes;    ///< Of each object; empty: of none.
   std::shared_ptr<const ExplorationPlan> plan;  ///< The device's; null unless a simulated hand explores.
 
   [[nodiscard]] bool anyDriven() const noexcept {
     return std::ranges::any_of(kinematic, [](const KinematicPose& sample) { return sample.number != 0; });
+  }
+  [[nodiscard]] bool anyReshaped() const noexcept {
+    return std::ranges::any_of(shapes, [](const KinematicShape& sample) { return sample.number != 0; });
   }
 };
 

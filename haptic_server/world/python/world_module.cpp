@@ -79,6 +79,11 @@ std::uint64_t add(SharedWorld& shared, const std::string& name, const Rows<float
   });
 }
 
+void moveVertices(SharedWorld& shared, std::uint64_t body, const Rows<float>& vertices) {
+  const auto places = rowsOf(vertices, "vertices");
+  shared.with([&](World& world) { world.moveVerticesKinematic(body, places); });
+}
+
 /// In place: other types and layouts are refused, not copied.
 template <class Row>
 [[nodiscard]] std::span<const Row> inPlace(const py::array& array, const std::string& field) {
@@ -222,6 +227,8 @@ PYBIND11_MODULE(_world, module) {
           },
           py::arg("body"), py::arg("pose"),
           "A motion from where the body is to this pose, which pushes the hand; before every tick, or less often.")
+      .def("move_vertices_kinematic", &moveVertices, py::arg("body"), py::arg("vertices"),
+           "The same of the body's vertices, (n, 3) in its frame, one for each that add() got.")
       .def(
           "set_material",
           [](SharedWorld& shared, std::uint64_t body, const World::Material& material) {

@@ -9,63 +9,18 @@
 #include "tests/eval/fuzz/contact_judge.h"
 #include "tests/eval/fuzz/contact_scene.h"
 #include "tests/eval/fuzz/fuzz.h"
+#include "tests/eval/fuzz/reshaped_world.h"
+#include "tests/eval/fuzz/streamed_path.h"
 #include "tests/eval/report.h"
 #include "tests/eval/table1/interruption.h"
 
 namespace haptics::eval {
 namespace {
 
-constexpr int kDrivenTicks = 4000;  // of a world
-constexpr int kRise = 600;          // ticks in which the World's force comes, before anything moves
-constexpr double kStiffness_N_per_m = 800;
-constexpr double kPart = 0.05, kBeside_N = 0.05;          // by which a force may differ
 constexpr std::array kSamplePeriods{1, 1, 1, 8, 16, 33};  // ticks between samples
 constexpr int kTicksToARest = 20;                         // of contact, from one in which it is looked for to the next
 constexpr std::uint64_t kWorldsToALine = 100;
-
-struct Counted {
-  std::uint64_t ticks = 0, touching = 0, inside = 0, crossed = 0, notFinite = 0, otherForce = 0;
-  std::uint64_t rests = 0;          ///< Ticks in which it was looked whether the IHIP is in equilibrium,
-  std::uint64_t late = 0;           ///< those in which it is not, by more than a force may differ,
-  std::uint64_t notAtRest = 0;      ///< and those in which it was not in the tick before either.
-  std::uint64_t insideWaiting = 0;  ///< In ticks that say that their allowance was spent; no failure.
-  double deepest_m = 0;
-
-  [[nodiscard]] std::uint64_t wrong() const noexcept { return inside + crossed + notFinite + otherForce + notAtRest; }
-  Counted& operator+=(const Counted& o) noexcept {
-    ticks += o.ticks, touching += o.touching, inside += o.inside, crossed += o.crossed;
-    notFinite += o.notFinite, otherForce += o.otherForce, insideWaiting += o.insideWaiting;
-    rests += o.rests, late += o.late, notAtRest += o.notAtRest;
-    deepest_m = std::max(deepest_m, o.deepest_m);
-    return *this;
-  }
-};
-
-/// Where a body that is driven is in each tick, by what world.h says of moveKinematic(). It turns as the step turns it; turned
-/// evenly it would be up to 0.3 um beside that.
-class Path {
- public:
-  explicit Path(const Pose& at) : to_(at), at_(at) {}
-
-  void sample(const Pose& to, int ticks) {
-    to_ = to;
-    left_ = ticks;
-  }
-  void tick() {
-    if (left_ == 0) return;
-    at_ = left_ == 1 ? to_ : interpolate(at_, to_, 1.0 / left_);
-    --left_;
-  }
-  [[nodiscard]] const Pose& at() const noexcept { return at_; }
-
- private:
-  Pose to_, at_;
-  int left_ = 0;
-};
-
-[[nodiscard]] World::Pose poseOf(const Pose& pose) {
-  return {vectorOf(pose.position), {pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z}};
-}
+constexpr std::uint64_t kReshapedEvery = 4;  // world, vertices are moved
 
 class StreamedWorld {
  public:
@@ -81,20 +36,20 @@ class StreamedWorld {
       std::vector<std::array<float, 3>> vertices;
       for (const Vec3f& v : mesh.vertices) vertices.push_back({v.x, v.y, v.z});
       bodies_.push_back(world_.add("body" + std::to_string(i), {vertices, mesh.triangles},
-                                   {.stiffness_N_per_m = kStiffness_N_per_m, .damping_Ns_per_m = 0},
-                                   poseOf(frame_.poses[i])));
+                                   {.stiffness_N_per_m = kStreamStiffness_N_per_m, .damping_Ns_per_m = 0},
+                                   worldPose(frame_.poses[i])));
       paths_.emplace_back(frame_.poses[i]);
     }
-    for (int i = 0; i < kRise; ++i) {
+    for (int i = 0; i < kRiseTicks; ++i) {
       stream(i, frame_.poses);
       static_cast<void>(world_.step(vectorOf(frame_.hip)));
     }
   }
 
-  [[nodiscard]] Counted run() {
-    Counted counted;
+  [[nodiscard]] StreamRun run() {
+    StreamCount counted;
     Vec3 ihip = frame_.hip;
-    for (int tick = kRise; tick < kRise + kDrivenTicks; ++tick) {
+    for (int tick = kRiseTicks; tick < kRiseTicks + kStreamedTicks; ++tick) {
       const ContactFrame& now = scene_.next(ihip);
       stream(tick, now.poses);
       frame_.hip = now.hip;
@@ -103,9 +58,8 @@ class StreamedWorld {
       count(sample, ihip, counted);
       if (counted.notFinite > 0) break;
     }
-    return counted;
+    return {counted, period_};
   }
-  [[nodiscard]] int period() const noexcept { return period_; }
 
  private:
   /// A third are of thin plates; in every other one bodies are as fast as the hand.
@@ -123,7 +77,7 @@ class StreamedWorld {
   void stream(int tick, const std::vector<Pose>& poses) {
     if (tick >= due_) {
       for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        world_.moveKinematic(bodies_[i], poseOf(poses[i]));
+        world_.moveKinematic(bodies_[i], worldPose(poses[i]));
         paths_[i].sample(poses[i], last_ < 0 ? 1 : tick - last_);
       }
       last_ = tick;
@@ -135,7 +89,7 @@ class StreamedWorld {
     }
   }
 
-  void count(const World::Sample& sample, Vec3 ihip, Counted& counted) {
+  void count(const World::Sample& sample, Vec3 ihip, StreamCount& counted) {
     const bool waits = sample.allowanceSpent || waited_;  // the contact is not yet where the bodies are, or was not
     waited_ = sample.allowanceSpent;
     const ContactVerdict verdict = judge_.judge(frame_, ihip, sample.depenetrated || waits);
@@ -149,15 +103,15 @@ class StreamedWorld {
     counted.deepest_m = std::max(counted.deepest_m, verdict.inside_m);
     hasJumped_ = hasJumped_ || sample.allowanceSpent || sample.depenetrated;
     if (hasJumped_) return;  // that is let in at 30 N/s, and with it what moves meanwhile
-    const Vec3 expected_N = kStiffness_N_per_m * (ihip - frame_.hip);
+    const Vec3 expected_N = kStreamStiffness_N_per_m * (ihip - frame_.hip);
     const double off_N = glm::distance(vec(sample.force_N), expected_N);
-    const double allowed_N = kPart * glm::length(expected_N) + kBeside_N;
+    const double allowed_N = kForcePart * glm::length(expected_N) + kForceBeside_N;
     counted.otherForce += off_N > allowed_N ? 1 : 0;
-    countRest(sample, allowed_N / kStiffness_N_per_m, counted);
+    countRest(sample, allowed_N / kStreamStiffness_N_per_m, counted);
   }
 
   /// Where a minimum ends the contact may need a tick more.
-  void countRest(const World::Sample& sample, double off_m, Counted& counted) {
+  void countRest(const World::Sample& sample, double off_m, StreamCount& counted) {
     const bool wasLate = std::exchange(late_, false);
     if (sample.body == 0 || (!wasLate && ++sinceRest_ < kTicksToARest)) return;
     sinceRest_ = 0;
@@ -174,7 +128,7 @@ class StreamedWorld {
   ContactFrame frame_;  // as the bodies are
   ContactJudge judge_;
   std::vector<std::uint64_t> bodies_;
-  std::vector<Path> paths_;
+  std::vector<StreamedPath> paths_;
   int due_ = 0, last_ = -1, sinceRest_ = 0;
   bool wasInside_ = false, waited_ = false, hasJumped_ = false, late_ = false;  // the IHIP
 };
@@ -183,18 +137,22 @@ class StreamedWorld {
 
 bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out) {
   Interruption interruption;
-  Counted all;
+  StreamCount all, reshaped;
   std::vector<Record> findings;
   std::uint64_t done = 0;
   for (; done < options.scenes && !interruption.came(); ++done) {
     const std::uint64_t seed = options.seed + done;
-    StreamedWorld world(seed, options.speed_m_per_s.value_or(1));
-    const Counted counted = world.run();
+    const double speed_m_per_s = options.speed_m_per_s.value_or(1);
+    const bool isReshaped = seed % kReshapedEvery == kReshapedEvery - 1;
+    const auto [counted, period] =
+        isReshaped ? runReshapedWorld(seed, speed_m_per_s) : StreamedWorld(seed, speed_m_per_s).run();
     all += counted;
+    reshaped += isReshaped ? counted : StreamCount{};
     if (counted.wrong() > 0) {
       findings.push_back({{"fuzz", "stream"},
                           {"seed", seed},
-                          {"ticks_a_sample", world.period()},
+                          {"shape", isReshaped},
+                          {"ticks_a_sample", period},
                           {"inside", counted.inside},
                           {"deepest_mm", counted.deepest_m * 1e3},
                           {"crossed", counted.crossed},
@@ -211,6 +169,8 @@ bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out)
                                {"worlds", done},
                                {"ticks", all.ticks},
                                {"contact_ticks", all.touching},
+                               {"reshaped_ticks", reshaped.ticks},
+                               {"reshaped_contact_ticks", reshaped.touching},
                                {"inside", all.inside},
                                {"inside_while_waiting", all.insideWaiting},
                                {"crossed", all.crossed},

@@ -10,6 +10,7 @@
 #include "tests/eval/fuzz/contact_scene.h"
 #include "tests/eval/fuzz/fuzz.h"
 #include "tests/eval/fuzz/solid_oracle.h"
+#include "tests/eval/fuzz/streamed_path.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stage.h"
 #include "tests/eval/table1/interruption.h"
@@ -36,10 +37,6 @@ struct VertexCounts {
     return *this;
   }
 };
-
-[[nodiscard]] World::Pose worldPose(const Pose& pose) {
-  return {vectorOf(pose.position), {pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z}};
-}
 
 [[nodiscard]] Pose poseFrom(const World::Pose& pose) {
   const auto& [w, x, y, z] = pose.rotation;

@@ -63,6 +63,17 @@ class PythonWorld(unittest.TestCase):
         self.assertGreater(sample["force_N"][2], 1)
         self.assertFalse(sample["depenetrated"])
 
+    def test_vertices_that_are_moved_push_the_hand(self):
+        hand = numpy.array([[0.0, 0.0, 0.06]])
+        self.world.run(numpy.repeat(hand, 600, axis=0))
+        for tick in range(13):
+            vertices = box()[0] + numpy.array((0, 0, 1e-3 * tick))
+            self.world.move_vertices_kinematic(self.body, vertices)
+            sample = self.world.run(hand)[0]
+        self.assertAlmostEqual(sample["ihip_m"][2], 0.062, places=6)
+        with self.assertRaisesRegex(ValueError, "vertices: are 2"):
+            self.world.move_vertices_kinematic(self.body, numpy.zeros((2, 3)))
+
     def test_a_tool_is_turned_by_what_it_touches(self):
         points = self.world.hold(*box(0.01), haptics.Tool(spacing_m=0.004, torsion_Nm_per_rad=2))
         self.assertGreater(points, 20)

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/mesh/generators.h"
@@ -292,6 +293,92 @@ TEST(World, ABodyThatIsMovedInEveryTickPushesTheHandAndIsWhereItWasPut) {
                 world.moveKinematic(plate, {.position_m = {0, std::nan(""), 0}});
               }),
               HasSubstr("pose.position_m[1]"));
+}
+
+using Vertices = std::vector<std::array<float, 3>>;
+
+Vertices raised(Vertices vertices, double by_m) {
+  for (auto& v : vertices) v[2] += static_cast<float>(by_m);
+  return vertices;
+}
+
+TEST(World, VerticesThatAreMovedInEveryTickPushTheHandAtAnySpeed) {
+  const TriMesh box = makeBox(Vec3(0.2, 0.2, 1e-4), 3).value();
+  Vertices plate;  // whose upper face is at z = 0
+  for (const Vec3f& v : box.vertices) plate.push_back({v.x, v.y, v.z - 5e-5F});
+  const Vertices sheet{{-0.1F, -0.1F, 0}, {0.1F, -0.1F, 0}, {0.1F, 0.1F, 0}, {-0.1F, 0.1F, 0}};
+  const std::vector<std::array<std::uint32_t, 3>> two{{0, 1, 2}, {0, 2, 3}};
+  for (const auto& [vertices, triangles] : {std::pair(plate, box.triangles), std::pair(sheet, two)}) {
+    for (const double step_m : {1e-6, 1e-4, 1e-3}) {
+      World world;
+      const auto body = world.add("body", {vertices, triangles}, {.stiffness_N_per_m = 500, .damping_Ns_per_m = 0});
+      const double hip_m = 300 * step_m;
+      for (int i = 0; i < 600; ++i) static_cast<void>(world.step({0.01, 0.02, hip_m}));
+      world.moveVerticesKinematic(body, vertices);  // prepares memory
+      std::vector<Vertices> samples;
+      for (int i = 0; i < 350; ++i) samples.push_back(raised(vertices, i * step_m));
+      const std::uint64_t allocations = AllocationTripwire::count();
+      {
+        const AllocationTripwire armed;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+          world.moveVerticesKinematic(body, samples[i]);
+          const double depth_m = std::max(static_cast<double>(i) * step_m - hip_m, 0.0);
+          ASSERT_NEAR(world.step({0.01, 0.02, hip_m}).force_N[2], std::min(500 * depth_m, 3.3), 1e-4);
+        }
+      }
+      EXPECT_EQ(AllocationTripwire::count(), allocations);
+      EXPECT_NEAR(world.step({0.01, 0.02, hip_m}).force_N[2], std::min(500 * 49 * step_m, 3.3), 1e-4)
+          << "it stays there";
+      world.setMaterial(body, {.stiffness_N_per_m = 400, .damping_Ns_per_m = 0});
+      for (int i = 0; i < 600; ++i) static_cast<void>(world.step({0.01, 0.02, hip_m}));
+      EXPECT_NEAR(world.step({0.01, 0.02, hip_m}).force_N[2], std::min(400 * 49 * step_m, 3.3), 1e-4)
+          << "through edits";
+    }
+  }
+}
+
+TEST(World, ABallThatGrowsSlowlyPushesTheHandEvenly) {
+  constexpr double kSpeed_m_per_s = 2e-3;
+  World world;
+  Sphere ball;
+  const auto body = world.add("ball", ball.mesh(), {.stiffness_N_per_m = 500});
+  const double hip_m = kRadius_m - 0.002;
+  press(world, 0.002, 1000);
+  constexpr int kPeriod = 16;
+  for (int i = 0; i < 1500; ++i) {
+    if (i % kPeriod == 0) {
+      Vertices grown = ball.vertices;
+      const double scale = 1 + 1e-3 * i * kSpeed_m_per_s / kRadius_m;
+      for (auto& v : grown) {
+        for (float& x : v) x = static_cast<float>(x * scale);
+      }
+      world.moveVerticesKinematic(body, grown);
+    }
+    const double force_N = world.step({0, 0, hip_m}).force_N[2];
+    const double late_s = 1e-3 * std::max(i - kPeriod, 0);
+    if (i > 2 * kPeriod) {
+      ASSERT_NEAR(force_N, 500 * (0.002 + kSpeed_m_per_s * late_s), 0.03) << i;
+    }
+  }
+}
+
+TEST(World, SaysWhichVerticesItCannotMove) {
+  World world;
+  Sphere ball;
+  const auto body = world.add("ball", ball.mesh());
+  const auto rounded = world.add("rounded", ball.mesh(), {.roundedBelow_rad = 1});
+  const auto refusal = [&](std::uint64_t of, const Vertices& vertices) {
+    return refusalOf([&] { world.moveVerticesKinematic(of, vertices); });
+  };
+  EXPECT_THAT(refusal(7, ball.vertices), HasSubstr("body: there is no body 7"));
+  EXPECT_THAT(refusal(body, {{0, 0, 0}}), HasSubstr("vertices: are 1; the mesh that add() got has"));
+  Vertices far = ball.vertices;
+  far[3][1] = std::nanf("");
+  EXPECT_THAT(refusal(body, far), HasSubstr("vertices[3]"));
+  EXPECT_THAT(refusal(rounded, ball.vertices), HasSubstr("material.roundedBelow_rad"));
+  world.moveVerticesKinematic(body, ball.vertices);
+  EXPECT_THAT(refusalOf([&] { world.setMaterial(body, {.roundedBelow_rad = 1}); }), HasSubstr("vertices were moved"));
+  EXPECT_THAT(refusalOf([&] { static_cast<void>(world.hold(ball.mesh(), {})); }), HasSubstr("tool: "));
 }
 
 TEST(World, WithoutAMassForceIsStiffnessTimesDepthAtAnySpeed) {

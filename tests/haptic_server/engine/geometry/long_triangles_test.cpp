@@ -124,6 +124,9 @@ TEST(LongTriangles, AreRefittedToWhereTheyHaveMoved) {
   expectQueriesOfBruteForce(*refitted);
   const auto again = refitCollisionMesh(*refitted, shape.vertices);
   EXPECT_EQ(again->hierarchy().nodes().size(), refitted->hierarchy().nodes().size());
+  CollisionMesh inPlace(*before);
+  inPlace.moveVertices(shape.vertices);
+  expectQueriesOfBruteForce(inPlace);
 }
 
 TEST(LongTriangles, MayCollapse) {
