@@ -10,6 +10,7 @@
 #include "common/telemetry/fault_words.h"
 #include "haptic_server/attached_device.h"
 #include "haptic_server/device/exploration_planner.h"
+#include "haptic_server/device/movable_workspace.h"
 #include "haptic_server/device_settings.h"
 #include "haptic_server/net/server.h"
 #include "haptic_server/recording/flight_recorder.h"
@@ -74,8 +75,9 @@ class FaultLog {
 /// The second hand, where there is one.
 class SecondHand final : public HandHost {
  public:
-  /// @param attached  Null: its device is that of a recording.
-  SecondHand(ServoHand& servo, AttachedDevice* attached) : servo_(servo), attached_(attached) {}
+  /// @param attached, workspace  Null: its device is that of a recording.
+  SecondHand(ServoHand& servo, AttachedDevice* attached, MovableWorkspace* workspace)
+      : servo_(servo), attached_(attached), workspace_(workspace) {}
 
   [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override {
     if (!servo_.pop(sample)) return false;
@@ -86,6 +88,9 @@ class SecondHand final : public HandHost {
   [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
   [[nodiscard]] bool commandHand(const HandCommand& command) override {
     return attached_ != nullptr && attached_->commandHand(command);
+  }
+  [[nodiscard]] Result<void> moveWorkspace(const WorkspaceCommand& command) override {
+    return workspace_ != nullptr ? workspace_->move(command) : HandHost::moveWorkspace(command);
   }
   void fillStatus(v1::HandStatus& status) const {
     fillHandStatus(servo_.statistics(), status);
@@ -98,8 +103,15 @@ class SecondHand final : public HandHost {
  private:
   ServoHand& servo_;
   AttachedDevice* const attached_;
+  MovableWorkspace* const workspace_;
   FaultLog faults_{"second hand: "};
 };
+
+/// Null: there is no such device, or it is a recording.
+[[nodiscard]] std::unique_ptr<MovableWorkspace> workspaceOf(AttachedDevice* attached, double rate_Hz) {
+  if (attached == nullptr || attached->player() != nullptr) return nullptr;
+  return std::make_unique<MovableWorkspace>(attached->device(), 1 / rate_Hz);
+}
 
 /// Device, servo, scene, network: made in the order in which they stand below, so that each outlives what uses it.
 class ServerAppImpl final : public ServerApp, private ServerHost {
@@ -110,16 +122,18 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
         onEnd_(std::move(onEnd)),
         attached_(std::move(device)),
         secondAttached_(std::move(secondAttached)),
-        device_(attached_->device()),
         player_(attached_->player()),
         rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
+        workspace_(workspaceOf(attached_.get(), rate_Hz_)),
+        secondWorkspace_(workspaceOf(secondAttached_.get(), rate_Hz_)),
+        device_(workspace_ ? *workspace_ : attached_->device()),
         step_(player_ != nullptr ? player_->facts().config : ofHands(stepConfigOf(options, device_.info(), rate_Hz_))),
         servo_(device_, mailbox_, step_) {
     if (Device* second = secondDevice()) {
       secondStep_ = player_ != nullptr ? player_->facts().secondHand->config
                                        : perHandConfig(stepConfigOf(options.ofSecondHand(), second->info(), rate_Hz_));
       servo_.addHand(*second, *secondStep_);
-      secondHand_.emplace(*servo_.secondHand(), secondAttached_.get());
+      secondHand_.emplace(*servo_.secondHand(), secondAttached_.get(), secondWorkspace_.get());
     }
   }
   ~ServerAppImpl() override {
@@ -169,7 +183,7 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
   /// Null: there is one hand.
   [[nodiscard]] Device* secondDevice() {
     if (player_ != nullptr) return player_->facts().secondHand ? &player_->device(1) : nullptr;
-    return secondAttached_ ? &secondAttached_->device() : nullptr;
+    return secondWorkspace_.get();
   }
   [[nodiscard]] StepConfig ofHands(const StepConfig& config) const {
     return secondAttached_ ? perHandConfig(config) : config;
@@ -336,6 +350,9 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
   [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.hand().takeEnergy(); }
   [[nodiscard]] HandHost* secondHand() override { return secondHand_ ? &*secondHand_ : nullptr; }
   [[nodiscard]] bool commandHand(const HandCommand& command) override { return attached_->commandHand(command); }
+  [[nodiscard]] Result<void> moveWorkspace(const WorkspaceCommand& command) override {
+    return workspace_ ? workspace_->move(command) : ServerHost::moveWorkspace(command);
+  }
   [[nodiscard]] bool requestDump(const DumpAnswer& answer) override {
     if (!recorder_) {
       answer(refused("", "a recording is being played: it holds all that there is"));
@@ -369,9 +386,10 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
   std::optional<FlightRing> flight_;  // none while a recording is played, like the watchdog and the recorder
   std::optional<Watchdog> watchdog_;  // takes the force of the device away
   std::unique_ptr<AttachedDevice> attached_, secondAttached_;  // none for the second hand of a recording
-  Device& device_;
-  RecordingPlayer* const player_;  // null unless the device is one
+  RecordingPlayer* const player_;                              // null unless the device is one
   const double rate_Hz_;
+  const std::unique_ptr<MovableWorkspace> workspace_, secondWorkspace_;  // none while a recording is played
+  Device& device_;
   const StepConfig step_;
   std::optional<StepConfig> secondStep_;  // where there is a second hand
   DeviceLimits limits_;                   // of the devices

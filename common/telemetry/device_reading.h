@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/maths/vec.h"
+#include "common/telemetry/handle_reading.h"
 #include "common/telemetry/telemetry_sample.h"
 
 namespace haptics {
@@ -11,6 +12,7 @@ struct DeviceReading {
   /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
   DeviceStatus status{};
   Quat rotation{1, 0, 0, 0};  ///< Length 1, world frame: (1, 0, 0, 0) of a device that does not sense it.
+  HandleReading handle{};
 };
 
 }  // namespace haptics

@@ -30,7 +30,8 @@ struct DeviceStatus {
   DeviceFault fault = DeviceFault::kNone;
   bool homed = true;           ///< Its coordinates are referenced; no force before that.
   std::uint8_t homedAxes = 0;  ///< Bit per axis, as far as the device tells them apart.
-  std::uint8_t buttons = 0;    ///< Bit per button.
+  bool clutched = false;       ///< The hand moves its workspace: the pose stays where it is, and there is no force.
+  std::uint32_t buttons = 0;   ///< Bit per button.
   std::uint32_t age_us = 0;    ///< Of the position, when it was read.
 
   bool operator==(const DeviceStatus&) const = default;

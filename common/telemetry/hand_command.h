@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 
 #include "common/maths/vec.h"
 
@@ -20,6 +22,14 @@ struct HandCommand {
   Vec3 normal{0};  ///< Length 1, towards the hand; of the surface that it presses. Means nothing where press_N is 0.
   double press_N = 0;         ///< Against the normal; not negative.
   Quat rotation{1, 0, 0, 0};  ///< Length 1; of a device that turns, from how it is turned at rest.
+};
+
+/// Where a client wants the workspace of a device from now on; what is absent stays as it is.
+struct WorkspaceCommand {
+  std::optional<Vec3> offset{};                  ///< Metres; the workspace glides there.
+  std::optional<double> scale{};                 ///< 0.1 to 10; about where the hand is.
+  std::optional<Quat> rotation{};                ///< Length 1; likewise.
+  std::optional<std::uint32_t> clutchButtons{};  ///< Bits of DeviceStatus::buttons, each of which is the clutch.
 };
 
 }  // namespace haptics

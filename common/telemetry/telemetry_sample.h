@@ -6,6 +6,7 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/device_status.h"
 #include "common/telemetry/energy_state.h"
+#include "common/telemetry/handle_reading.h"
 
 namespace haptics {
 
@@ -68,6 +69,7 @@ struct TelemetrySample {
   double wait_s = 0;  ///< Until the force may come back, where missed ticks took it away again and again.
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;
+  HandleReading handle;
   std::uint64_t depenetrated = 0;      ///< Times that the IHIP was found inside a body and put outside, since start.
   std::uint64_t depenetratedFrom = 0;  ///< Id of the object that the IHIP was inside of the last time.
   std::uint64_t allowanceSpent =

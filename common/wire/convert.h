@@ -43,6 +43,7 @@ inline constexpr std::size_t kMaxLayers = 4;  ///< Of a field: each costs the ti
 [[nodiscard]] Result<Commit> fromWire(const v1::Commit& message);
 /// Of a client that leads: position, normal and force are checked.
 [[nodiscard]] Result<HandCommand> fromWire(const v1::HandTarget& message);
+[[nodiscard]] Result<WorkspaceCommand> fromWire(const v1::SetWorkspace& message);
 [[nodiscard]] Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field);
 [[nodiscard]] Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field);
 /// Unknown enum values in telemetry are ignored (kNone); numbers are taken as they are, also non-finite ones.

@@ -45,6 +45,28 @@ void takeEnergy(const v1::Telemetry& message, TelemetrySample& sample) {
   }
 }
 
+[[nodiscard]] HandleReading handleFrom(const v1::Telemetry& message) {
+  HandleReading handle;
+  if (message.has_device_velocity()) handle.measured |= HandleReading::kVelocity;
+  if (message.has_device_applied_force()) handle.measured |= HandleReading::kAppliedForce;
+  if (message.has_device_gripper_rad()) handle.measured |= HandleReading::kGripper;
+  handle.velocity = vectorFrom(message.device_velocity());
+  handle.appliedForce_N = vectorFrom(message.device_applied_force());
+  handle.gripper_rad = message.device_gripper_rad();
+  return handle;
+}
+
+void toWire(const HandleReading& handle, v1::Telemetry& message) {
+  message.clear_device_velocity();
+  message.clear_device_applied_force();
+  message.clear_device_gripper_rad();
+  if (handle.measured == 0) return;
+  if (handle.has(HandleReading::kVelocity)) haptics::toWire(handle.velocity, *message.mutable_device_velocity());
+  if (handle.has(HandleReading::kAppliedForce))
+    haptics::toWire(handle.appliedForce_N, *message.mutable_device_applied_force());
+  if (handle.has(HandleReading::kGripper)) message.set_device_gripper_rad(handle.gripper_rad);
+}
+
 }  // namespace
 
 Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field) {
@@ -192,6 +214,26 @@ void toWire(const HandCommand& command, v1::HandTarget& message) {
   if (command.rotation != Quat(1, 0, 0, 0)) toWire(command.rotation, *message.mutable_rotation());
 }
 
+Result<WorkspaceCommand> fromWire(const v1::SetWorkspace& message) {
+  WorkspaceCommand command;
+  if (message.has_offset()) {
+    if (auto wrong = checkPosition(message.offset(), "set_workspace.offset")) return tl::unexpected(*std::move(wrong));
+    command.offset = vectorFrom(message.offset());
+  }
+  if (message.has_scale()) {
+    if (auto wrong = checkRange(message.scale(), {0.1, 10}, "set_workspace.scale"))
+      return tl::unexpected(*std::move(wrong));
+    command.scale = message.scale();
+  }
+  if (message.has_rotation()) {
+    if (auto wrong = checkRotation(message.rotation(), "set_workspace.rotation"))
+      return tl::unexpected(*std::move(wrong));
+    command.rotation = normalised(rotationFrom(message.rotation()));
+  }
+  if (message.has_clutch_buttons()) command.clutchButtons = message.clutch_buttons();
+  return command;
+}
+
 TelemetrySample fromWire(const v1::Telemetry& message) {
   TelemetrySample sample;
   sample.tick = message.tick();
@@ -215,9 +257,13 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   takeEnergy(message, sample);
   sample.fault = enumFrom(message.fault(), Fault::kDeviceLost);
   sample.deviceState = enumFrom(message.device_state(), DeviceState::kStopped);
-  sample.device = {enumFrom(message.device_fault(), kLastDeviceFault), !message.device_not_homed(),
-                   static_cast<std::uint8_t>(message.device_homed_axes()),
-                   static_cast<std::uint8_t>(message.device_buttons()), message.device_age_us()};
+  sample.device = {.fault = enumFrom(message.device_fault(), kLastDeviceFault),
+                   .homed = !message.device_not_homed(),
+                   .homedAxes = static_cast<std::uint8_t>(message.device_homed_axes()),
+                   .clutched = message.device_clutched(),
+                   .buttons = message.device_buttons(),
+                   .age_us = message.device_age_us()};
+  sample.handle = handleFrom(message);
   sample.depenetrated = message.depenetrated();
   sample.depenetratedFrom = message.depenetrated_from();
   sample.allowanceSpent = message.allowance_spent();
@@ -268,6 +314,8 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_device_buttons(sample.device.buttons);
   message.set_device_homed_axes(sample.device.homedAxes);
   message.set_device_not_homed(!sample.device.homed);
+  message.set_device_clutched(sample.device.clutched);
+  toWire(sample.handle, message);
   message.set_depenetrated(sample.depenetrated);
   message.set_depenetrated_from(sample.depenetratedFrom);
   message.set_allowance_spent(sample.allowanceSpent);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace haptics {
 namespace {
@@ -48,8 +49,20 @@ void deviceRotation(const TickValues& values, double* at) {
 void energy(const TickValues& values, double* at) { std::ranges::copy(values.sample.energyGiven_J, at); }
 static_assert(kEnergyFeatures <= TickColumn::kMaxWidth);
 
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+template <Vec3 HandleReading::*member, std::uint64_t bit>
+void ofHandle(const TickValues& values, double* at) {
+  put(values.sample.handle.has(bit) ? values.sample.handle.*member : Vec3(kNotMeasured), at);
+}
+
+void gripper(const TickValues& values, double* at) {
+  *at = values.sample.handle.has(HandleReading::kGripper) ? values.sample.handle.gripper_rad : kNotMeasured;
+}
+
 using S = TelemetrySample;
 using F = ForceComponents;
+using H = HandleReading;
 constexpr std::array kColumns{
     TickColumn{"tick", "1", "", "number of the servo's cycle, since its start", 1, nullptr, numberOf<&S::tick>},
     TickColumn{"time", "ns", "", "server's monotonic clock when the device was read", 1, nullptr,
@@ -77,6 +90,11 @@ constexpr std::array kColumns{
     TickColumn{"tool.torque_written", "N m", "world", "as sent to the device", 3, ofTool<&ToolState::written_Nm>},
     TickColumn{"tool.device_rotation", "1", "world", "unit quaternion w, x, y, z, as the device measured it", 4,
                deviceRotation},
+    TickColumn{"device.velocity", "m/s", "world", "as the device measured it; NaN where it does not", 3,
+               ofHandle<&H::velocity, H::kVelocity>},
+    TickColumn{"device.applied_force", "N", "world", "on the hand: as the device says that it applies it; NaN likewise",
+               3, ofHandle<&H::appliedForce_N, H::kAppliedForce>},
+    TickColumn{"device.gripper", "rad", "", "opening of the device's gripper; NaN likewise", 1, gripper},
     TickColumn{"object", "1", "", "id of the touched object; 0: none", 1, nullptr, numberOf<&S::object>},
     TickColumn{"primitive.kind", "1", "", "touched primitive: 0 none, 1 polygon, 2 line, 3 vertex", 1, nullptr,
                [](const TickValues& v) { return static_cast<std::uint64_t>(v.sample.primitive.kind); }},
@@ -94,6 +112,8 @@ constexpr std::array kColumns{
                [](const TickValues& v) { return std::uint64_t{v.sample.device.age_us}; }},
     TickColumn{"device.buttons", "1", "", "a bit for each", 1, nullptr,
                [](const TickValues& v) { return std::uint64_t{v.sample.device.buttons}; }},
+    TickColumn{"device.clutched", "1", "", "1 while the hand moves its workspace: hip stays, and there is no force", 1,
+               nullptr, [](const TickValues& v) { return std::uint64_t{v.sample.device.clutched}; }},
     TickColumn{"scene_revision", "1", "", "of the scene that was felt", 1, nullptr, numberOf<&S::sceneRevision>},
     TickColumn{"missed_ticks", "1", "", "by the servo, since its start", 1, nullptr, numberOf<&S::missedTicks>},
     TickColumn{"allowance_spent", "1", "",

@@ -81,6 +81,25 @@ OverlayLine deviceLine(const MirrorView& view) {
   return {"Device", view.device.empty() ? kNothing : shortened(view.device)};
 }
 
+/// What the hand does with the handle, of a device that measures it or has buttons; none of others.
+std::optional<OverlayLine> handleLine(const TelemetrySample& sample) {
+  constexpr double kDegreesPerRadian = 57.29577951308232;
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  if (sample.device.clutched) add("clutched");
+  for (unsigned bit = 0; bit < 32; ++bit) {
+    if ((sample.device.buttons >> bit & 1U) != 0) add(formatted("button %u", bit));
+  }
+  if (sample.handle.has(HandleReading::kGripper))
+    add(formatted("gripper %.1f deg", sample.handle.gripper_rad * kDegreesPerRadian));
+  if (sample.handle.has(HandleReading::kVelocity))
+    add(formatted("%.0f mm/s", glm::length(sample.handle.velocity) * kMillimetresPerMetre));
+  if (sample.handle.has(HandleReading::kAppliedForce))
+    add(formatted("applies %.2f N", glm::length(sample.handle.appliedForce_N)));
+  if (text.empty()) return std::nullopt;
+  return OverlayLine{"Handle", text, sample.device.clutched ? Tone::kWarning : Tone::kPlain};
+}
+
 OverlayLine hashLine(const MirrorView& view) {
   if (view.link != LinkState::kLive) return {"Scene hash", "not compared", Tone::kWarning};
   const std::string start = view.scene->root().hex().substr(0, 8);
@@ -243,6 +262,7 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
                              sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
   };
   if (view.tool) lines.push_back({"Torque", torqueText(*view.tool)});
+  if (const auto handle = handleLine(sample)) lines.push_back(*handle);
   if (view.secondHand) lines.push_back(secondHandLine(view, *view.secondHand));
   return lines;
 }

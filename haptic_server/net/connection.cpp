@@ -65,6 +65,12 @@ void Connection::commandHand(std::size_t hand, const HandCommand& command) {
   if (shared_.handLeader[hand] == number_) static_cast<void>(shared_.hand(hand)->commandHand(command));
 }
 
+Result<void> Connection::moveWorkspace(std::size_t hand, const WorkspaceCommand& command) {
+  HandHost* const moved = hand < kMaxLedHands ? shared_.hand(hand) : nullptr;
+  if (moved == nullptr) return SessionHost::moveWorkspace(hand, command);
+  return moved->moveWorkspace(command);
+}
+
 std::optional<SessionHost::Leader> Connection::handLeader(std::size_t hand) const { return all_.handLeader(hand); }
 
 Result<Role> Connection::admit(SessionId id, const std::string& token) {

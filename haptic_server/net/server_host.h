@@ -26,6 +26,11 @@ class HandHost {
 
   /// Of the client that leads the simulated hand, or that none leads it. False, as by default: no hand can be led.
   [[nodiscard]] virtual bool commandHand([[maybe_unused]] const HandCommand& command) { return false; }
+
+  /// Of the hand's device. Refused, as by default: its workspace cannot be moved.
+  [[nodiscard]] virtual Result<void> moveWorkspace([[maybe_unused]] const WorkspaceCommand& command) {
+    return refused("set_workspace.hand", "its device is a recording");
+  }
 };
 
 /// Interface of a server to its program: the servo's mailboxes, a recorder, a log. It is the first hand itself.

@@ -218,6 +218,8 @@ void ServerSession::handleLive(const v1::Envelope& envelope) {
       return handle(envelope.lead_hand());
     case v1::Envelope::kHandTarget:
       return handle(envelope.hand_target());
+    case v1::Envelope::kSetWorkspace:
+      return handle(envelope.set_workspace());
     default:
       return refuse("body", "is a message that a client does not send, or not after Hello");
   }
@@ -363,6 +365,13 @@ void ServerSession::handle(const v1::HandTarget& target) {
   if (target.hand() >= kMaxLedHands)
     return refuse("hand_target.hand", "is neither 0, the first hand, nor 1, the second");
   host_.commandHand(target.hand(), *command);
+}
+
+void ServerSession::handle(const v1::SetWorkspace& message) {
+  if (role_ != Role::kEdit) return refuse("set_workspace", notAnEditor().reason);
+  const auto moved = fromWire(message).and_then(
+      [&](const WorkspaceCommand& command) { return host_.moveWorkspace(message.hand(), command); });
+  if (!moved) refuse(moved.error().field, moved.error().reason);
 }
 
 void ServerSession::handTargetByDatagram(const v1::HandTarget& target) {

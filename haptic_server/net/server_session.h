@@ -145,6 +145,7 @@ class ServerSession {
   void handle(const v1::ClockProbe& probe);
   void handle(const v1::LeadHand& request);
   void handle(const v1::HandTarget& target);
+  void handle(const v1::SetWorkspace& message);
   void sendHandLeader(std::size_t hand, const std::string& refused);
   void reportStatus(bool deformed);
   void dump();

@@ -82,6 +82,11 @@ class SessionHost : public SceneHost, public UploadHost {
   }
   /// Of a session that does not lead it is ignored.
   virtual void commandHand([[maybe_unused]] std::size_t hand, [[maybe_unused]] const HandCommand& command) {}
+  /// Refused: as by default, this hand has no device whose workspace could be moved.
+  [[nodiscard]] virtual Result<void> moveWorkspace([[maybe_unused]] std::size_t hand,
+                                                   [[maybe_unused]] const WorkspaceCommand& command) {
+    return haptics::refused("set_workspace.hand", "this server has no such hand whose workspace could be moved");
+  }
   struct Leader {
     std::string name;
     SessionId session;

@@ -58,9 +58,15 @@ Result<RecordedTick> RecordedRun::nextOf(std::size_t hand) {
   auto tick = tickFrom(left.ticks.substr(0, kTickBytes));
   if (!tick) return tick;
   left.ticks.remove_prefix(kTickBytes);
-  if (left.turns.empty()) return tick;
-  takeTurn(left.turns.substr(0, kTurnBytes), *tick);
-  left.turns.remove_prefix(kTurnBytes);
+  if (!left.turns.empty()) {
+    takeTurn(left.turns.substr(0, kTurnBytes), *tick);
+    left.turns.remove_prefix(kTurnBytes);
+  }
+  if (left.handles.empty()) return tick;
+  const auto handle = handleFrom(left.handles.substr(0, kHandleBytes));
+  if (!handle) return tl::unexpected(handle.error());
+  tick->input.device.handle = *handle;
+  left.handles.remove_prefix(kHandleBytes);
   return tick;
 }
 
@@ -163,7 +169,9 @@ Result<void> RecordedRun::take(const v1::RecordedTicks& message) {
     if (ofHand->ticks().size() != ticks * kTickBytes) return refused("ticks.second_hand", "is not as many ticks");
     if (!ofHand->turns().empty() && ofHand->turns().size() != ticks * kTurnBytes)
       return refused("ticks.turns", "is not of as many ticks");
-    left_[hand] = {ofHand->ticks(), ofHand->turns()};
+    if (!ofHand->handles().empty() && ofHand->handles().size() != ticks * kHandleBytes)
+      return refused("ticks.handles", "is not of as many ticks");
+    left_[hand] = {ofHand->ticks(), ofHand->turns(), ofHand->handles()};
     ofHand = &message.second_hand();
   }
   return {};

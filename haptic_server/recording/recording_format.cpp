@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kMaxRate_Hz = 1e6;
 
-static_assert(sizeof(StepInput) == 88, "what is new in it goes into appendTick() and tickFrom()");
+static_assert(sizeof(StepInput) == 152,
+              "what is new in it goes into appendTick() and tickFrom(), or appendHandle() and handleFrom()");
 static_assert(sizeof(StepConfig) == 208, "what is new in it goes into toMessage() and factsFrom()");
 
 void putWord(std::string& bytes, std::uint64_t word) {
@@ -196,12 +197,13 @@ void appendTick(const RecordedTick& tick, std::string& bytes) {
   putWord(bytes, tick.input.time_ns);
   putWord(bytes, tick.scene);
   std::uint64_t conditions = 0;
-  for (const std::uint8_t byte : {status.buttons, status.homedAxes, static_cast<std::uint8_t>(status.homed),
-                                  static_cast<std::uint8_t>(status.fault), static_cast<std::uint8_t>(tick.fault),
-                                  static_cast<std::uint8_t>(device.state)})
+  for (const std::uint8_t byte :
+       {static_cast<std::uint8_t>(status.clutched), static_cast<std::uint8_t>(status.buttons), status.homedAxes,
+        static_cast<std::uint8_t>(status.homed), static_cast<std::uint8_t>(status.fault),
+        static_cast<std::uint8_t>(tick.fault), static_cast<std::uint8_t>(device.state)})
     conditions = conditions << 8 | byte;
   putWord(bytes, conditions);
-  putWord(bytes, status.age_us);
+  putWord(bytes, std::uint64_t{status.buttons >> 8} << 32 | status.age_us);
   putVector(bytes, device.position);
   putVector(bytes, tick.force_N);
 }
@@ -216,12 +218,17 @@ Result<RecordedTick> tickFrom(std::string_view bytes) {
   const auto byte = [conditions](int i) { return static_cast<std::uint8_t>(conditions >> (8 * i)); };
   device.state = static_cast<DeviceState>(byte(0));
   tick.fault = static_cast<Fault>(byte(1));
-  device.status = {static_cast<DeviceFault>(byte(2)), byte(3) != 0, byte(4), byte(5), 0};
-  const std::uint64_t age_us = takeWord(bytes);
-  device.status.age_us = static_cast<std::uint32_t>(age_us);
+  const std::uint64_t ageAndButtons = takeWord(bytes);
+  const std::uint64_t moreButtons = ageAndButtons >> 32;
+  device.status = {.fault = static_cast<DeviceFault>(byte(2)),
+                   .homed = byte(3) != 0,
+                   .homedAxes = byte(4),
+                   .clutched = byte(6) != 0,
+                   .buttons = static_cast<std::uint32_t>(moreButtons << 8 | byte(5)),
+                   .age_us = static_cast<std::uint32_t>(ageAndButtons)};
   const bool known = device.state <= DeviceState::kStopped && tick.fault <= Fault::kDeviceLost &&
-                     device.status.fault <= kLastDeviceFault && byte(3) <= 1 && conditions >> 48 == 0 &&
-                     age_us >> 32 == 0;
+                     device.status.fault <= kLastDeviceFault && byte(3) <= 1 && byte(6) <= 1 && byte(7) == 0 &&
+                     moreButtons >> 24 == 0;
   if (!known) return refused("ticks", "has a state of the device or a fault that this version does not know");
   device.position = takeVector(bytes);
   tick.force_N = takeVector(bytes);
@@ -245,6 +252,24 @@ void takeTurn(std::string_view bytes, RecordedTick& tick) {
   const Vec3 v = takeVector(bytes);
   tick.input.device.rotation = {w, v.x, v.y, v.z};
   tick.torque_Nm = takeVector(bytes);
+}
+
+void appendHandle(const HandleReading& handle, std::string& bytes) {
+  putVector(bytes, handle.velocity);
+  putVector(bytes, handle.appliedForce_N);
+  putWord(bytes, std::bit_cast<std::uint64_t>(handle.gripper_rad));
+  putWord(bytes, handle.measured);
+}
+
+Result<HandleReading> handleFrom(std::string_view bytes) {
+  HandleReading handle;
+  handle.velocity = takeVector(bytes);
+  handle.appliedForce_N = takeVector(bytes);
+  handle.gripper_rad = std::bit_cast<double>(takeWord(bytes));
+  handle.measured = takeWord(bytes);
+  if (handle.measured > HandleReading::kAll)
+    return refused("ticks.handles", "has a measurement that this version does not know");
+  return handle;
 }
 
 bool sameBits(Vec3 a, Vec3 b) noexcept {

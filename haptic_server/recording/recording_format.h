@@ -15,8 +15,9 @@
 namespace haptics {
 
 inline constexpr std::string_view kRecordingHead = "haptics recording 1\n";
-inline constexpr std::size_t kTickBytes = 88;  ///< Of one tick in RecordedTicks.ticks,
-inline constexpr std::size_t kTurnBytes = 56;  ///< and in RecordedTicks.turns.
+inline constexpr std::size_t kTickBytes = 88;    ///< Of one tick in RecordedTicks.ticks,
+inline constexpr std::size_t kTurnBytes = 56;    ///< and in RecordedTicks.turns,
+inline constexpr std::size_t kHandleBytes = 64;  ///< and in RecordedTicks.handles.
 
 /// A hand of a recording.
 struct HandFacts {
@@ -57,6 +58,10 @@ void appendTick(const RecordedTick& tick, std::string& bytes);
 void appendTurn(const RecordedTick& tick, std::string& bytes);
 /// `bytes` are kTurnBytes long. Rotations are taken as they are.
 void takeTurn(std::string_view bytes, RecordedTick& tick);
+
+void appendHandle(const HandleReading& handle, std::string& bytes);
+/// `bytes` are kHandleBytes long. Refused: measurements that there are not. Numbers are taken as they are.
+[[nodiscard]] Result<HandleReading> handleFrom(std::string_view bytes);
 
 /// Bit for bit, where == would have a zero equal to one of the other sign, and no NaN to itself.
 [[nodiscard]] bool sameBits(Vec3 a, Vec3 b) noexcept;

@@ -50,12 +50,16 @@ void RecordingEncoder::Ticks::add(const RecordedTick& tick) {
   appendTick(tick, ticks);
   appendTurn(tick, turns);
   anyTurns = anyTurns || haptics::turns(tick);
+  appendHandle(tick.input.device.handle, handles);
+  anyHandles = anyHandles || tick.input.device.handle.measured != 0;
 }
 
 void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {
   message.set_ticks(std::exchange(ticks, {}));
   if (std::exchange(anyTurns, false)) message.set_turns(turns);
   turns.clear();
+  if (std::exchange(anyHandles, false)) message.set_handles(handles);
+  handles.clear();
 }
 
 void RecordingEncoder::putTicks() {

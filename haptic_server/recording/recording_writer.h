@@ -49,7 +49,9 @@ class RecordingEncoder {
   struct Ticks {
     std::string ticks;
     std::string turns;
-    bool anyTurns = false;  // some are not as of a device without rotation
+    std::string handles;
+    bool anyTurns = false;    // some are not as of a device without rotation
+    bool anyHandles = false;  // some are not as of one that measures its pose only
 
     void add(const RecordedTick& tick);
     void moveTo(v1::RecordedTicks& message);

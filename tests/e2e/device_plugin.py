@@ -138,6 +138,30 @@ class DevicePlugin(harness.EndToEnd):
         self.assertLessEqual(largest, 5)
         self.assertGreater(largest, 1)
 
+    def test_a_button_is_the_clutch_of_its_workspace(self):
+        server = self.start_felt()
+        client = Client(server.address, "mover")
+        self.addCleanup(client.close)
+        client.wait_live()
+        client.move_workspace(clutch_buttons=0b10, scale=2, rotation=(0.8, 0, 0, 0.6))
+        for _ in range(3):
+            self.wait_for_force()
+            self.arm.tell("buttons 2")
+            self.wait_for(lambda sample: sample.device_clutched and sample.force.written.z == 0, 5, "no force")
+            time.sleep(0.2)
+            self.arm.tell("buttons 0")
+            self.wait_for(lambda sample: not sample.device_clutched, 5, "the hand")
+            client.move_workspace(offset=(0, 0, -0.05))  # the middle of the workspace, twice 0.05 m high, back to the top of the box
+        self.stop_and_check(server)
+        ticks = list(haptic_recording.ticks(self.record))
+        clutched = [(one, other) for one, other in zip(ticks, ticks[1:]) if one.clutched and other.clutched]
+        self.assertGreater(len(clutched), 500)
+        for one, other in clutched:
+            self.assertEqual(one.position, other.position)
+        played = harness.Process([harness.BIN / "haptic_server", "--device", f"replay:{self.record}", "--listen", "127.0.0.1:0"])
+        self.addCleanup(played.kill)
+        harness.wait_until(lambda: "every force was the recorded one, bit for bit" in played.text(), 60, played.text)
+
     def test_each_fault_is_seen_and_named_and_the_force_taken_away_in_time(self):
         server = self.start_felt()
         injected = []

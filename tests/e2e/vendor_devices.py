@@ -90,6 +90,10 @@ class VendorDevice(harness.EndToEnd):
         self.assertEqual(late, [])
 
 
+def is_close(a, b, within):
+    return all(abs(x - y) < within for x, y in zip(a, b))
+
+
 class Felt:
     """What holds for each of them: DEVICE, FAULTS with what the recording may say of each, SAID of them in the log."""
 
@@ -123,6 +127,18 @@ class Felt:
         self.assertGreaterEqual(used, 0.99 * replies)
         self.stop_and_check(server)
         self.assertIn(self.SAID_OF_WEAKENED, server.text())
+        self.judge_velocity(list(haptic_recording.ticks(self.record)))
+
+    def judge_velocity(self, ticks):
+        """What the device measured, by where it was 10 ms before and after."""
+        judged = [(now.velocity, [(b - a) / 0.02 for a, b in zip(before.position, after.position)])
+                  for before, now, after in zip(ticks, ticks[10:], ticks[20:])
+                  if after.tick == before.tick + 20 and after.fault == now.fault == before.fault == 0]
+        fast = max(max(map(abs, velocity)) for velocity, _ in judged)
+        wrong = sum(not is_close(velocity, way, 0.02) for velocity, way in judged)
+        print(f"\nof {len(judged)} velocities, up to {fast:.3f} m/s, {wrong} are not those of the positions", end="", flush=True)
+        self.assertGreater(fast, 0.04)
+        self.assertLess(wrong, 0.05 * len(judged))  # the hardware is held up now and then
 
     def test_without_force_by_its_own_means_when_the_server_is_killed(self):
         for _ in range(TIMES):
@@ -229,6 +245,15 @@ class Haply(Felt, VendorDevice):
 
     def start_service(self, *options):
         return self.start_hardware(os.environ["HAPTICS_EMULATED_HAPLY"], 17201, *options)
+
+    def test_the_force_that_it_applies_is_told(self):
+        server = self.start_felt()
+        self.wait_for(lambda sample: sample.fault == 0 and sample.force.written.z > 1
+                      and abs(sample.device_applied_force.z - sample.force.written.z) < 0.3, 5, "the force as it was written")
+        self.hardware.tell("weak 1000")
+        self.wait_for(lambda sample: sample.fault == 0 and sample.force.written.z > 1
+                      and sample.device_applied_force.z < 0.7 * sample.force.written.z, 5, "less than was written")
+        self.stop_and_check(server)
 
     def test_the_service_may_end_and_start_again_another_way(self):
         server = self.start_felt()

@@ -38,6 +38,7 @@ class HandLead:
         self.position = None  # of the device in the newest sample
         self.leader = None    # the server's last word since the client asked
         self._request = self._target = None
+        self._moves = []      # of the workspace
         self._asks = None     # for the lead, or to give it back; None: answered
         self._due = 0.0       # of the target's next repetition
 
@@ -62,6 +63,11 @@ class HandLead:
         with self._changed:
             self._check()
             self._target, self._due = target, 0.0
+        self._wake()
+
+    def move_workspace(self, move):
+        with self._changed:
+            self._moves.append(move)
         self._wake()
 
     def where(self, timeout_s=5.0):
@@ -94,7 +100,8 @@ class HandLead:
 
     def take_unsent(self):
         """Bodies of envelopes."""
-        bodies, now = [], time.monotonic()
+        bodies, now = [{"set_workspace": move} for move in self._moves], time.monotonic()
+        self._moves.clear()
         if self._request is not None:
             bodies.append({"lead_hand": envelope_pb2.LeadHand(lead=self._request, hand=self.hand)})
             self._request = None

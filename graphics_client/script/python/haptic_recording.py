@@ -10,10 +10,14 @@ from google.protobuf.message import DecodeError
 from haptics.v1 import recording_pb2, telemetry_pb2
 
 HEAD = b"haptics recording 1\n"
-TICK = struct.Struct("<3Q6B2x2I6d")  # recording.proto
+# recording.proto
+TICK = struct.Struct("<3Q7Bx2I6d")
+HANDLE = struct.Struct("<7dQ")
 
-# Lengths in m, forces in N, the server's world frame and monotonic clock.
-Tick = namedtuple("Tick", "tick time_ns scene device_state fault device_fault homed homed_axes buttons age_us position force")
+# Lengths in m, forces in N, the server's world frame and monotonic clock. Velocity (m/s), applied force and gripper (rad) are None
+# where the device does not measure them.
+Tick = namedtuple("Tick", "tick time_ns scene device_state fault device_fault homed homed_axes buttons age_us position force "
+                  "clutched velocity applied_force gripper")
 
 
 class Damaged(Exception):
@@ -51,8 +55,16 @@ def ticks(file):
     for part in parts(file):
         if len(part.ticks.ticks) % TICK.size:
             raise Damaged(f"{file} holds a part of a tick: {len(part.ticks.ticks)} bytes, of {TICK.size} each")
-        for values in TICK.iter_unpack(part.ticks.ticks):
-            yield Tick(*values[:9], values[9], values[11:14], values[14:17])
+        count = len(part.ticks.ticks) // TICK.size
+        if len(part.ticks.handles) not in (0, count * HANDLE.size):
+            raise Damaged(f"{file} holds handles of another number of ticks: {len(part.ticks.handles)} bytes, of {count} ticks")
+        handles = HANDLE.iter_unpack(part.ticks.handles or bytes(count * HANDLE.size))
+        for values, handle in zip(TICK.iter_unpack(part.ticks.ticks), handles):
+            *front, buttons, clutched, age_us, more_buttons = values[:12]
+            measured = handle[7]
+            yield Tick(*front, more_buttons << 8 | buttons, age_us, values[12:15], values[15:18], clutched,
+                       handle[:3] if measured & 1 else None, handle[3:6] if measured & 2 else None,
+                       handle[6] if measured & 4 else None)
 
 
 def telemetry(file):

@@ -199,6 +199,25 @@ class PluginPort final : public UsbPort {
           .coulombFriction_Nm = rotation.coulomb_friction_Nm};
 }
 
+/// Without what is not finite.
+[[nodiscard]] HandleReading handleOf(const haptics_device_state& said, Vec3 sense) {
+  HandleReading handle;
+  const auto vectorOf = [&](const double* v) { return sense * Vec3(v[0], v[1], v[2]); };
+  if ((said.measured & HAPTICS_DEVICE_VELOCITY) != 0 && isFinite(vectorOf(said.velocity_m_per_s))) {
+    handle.velocity = vectorOf(said.velocity_m_per_s);
+    handle.measured |= HandleReading::kVelocity;
+  }
+  if ((said.measured & HAPTICS_DEVICE_APPLIED_FORCE) != 0 && isFinite(vectorOf(said.applied_force_N))) {
+    handle.appliedForce_N = vectorOf(said.applied_force_N);
+    handle.measured |= HandleReading::kAppliedForce;
+  }
+  if ((said.measured & HAPTICS_DEVICE_GRIPPER) != 0 && std::isfinite(said.gripper_rad)) {
+    handle.gripper_rad = said.gripper_rad;
+    handle.measured |= HandleReading::kGripper;
+  }
+  return handle;
+}
+
 /// Shortened to the limit, zero where it is not finite.
 [[nodiscard]] Vec3 bounded(Vec3 output, double limit) noexcept {
   const double length = glm::length(output);
@@ -289,8 +308,9 @@ bool PluginProtocol::take(std::span<const std::uint8_t> bytes, const std::functi
   position_ = sense_ * Vec3(state.position_m[0], state.position_m[1], state.position_m[2]);
   const double* q = state.orientation;
   if (info_.rotation.isSensed) rotation_ = Quat(q[0], handedness_ * sense_ * Vec3(q[1], q[2], q[3]));
+  handle_ = handleOf(state, sense_);
   DeviceReply reply;
-  reply.buttons = static_cast<std::uint8_t>(state.buttons);
+  reply.buttons = state.buttons;
   reply.homedAxes = state.homed != 0 ? kAllAxes : 0;
   reply.age_us = state.age_us;
   reply.forceOff = state.force_off != 0;

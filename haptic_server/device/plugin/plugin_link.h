@@ -65,6 +65,7 @@ class PluginProtocol final : public UsbProtocol {
                           const std::function<void(const DeviceReply&)>& found) override;
   [[nodiscard]] std::optional<Vec3> locate(const DeviceReply& reply) override;
   [[nodiscard]] Quat rotation() const noexcept override { return rotation_; }
+  [[nodiscard]] HandleReading handle() const noexcept override { return handle_; }
   void setTorque(Vec3 torque_Nm) noexcept override;
   [[nodiscard]] std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) override;
 
@@ -77,6 +78,7 @@ class PluginProtocol final : public UsbProtocol {
   UsbModel model_;
   Vec3 position_{0};  // of the newest state
   Quat rotation_{1, 0, 0, 0};
+  HandleReading handle_;            // likewise
   std::array<double, 6> output_{};  // N, Nm
 };
 

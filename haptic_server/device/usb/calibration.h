@@ -5,6 +5,7 @@
 
 #include "common/maths/rotation.h"
 #include "common/maths/vec.h"
+#include "common/telemetry/handle_reading.h"
 
 namespace haptics {
 
@@ -40,6 +41,11 @@ class Placement {
     return world_ + scale_ * (rotation_ * (position - centre_));
   }
   [[nodiscard]] Quat toWorld(Quat rotation) const noexcept { return rotation_ * rotation * glm::conjugate(rotation_); }
+  [[nodiscard]] HandleReading toWorld(HandleReading handle) const noexcept {
+    handle.velocity = scale_ * (rotation_ * handle.velocity);
+    handle.appliedForce_N = rotation_ * handle.appliedForce_N;
+    return handle;
+  }
   [[nodiscard]] Vec3 toDevice(Vec3 position) const noexcept {
     return centre_ + glm::conjugate(rotation_) * (position - world_) / scale_;
   }

@@ -82,7 +82,7 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
 
 DeviceReading UsbDevice::read(std::uint64_t) noexcept {
   const DeviceReport& report = shared_.reports.newest();
-  DeviceReading reading{report.position, report.state, report.status, report.rotation};
+  DeviceReading reading{report.position, report.state, report.status, report.rotation, report.handle};
   if (shared_.watchdog != nullptr &&
       shared_.watchdog->trips() != shared_.handledTrips.load(std::memory_order_relaxed)) {
     reading.state = DeviceState::kAbsent;

@@ -19,6 +19,7 @@ namespace haptics {
 struct DeviceReport {
   Vec3 position{0};
   Quat rotation{1, 0, 0, 0};
+  HandleReading handle{};
   DeviceState state = DeviceState::kAbsent;
   DeviceStatus status{.fault = DeviceFault::kNotFound, .homed = false};
   std::uint64_t arrived_ns = 0;  ///< The reply with this position.

@@ -150,6 +150,7 @@ void UsbExchange::take(const DeviceReply& reply, std::uint64_t now_ns) {
   add(shared_.counters.replies);
   report_.position = protocol_.placement().toWorld(*position);
   report_.rotation = protocol_.placement().toWorld(protocol_.rotation());
+  report_.handle = protocol_.placement().toWorld(protocol_.handle());
   report_.arrived_ns = now_ns - std::min(now_ns, std::uint64_t{1'000} * reply.age_us);
   report_.replies = shared_.counters.replies.load(std::memory_order_relaxed);
   report_.status.homedAxes = reply.homedAxes;

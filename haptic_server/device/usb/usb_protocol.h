@@ -20,7 +20,7 @@ inline constexpr double kExchangeDelay_s = 1e-3;
 /// One reply of a device, decoded.
 struct DeviceReply {
   std::array<std::int16_t, 3> counts{};
-  std::uint8_t buttons = 0;
+  std::uint32_t buttons = 0;
   std::uint8_t homedAxes = 0;  ///< kAllAxes: its coordinates are referenced.
   std::uint32_t age_us = 0;    ///< When it arrived, by the device's own account.
   bool forceOff = false;       ///< It took its force away by itself.
@@ -57,6 +57,8 @@ class UsbProtocol {
   [[nodiscard]] virtual std::optional<Vec3> locate(const DeviceReply& reply) = 0;
   /// How it is turned in the newest reply that was located, device frame; upright where it does not sense that.
   [[nodiscard]] virtual Quat rotation() const noexcept { return {1, 0, 0, 0}; }
+  /// What else was measured with it; vectors in the device's frame.
+  [[nodiscard]] virtual HandleReading handle() const noexcept { return {}; }
   /// On the hand, device frame, in commands from now on.
   virtual void setTorque(Vec3 /*torque_Nm*/) noexcept {}
   /// The command that pushes the hand with a force (newtons, device frame) where it was located last. Valid until the

@@ -103,9 +103,10 @@ struct ContactReport {
 
 struct ForceLimits {
   EditSlew slew;
-  Vec3 unlimited_N{0};  ///< Before fault ramp and, unless an edit is felt, limit.
+  Vec3 unlimited_N{0};          ///< Before fault ramp and, unless an edit is felt, limit.
+  Word<bool> clutched = false;  ///< In this tick: nothing is felt.
 
-  HAPTICS_FIELDS(self.slew, self.unlimited_N);
+  HAPTICS_FIELDS(self.slew, self.unlimited_N, self.clutched);
 };
 
 /// Of StateFields::moving.
@@ -292,6 +293,7 @@ struct TickEvents {
   /// The adoption could not carry the contact on as it was, or a body has come in between in a dent.
   bool contactBroken = false;
   bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
+  bool clutchMoved = false;   ///< The hand took hold of its workspace, or let it go.
 };
 
 /// The state with what follows from it, from its scene and from the configuration, and what is of a tick.

@@ -27,6 +27,13 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
   return isWithinWorld(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
+/// While the hand moves its workspace the contact stays as it is, and the force goes and comes as by an edit.
+[[gnu::noinline, gnu::cold]] void moveClutch(HapticState& state, const StepInput& input) noexcept {
+  state.limits.clutched = input.device.status.clutched;
+  state.limits.slew.begin();
+  state.now.clutchMoved = true;
+}
+
 /// The proxy is put where the device is: no force until a surface is met anew.
 [[gnu::noinline, gnu::cold]] void attach(HapticState& state, const StepInput& input) noexcept {
   const Vec3 position = input.device.position;
@@ -115,7 +122,8 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   if (!isFinite(force)) [[unlikely]]
     state.supervision.fault = Fault::kNonFiniteForce;
   if (state.supervision.fault == Fault::kNone) [[likely]] {
-    const bool jumps = state.now.contactBroken || result.contact.work.depenetrated ||
+    if (state.limits.clutched) force = Vec3(0);
+    const bool jumps = state.now.contactBroken || state.now.clutchMoved || result.contact.work.depenetrated ||
                        result.contact.work.allowanceSpent ||
                        (state.now.adopted && (state.now.detailEdited || result.object != state.report.object));
     if (jumps) state.limits.slew.begin();
@@ -140,7 +148,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
                                          ForceResult& result) noexcept {
   const Vec3& force = result.force.contact;
   const bool asItIs = state.supervision.fault == Fault::kNone && !state.now.adopted && !state.limits.slew.active() &&
-                      state.supervision.ramp.atOne();
+                      state.supervision.ramp.atOne() && !state.limits.clutched;
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]] {  // not for NaN
     result.force.written = state.limits.unlimited_N = force;
   } else {
@@ -298,6 +306,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
       .wait_s = state.supervision.fault == Fault::kNone ? 0 : state.supervision.deadlines.wait_s(input.tick, period_s),
       .deviceState = input.device.state,
       .device = input.device.status,
+      .handle = input.device.handle,
       .depenetrated = state.report.depenetrated,
       .depenetratedFrom = state.report.depenetratedFrom,
       .allowanceSpent = state.report.allowanceSpent};
@@ -311,6 +320,8 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   supervise(state, config, input);
   if (state.moving.count > 0) [[unlikely]]
     takeMovedPoses(state);  // 5 (c)
+  if (input.device.status.clutched != state.limits.clutched) [[unlikely]]
+    moveClutch(state, input);
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);

@@ -77,8 +77,9 @@ void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& con
 }
 
 void limitTorque(HapticState& state, const ForceResult& result) noexcept {
-  const bool jumps = state.now.adopted || state.now.contactBroken || result.contact.work.depenetrated ||
-                     result.contact.work.allowanceSpent;
+  if (state.limits.clutched) state.tool.torque.release();
+  const bool jumps = state.now.adopted || state.now.clutchMoved || state.now.contactBroken ||
+                     result.contact.work.depenetrated || result.contact.work.allowanceSpent;
   state.tool.torque.limit(state.supervision.ramp.gain(), state.supervision.fault != Fault::kNone, jumps,
                           state.features.tool && state.toolFelt.heldCount > 0);
 }

@@ -184,7 +184,13 @@ TelemetrySample sample() {
   s.largestEnergySource = {9, EnergyFeature::kMotion, 0.31};
   s.fault = Fault::kDeviceLost;
   s.deviceState = DeviceState::kStopped;
-  s.device = {DeviceFault::kJumped, false, 5, 10, 4'321};
+  s.device = {.fault = DeviceFault::kJumped,
+              .homed = false,
+              .homedAxes = 5,
+              .clutched = true,
+              .buttons = 0x80000105,
+              .age_us = 4'321};
+  s.handle = {{0.1, -0.2, 0.3}, {1, 2, -3}, 0.4, HandleReading::kAll};
   s.depenetrated = 12;
   s.depenetratedFrom = 13;
   s.allowanceSpent = 14;
@@ -222,6 +228,7 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.fault, b.fault);
   EXPECT_EQ(a.deviceState, b.deviceState);
   EXPECT_EQ(a.device, b.device);
+  EXPECT_EQ(a.handle, b.handle);
   EXPECT_EQ(a.depenetrated, b.depenetrated);
   EXPECT_EQ(a.depenetratedFrom, b.depenetratedFrom);
   EXPECT_EQ(a.allowanceSpent, b.allowanceSpent);
@@ -235,6 +242,19 @@ TEST(Telemetry, ComesBackWhole) {
   v1::Telemetry message;
   toWire(sample(), message);
   expectSame(fromWire(message), sample());
+}
+
+TEST(Telemetry, HasOfAHandleWhatItsDeviceMeasures) {
+  for (const std::uint64_t bit : {HandleReading::kVelocity, HandleReading::kAppliedForce, HandleReading::kGripper}) {
+    TelemetrySample measured = sample();
+    measured.handle.measured = bit;
+    v1::Telemetry message;
+    toWire(measured, message);
+    EXPECT_EQ(message.has_device_velocity(), bit == HandleReading::kVelocity);
+    EXPECT_EQ(message.has_device_applied_force(), bit == HandleReading::kAppliedForce);
+    EXPECT_EQ(message.has_device_gripper_rad(), bit == HandleReading::kGripper);
+    EXPECT_EQ(fromWire(message).handle.measured, bit);
+  }
 }
 
 TEST(Telemetry, LeavesNothingOfTheLastSampleInAReusedMessage) {

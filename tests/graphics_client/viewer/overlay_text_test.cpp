@@ -160,6 +160,17 @@ TEST_F(Touching, ContactSaysTheTorqueOfAToolAndWhatTheDeviceGivesOfIt) {
   EXPECT_EQ(contact("Torque").value, "12.0 mNm, 9.5 given");
 }
 
+TEST_F(Touching, ContactSaysWhatTheHandDoesWithTheHandleWhereThatIsMeasured) {
+  EXPECT_EQ(contact("Handle").value, "(no such line)");
+  view.sample->device.buttons = 0b101;
+  EXPECT_EQ(contact("Handle").value, "button 0, button 2");
+  view.sample->device.buttons = 0;
+  view.sample->handle = {{0.03, 0, 0.04}, {0, 0, 2}, 0.5, HandleReading::kAll};
+  EXPECT_EQ(contact("Handle").value, "gripper 28.6 deg, 50 mm/s, applies 2.00 N");
+  view.sample->device.clutched = true;
+  EXPECT_EQ(contact("Handle").value, "clutched, gripper 28.6 deg, 50 mm/s, applies 2.00 N");
+}
+
 TEST_F(Touching, ContactWithAnObjectThatIsNotKnownYetGivesItsNumber) {
   view.sample->object = 99;
   EXPECT_EQ(contact("Contact").value, "object 99");

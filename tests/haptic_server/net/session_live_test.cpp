@@ -333,6 +333,17 @@ class SessionHand : public SessionLive {
     return {};
   }
   void commandHand(std::size_t /*hand*/, const HandCommand& command) override { commands.push_back(command); }
+  [[nodiscard]] Result<void> moveWorkspace(std::size_t hand, const WorkspaceCommand& command) override {
+    if (hand > 0) return SessionLive::moveWorkspace(hand, command);
+    moves.push_back(command);
+    return {};
+  }
+  void move(const v1::SetWorkspace& message) {
+    v1::Envelope envelope;
+    *envelope.mutable_set_workspace() = message;
+    client.send(envelope);
+    link.settle();
+  }
   [[nodiscard]] std::optional<Leader> handLeader(std::size_t /*hand*/) const override {
     if (otherLeads) return Leader{"other", session.id() + 1};
     return leads ? std::optional(Leader{session.name(), session.id()}) : std::nullopt;
@@ -355,7 +366,41 @@ class SessionHand : public SessionLive {
 
   bool leads = false, otherLeads = false;
   std::vector<HandCommand> commands;
+  std::vector<WorkspaceCommand> moves;
 };
+
+TEST_F(SessionHand, ItsWorkspaceIsMovedByWhatIsGivenAlone) {
+  v1::SetWorkspace message;
+  message.mutable_offset()->set_x(0.1);
+  message.set_clutch_buttons(0x80000001);
+  move(message);
+  message.Clear();
+  message.set_scale(2);
+  message.mutable_rotation()->set_w(1.0005);
+  move(message);
+  ASSERT_EQ(moves.size(), 2U);
+  EXPECT_EQ(moves[0].offset, Vec3(0.1, 0, 0));
+  EXPECT_EQ(moves[0].clutchButtons, 0x80000001);
+  EXPECT_FALSE(moves[0].scale || moves[0].rotation);
+  EXPECT_EQ(moves[1].scale, 2);
+  EXPECT_EQ(moves[1].rotation, Quat(1, 0, 0, 0));
+  EXPECT_FALSE(moves[1].offset || moves[1].clutchButtons);
+}
+
+TEST_F(SessionHand, RefusesAWorkspaceThatIsNone) {
+  v1::SetWorkspace message;
+  message.set_scale(std::numeric_limits<double>::quiet_NaN());
+  move(message);
+  EXPECT_EQ(client.refusal().field(), "set_workspace.scale");
+  EXPECT_TRUE(moves.empty());
+}
+
+TEST_F(SessionHand, RefusesToMoveTheWorkspaceOfAHandThatIsNotThere) {
+  v1::SetWorkspace message;
+  message.set_hand(1);
+  move(message);
+  EXPECT_EQ(client.refusal().field(), "set_workspace.hand");
+}
 
 TEST_F(SessionHand, IsLedByAClientThatAsks) {
   EXPECT_TRUE(ask(true).you());

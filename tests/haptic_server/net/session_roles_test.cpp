@@ -51,6 +51,16 @@ TEST_F(SessionRoles, AViewerDoesNotLeadTheHand) {
   EXPECT_FALSE(answer.led());
 }
 
+TEST_F(SessionRoles, AViewerDoesNotMoveTheWorkspace) {
+  role = Role::kView;
+  hello("");
+  v1::Envelope envelope;
+  envelope.mutable_set_workspace()->set_scale(2);
+  client.send(envelope);
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "set_workspace");
+}
+
 TEST_F(SessionRoles, EditorsMayEdit) {
   hello("");
   EXPECT_TRUE(client.all(Kind::kWelcome)[0].welcome().may_edit());

@@ -83,6 +83,20 @@ class RecordedServo {
       tick({hand(), DeviceState::kReady, {}, rotationBy({0.2 * std::sin(3 * t), 0.3 * std::cos(2 * t), 0.1})});
     }
   }
+  /// Of a device with buttons, a gripper, and what else is measured; the hand takes hold of its workspace now and then.
+  void runClutching(int ticks) {
+    Vec3 held(0);
+    for (int i = 0; i < ticks; ++i) {
+      DeviceReading reading{hand(), DeviceState::kReady, {}};
+      reading.status.clutched = i % 400 >= 200;
+      reading.status.buttons = 1U << (tick_ % 32);
+      if (!reading.status.clutched) held = reading.position;
+      reading.position = held;
+      const auto measured = static_cast<double>(tick_);
+      reading.handle = {{measured, 1, 2}, {3, -measured, 4}, 0.1 * measured, tick_ % 8};
+      tick(reading);
+    }
+  }
   /// With the second hand there where the first will be a little later.
   void runBoth(int ticks) {
     for (int i = 0; i < ticks; ++i) {

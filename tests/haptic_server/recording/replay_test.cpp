@@ -136,6 +136,30 @@ TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
 }
 
 /// States between ticks let parts of a recording be computed at the same time: nothing else may come of them.
+TEST(Replay, GivesWhatTheHandleMeasuredAndTheForcesThatAClutchTookAwayAgain) {
+  RecordedServo servo;
+  servo.run(100);
+  servo.runClutching(kWhile);
+  servo.run(100);
+  std::uint64_t tick = 0, clutched = 0;
+  const auto outcome = replay(servo.recording(), [&](const ReplayedTick& replayed) {
+    const TelemetrySample& sample = replayed.sample;
+    const bool measures = tick >= 100 && tick < 100U + kWhile;
+    EXPECT_EQ(sample.device.buttons, measures ? 1U << (tick % 32) : 0U) << tick;
+    const auto number = static_cast<double>(tick);
+    const HandleReading handle{{number, 1, 2}, {3, -number, 4}, 0.1 * number, tick % 8};
+    EXPECT_EQ(sample.handle, measures ? handle : HandleReading{}) << tick;
+    clutched += sample.device.clutched;
+    ++tick;
+    return true;
+  });
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->ticks, 200U + kWhile);
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_EQ(clutched, kWhile / 2U);
+}
+
 TEST(Replay, GivesTheSameOfEveryTickWithAndWithoutTheStatesInARecording) {
   RecordedServo pushed(kScene + kBricks), yielding(kScene + kCushion), held(kScene + kBlock + kTool);
   runWithEdits(pushed);

@@ -45,6 +45,7 @@ struct Loaded {
     find("dhdGetStatus", functions.dhdGetStatus);
     find("dhdGetPosition", functions.dhdGetPosition);
     find("dhdGetPositionAndOrientationFrame", functions.dhdGetPositionAndOrientationFrame);
+    find("dhdGetLinearVelocity", functions.dhdGetLinearVelocity);
     find("dhdGetGripperAngleRad", functions.dhdGetGripperAngleRad);
     find("dhdGetButtonMask", functions.dhdGetButtonMask);
     find("dhdSetForceAndTorqueAndGripperForce", functions.dhdSetForceAndTorqueAndGripperForce);

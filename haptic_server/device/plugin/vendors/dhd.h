@@ -36,6 +36,7 @@ struct Dhd {
   int (*dhdGetStatus)(int* status, char id);
   int (*dhdGetPosition)(double* x, double* y, double* z, char id);
   int (*dhdGetPositionAndOrientationFrame)(double* x, double* y, double* z, Frame frame, char id);
+  int (*dhdGetLinearVelocity)(double* vx, double* vy, double* vz, char id);
   int (*dhdGetGripperAngleRad)(double* angle, char id);
   unsigned (*dhdGetButtonMask)(char id);
   int (*dhdSetForceAndTorqueAndGripperForce)(double fx, double fy, double fz, double tx, double ty, double tz,

@@ -34,9 +34,9 @@ constexpr std::uint64_t kGoneAfter_ns = 100'000'000;
 constexpr std::uint64_t kRest_ns = 50'000'000;
 /// For so long after the last time, the saturation of motors is still reported.
 constexpr std::uint64_t kTellFor_ns = 1'000'000'000;
-/// The gripper is a button too, the last one the server takes: closed below the one angle, open above the other.
+/// The gripper is a button too, the last one: closed below the one angle, open above the other.
 constexpr double kClosed_rad = 0.05, kOpen_rad = 0.1;
-constexpr std::uint32_t kGripperButton = 1U << 7;
+constexpr std::uint32_t kGripperButton = 1U << 31;
 
 /// Force, stiffness and damping limit, resolution, and mass and friction as in haptic_server/device/presets.cpp, which says
 /// what of them is assumed; torque and torsion limit, and resolution of turns. 0 is not known.
@@ -207,7 +207,8 @@ class ForceDimension {
     const double orientation[4]{rotation.w, rotation.x, rotation.y, rotation.z};
     std::copy_n(orientation, 4, state.orientation);
     state.age_us = static_cast<std::uint32_t>((now_ns - began_ns) / 1'000);
-    state.buttons = (dhd_.dhdGetButtonMask(id_) & (kGripperButton - 1)) | gripperButton();
+    readHandle(state);
+    state.buttons = (dhd_.dhdGetButtonMask(id_) & (kGripperButton - 1)) | (closed_ ? kGripperButton : 0);
     state.homed = initialised_ ? 1 : 0;
     state.force_off = off_ ? 1 : 0;
     tell(state, condition(now_ns));
@@ -271,12 +272,19 @@ class ForceDimension {
     initialised_ = dhd_.drdIsInitialized(id_) && (!turns_ || status[Dhd::kWristInitialised] != 0);
   }
 
-  [[nodiscard]] std::uint32_t gripperButton() {
+  void readHandle(haptics_device_state& state) {
+    state.measured = 0;
+    Vec3 velocity(0);
+    if (dhd_.dhdGetLinearVelocity(&velocity.x, &velocity.y, &velocity.z, id_) >= 0) {
+      velocity = fromTheirs(velocity);
+      std::copy_n(&velocity.x, 3, state.velocity_m_per_s);
+      state.measured |= HAPTICS_DEVICE_VELOCITY;
+    }
     double angle_rad = 0;
-    // Of a left-handed device it is below zero.
-    if (hasGripper_ && dhd_.dhdGetGripperAngleRad(&angle_rad, id_) >= 0)
-      closed_ = std::abs(angle_rad) < (closed_ ? kOpen_rad : kClosed_rad);
-    return closed_ ? kGripperButton : 0;
+    if (!hasGripper_ || dhd_.dhdGetGripperAngleRad(&angle_rad, id_) < 0) return;
+    state.gripper_rad = std::abs(angle_rad);  // of a left-handed device it is below zero
+    state.measured |= HAPTICS_DEVICE_GRIPPER;
+    closed_ = state.gripper_rad < (closed_ ? kOpen_rad : kClosed_rad);
   }
 
   [[nodiscard]] std::string condition(std::uint64_t now_ns) const {

@@ -115,6 +115,12 @@ class Haply {
     std::copy_n(orientation, 4, state.orientation);
     state.age_us = kTick_us;
     state.buttons = said.buttons;
+    state.measured = HAPTICS_DEVICE_APPLIED_FORCE;
+    std::copy_n(&said.appliedForce_N.x, 3, state.applied_force_N);
+    if (said.velocity) {
+      std::copy_n(&said.velocity->x, 3, state.velocity_m_per_s);
+      state.measured |= HAPTICS_DEVICE_VELOCITY;
+    }
     isCalibrated_ = said.isCalibrated.value_or(isCalibrated_);
     isPowered_ = said.isPowered.value_or(isPowered_);
     state.homed = isCalibrated_ ? 1 : 0;

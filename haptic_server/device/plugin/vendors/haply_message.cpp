@@ -79,6 +79,7 @@ std::optional<HaplyMessage> parseHaply(std::string_view text, std::string_view w
   if (!take(member(state, "cursor_position"), said.position)) return refuse("its service tells no cursor_position");
   if (!take(member(state, "current_cursor_force"), said.appliedForce_N))
     return refuse("its service tells no current_cursor_force");
+  if (Vec3 velocity(0); take(member(state, "cursor_velocity"), velocity)) said.velocity = velocity;
   const json* const status = member(device, "status");
   said.isCalibrated = flag(status, "calibrated");
   said.isPowered = flag(status, "power_supply");

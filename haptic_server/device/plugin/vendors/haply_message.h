@@ -18,6 +18,7 @@ struct HaplyMessage {
   std::string id;
   Vec3 position{0};
   Vec3 appliedForce_N{0};
+  std::optional<Vec3> velocity;  ///< Where it is told.
   std::optional<Quat> rotation;  ///< Of the grip, where there is one; not checked to be a rotation.
   std::uint32_t buttons = 0;
   // Where the message has a status; as the last one said elsewhere.

@@ -13,7 +13,8 @@ struct Hd {
     unsigned device;
   };
   static constexpr unsigned kInvalidHandle = 0xFFFFFFFF;
-  static constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kTransform = 0x2052, kModel = 0x2501;
+  static constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kVelocity = 0x2051, kTransform = 0x2052,
+                            kModel = 0x2501;
   static constexpr unsigned kCalibrationStyles = 0x2555, kMaxForce = 0x2603, kForce = 0x2700, kForceOutput = 0x4000;
   static constexpr unsigned kCalibrated = 0x5000, kNeedsUpdate = 0x5001;
   static constexpr unsigned kWarmMotors = 0x200, kExceededForce = 0x201, kForceError = 0x204;  ///< And those between.

@@ -136,12 +136,13 @@ class Host {
   [[nodiscard]] unsigned tick() {
     const std::uint64_t now_ns = monotonicNow_ns();
     takeForce(now_ns);
-    double position[3]{}, transform[16]{};
+    double position[3]{}, velocity[3]{}, transform[16]{};
     int buttons = 0;
     const double* const f = force_.force_N;
     const double theirs[3]{f[0], f[2], -f[1]};
     hd_.hdBeginFrame(device_);
     hd_.hdGetDoublev(Hd::kPosition, position);
+    hd_.hdGetDoublev(Hd::kVelocity, velocity);
     hd_.hdGetDoublev(Hd::kTransform, transform);
     hd_.hdGetIntegerv(Hd::kButtons, &buttons);
     hd_.hdSetDoublev(Hd::kForce, theirs);
@@ -152,6 +153,9 @@ class Host {
     const Vec3 at = kMillimetre * fromTheirs(position);
     const Quat q = rotationOf(transform);
     std::copy_n(&at.x, 3, said.state.position_m);
+    const Vec3 moving = kMillimetre * fromTheirs(velocity);
+    std::copy_n(&moving.x, 3, said.state.velocity_m_per_s);
+    said.state.measured = HAPTICS_DEVICE_VELOCITY;
     const double orientation[4]{q.w, q.x, q.y, q.z};
     std::copy_n(orientation, 4, said.state.orientation);
     said.state.buttons = static_cast<std::uint32_t>(buttons);

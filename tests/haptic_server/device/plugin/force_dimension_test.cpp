@@ -212,15 +212,31 @@ TEST_F(ForceDimension, LostInitialisationAndSaturatedMotorsAreTold) {
 
 TEST_F(ForceDimension, AClosedGripperIsTheLastButtonWhicheverHandHoldsIt) {
   ASSERT_EQ(open(), "");
-  arm_->buttons = 0x185;
-  EXPECT_EQ(read().buttons, 0x05U);
+  arm_->buttons = 0x80000185;
+  EXPECT_EQ(read().buttons, 0x185U);
   for (const double side : {1.0, -1.0}) {
     arm_->gripper_rad = side * 0.04;
-    EXPECT_EQ(read().buttons, 0x85U);
+    EXPECT_EQ(read().buttons, 0x80000185U);
+    EXPECT_EQ(read().gripper_rad, 0.04);
     arm_->gripper_rad = side * 0.08;
-    EXPECT_EQ(read().buttons, 0x85U) << "it does not flicker";
+    EXPECT_EQ(read().buttons, 0x80000185U) << "it does not flicker";
     arm_->gripper_rad = side * 0.2;
-    EXPECT_EQ(read().buttons, 0x05U);
+    EXPECT_EQ(read().buttons, 0x185U);
+  }
+}
+
+// Theirs: x to the user, y to the user's right, z up.
+TEST_F(ForceDimension, VelocityIsInTheServersFrameAndTheGripperIsToldWhereThereIsOne) {
+  for (const bool hasGripper : {true, false}) {
+    arm_->hasGripper = hasGripper;
+    ASSERT_EQ(open(), "");
+    for (std::size_t i = 0; i < 3; ++i) arm_->velocity[i] = 0.1 * static_cast<double>(i + 1);
+    const haptics_device_state state = read();
+    EXPECT_EQ(state.measured,
+              static_cast<unsigned>(HAPTICS_DEVICE_VELOCITY | (hasGripper ? HAPTICS_DEVICE_GRIPPER : 0)));
+    EXPECT_THAT(state.velocity_m_per_s, testing::ElementsAre(0.2, -0.1, 0.1 * 3));
+    EXPECT_EQ(state.gripper_rad, hasGripper ? 0.3 : 0);
+    functions_->close(std::exchange(device_, nullptr));
   }
 }
 

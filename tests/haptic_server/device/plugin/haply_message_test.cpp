@@ -12,7 +12,7 @@ namespace {
 const std::string kMessage = R"({"session_id": 7, "inverse3": [
   {"device_id": "0001", "state": {"cursor_position": {"x": 9, "y": 9, "z": 9}, "current_cursor_force": {"x": 0, "y": 0, "z": 0}}},
   {"device_id": "049D", "config": {"type": "inverse3"},
-   "state": {"cursor_position": {"x": 0.01, "y": -0.12, "z": 0.15}, "cursor_velocity": {"x": 0, "y": 0, "z": 0},
+   "state": {"cursor_position": {"x": 0.01, "y": -0.12, "z": 0.15}, "cursor_velocity": {"x": 0.1, "y": 0.2, "z": -0.3},
              "current_cursor_force": {"x": 1, "y": 2, "z": -3}, "control_mode": "idle"},
    "status": {"calibrated": true, "in_use": false, "power_supply": true, "ready": true, "started": true}}],
   "verse_grip": [],
@@ -42,6 +42,7 @@ TEST(HaplyMessage, HasTheWantedDevicesNumbersInTheServersFrameAndUnits) {
   EXPECT_EQ(said->id, "049D");
   EXPECT_EQ(said->position, Vec3(0.01, -0.12, 0.15));
   EXPECT_EQ(said->appliedForce_N, Vec3(1, 2, -3));
+  EXPECT_EQ(said->velocity, Vec3(0.1, 0.2, -0.3));
   EXPECT_EQ(said->rotation, Quat(0.8, 0.6, 0, 0));
   EXPECT_EQ(said->buttons, 0b101U);
   EXPECT_EQ(said->isCalibrated, true);
@@ -53,6 +54,7 @@ TEST(HaplyMessage, IsTheFirstDevicesWhereNoneIsWanted) {
   const auto said = parse(kMessage);
   ASSERT_TRUE(said);
   EXPECT_EQ(said->id, "0001");
+  EXPECT_EQ(said->velocity, std::nullopt);
   EXPECT_EQ(said->isCalibrated, std::nullopt);
 }
 

@@ -91,6 +91,17 @@ TEST_F(OpenHaptics, PositionsAndForcesAreInTheServersFrameAndUnitsOnEachAxis) {
   }
 }
 
+TEST_F(OpenHaptics, VelocityIsInTheServersFrameAndUnits) {
+  ASSERT_EQ(open(), "");
+  for (std::size_t i = 0; i < 3; ++i) arm_->velocity[i] = 32 * static_cast<double>(i + 1);
+  arm_->buttons = 0x80000005;
+  EXPECT_TRUE(until([](int, const haptics_device_state& state) {
+    const double* const v = state.velocity_m_per_s;
+    return state.measured == HAPTICS_DEVICE_VELOCITY && v[0] == 32 * 1e-3 && v[1] == -96 * 1e-3 && v[2] == 64 * 1e-3 &&
+           state.buttons == 0x80000005;
+  }));
+}
+
 TEST_F(OpenHaptics, TurnsAboutEachAxisAreInTheServersFrame) {
   ASSERT_EQ(open(), "");
   const double c = std::cos(0.4), s = std::sin(0.4), half = std::cos(0.2), sine = std::sin(0.2);

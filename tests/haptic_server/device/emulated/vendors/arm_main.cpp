@@ -100,8 +100,12 @@ class Hardware {
                           : Vec3(0.02 * std::cos(1.57 * t), 0.02 * std::sin(1.57 * t), 0.012 * std::cos(5 * t) - 0.002);
     velocity_ += kStep / kMass * (force + kSpring * (hand - at_) - kDamper * velocity_);
     at_ += kStep * velocity_;
-    const Vec3 theirs = isTouch_ ? 1e3 * Vec3(at_.x, at_.z, -at_.y) : Vec3(-at_.y, at_.x, at_.z);
-    for (std::size_t i = 0; i < 3; ++i) arm_.position[i] = (&theirs.x)[i];
+    const auto theirs = [this](Vec3 v) { return isTouch_ ? 1e3 * Vec3(v.x, v.z, -v.y) : Vec3(-v.y, v.x, v.z); };
+    const Vec3 position = theirs(at_), velocity = theirs(velocity_);
+    for (std::size_t i = 0; i < 3; ++i) {
+      arm_.position[i] = (&position.x)[i];
+      arm_.velocity[i] = (&velocity.x)[i];
+    }
   }
 };
 

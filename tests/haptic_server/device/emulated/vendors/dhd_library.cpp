@@ -122,6 +122,12 @@ int dhdGetPositionAndOrientationFrame(double* x, double* y, double* z, double fr
   for (int i = 0; i < 9; ++i) frame[i / 3][i % 3] = arm().rotation[static_cast<std::size_t>(i)];
   return position(x, y, z);
 }
+int dhdGetLinearVelocity(double* x, double* y, double* z, char) {
+  *x = arm().velocity[0];
+  *y = arm().velocity[1];
+  *z = arm().velocity[2];
+  return call();
+}
 int dhdGetGripperAngleRad(double* angle, char) {
   *angle = arm().gripper_rad;
   return call();

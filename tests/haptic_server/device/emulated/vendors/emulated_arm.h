@@ -14,7 +14,7 @@ struct EmulatedArm {
   using Shared = std::atomic<Value>;
 
   // The hand's side.
-  std::array<Shared<double>, 3> position;
+  std::array<Shared<double>, 3> position, velocity;
   std::array<Shared<double>, 9> rotation;  ///< Rows.
   Shared<double> gripper_rad;
   Shared<std::uint32_t> buttons;

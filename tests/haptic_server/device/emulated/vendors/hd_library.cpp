@@ -119,6 +119,8 @@ void hdGetDoublev(unsigned what, double* values) {
     for (std::size_t i = 0; i < 3; ++i) values[i] = arm().position[i];
     if (arm().notFinite) values[1] = std::numeric_limits<double>::quiet_NaN();
     if (arm().jumped) values[0] += kJump_mm;
+  } else if (what == 0x2051) {
+    for (std::size_t i = 0; i < 3; ++i) values[i] = arm().velocity[i];
   } else if (what == 0x2052) {
     for (int i = 0; i < 16; ++i) {
       const int row = i % 4, column = i / 4;
