@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tests/eval/accuracy_run.h"
+#include "tests/eval/adapters/outside_method.h"
 #include "tests/eval/closed_loop_rest.h"
 
 namespace haptics::eval {
@@ -28,8 +29,10 @@ void print(const Record& r) {
 class Steadiness {
  public:
   [[nodiscard]] Record of(const Method& method, const Sample& sample, int triangles) {
-    const auto [critical, isNew] = critical_N_per_m_.try_emplace({method.name, triangles});
-    if (isNew) critical->second = criticalOnMesh_N_per_m(method, sample);
+    auto critical = critical_N_per_m_.find({method.name, triangles});
+    if (critical == critical_N_per_m_.end())
+      critical =
+          critical_N_per_m_.emplace(std::pair{method.name, triangles}, criticalOnMesh_N_per_m(method, sample)).first;
     const ClosedLoopRest rest = restOnMesh(method, sample);
     return {{"limit_cycle_um", rest.limitCycle_um},
             {"limit_cycle_allowed_um", rest.allowed_um},
@@ -55,13 +58,27 @@ bool runAccuracy(const AccuracyOptions& options) {
       if (triangles > options.finest) break;
       const Sample sample = makeSample(shape, triangles);
       for (const Method& method : chosen) {
-        const Record measures = steadiness.of(method, sample, triangles);
+        const Record about{{"method", method.name},
+                           {"scene", shape.name},
+                           {"seed", options.seed},
+                           {"triangles", sample.mesh.triangles.size()}};
+        Record measures = about;
+        if (!runOrExplain(measures, [&] { measures = steadiness.of(method, sample, triangles); })) {
+          std::printf("%s\n", measuresText(measures).c_str());
+          records.push_back(std::move(measures));
+          continue;
+        }
         for (const double depth : kDepths_m) {
           const bool compare = method.name == kOurs && triangles <= kFinestMesh;
-          records.push_back(measureAccuracy(method, sample, depth, options.seed, compare));
-          records.back().update(measures);
-          if (depth == kPrintedDepth_m) print(records.back());
-          if (method.name == kOurs) good = good && records.back()["pass"].get<bool>() && measures["steady"].get<bool>();
+          Record& record = records.emplace_back(about);
+          record["depth_mm"] = depth * 1e3;
+          if (!runOrExplain(record, [&] { record = measureAccuracy(method, sample, depth, options.seed, compare); })) {
+            std::printf("%s\n", measuresText(record).c_str());
+            continue;
+          }
+          record.update(measures);
+          if (depth == kPrintedDepth_m) print(record);
+          if (method.name == kOurs) good = good && record["pass"].get<bool>() && measures["steady"].get<bool>();
         }
       }
     }

@@ -4,11 +4,15 @@
 #include <cstdio>
 #include <iterator>
 #include <map>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tests/eval/adapters/outside_method.h"
+#include "tests/eval/exchange/recorder.h"
 #include "tests/eval/expected_failures.h"
 #include "tests/eval/methods.h"
 #include "tests/eval/report.h"
@@ -32,8 +36,10 @@ constexpr bool areScenes(std::string_view names) {
 static_assert(std::ranges::all_of(kExpectedFailures,
                                   [](const Expectation& e) { return areScenes(e.fails) && areScenes(e.either); }));
 
-/// "pass", "fail" or "either".
-std::string_view expectedOutcome(std::string_view method, std::string_view scene) {
+/// "pass", "fail" or "either"; of a method from outside nothing is known.
+std::string_view expectedOutcome(const Method& of, std::string_view scene) {
+  if (of.outside) return "either";
+  const std::string_view method = of.name;
   const auto entry = std::find_if(kExpectedFailures.begin(), kExpectedFailures.end(),
                                   [&](const Expectation& e) { return e.method == method; });
   if (entry == kExpectedFailures.end()) throw std::logic_error("nothing is expected of " + std::string(method));
@@ -66,14 +72,30 @@ std::vector<FailureScene> chosenScenes(std::string_view name) {
 /// Beside the measures, in a run's record.
 constexpr std::string_view kAboutTheRun[] = {"method", "scene", "seed", "pass", "expected", "as_expected"};
 
-Record runOf(const Method& method, const FailureScene& scene, std::uint64_t seed) {
-  Random random = scene.random(seed);
-  const SceneResult result = scene.run(*method.make(), random);
-  const std::string_view expected = expectedOutcome(method.name, scene.name);
-  const bool asExpected = expected == "either" || result.pass == (expected == "pass");
-  Record record{{"method", method.name}, {"scene", scene.name}, {"seed", seed}};
-  record.update(result.measures);
-  record.update({{"pass", result.pass}, {"expected", expected}, {"as_expected", asExpected}});
+Record runOf(const Method& method, const FailureScene& scene, std::uint64_t seed,
+             const std::filesystem::path& exportTo) {
+  const std::string_view expected = expectedOutcome(method, scene.name);
+  const Record about{{"method", method.name}, {"scene", scene.name}, {"seed", seed}};
+  const std::filesystem::path folder =
+      exportTo / (std::string(method.name) + '-' + std::string(scene.name) + '-' + std::to_string(seed));
+  Record record = about;
+  std::optional<Recorder> recorder;
+  runOrExplain(record, [&] {
+    if (!method.isFor(scene.concern)) throw NotApplicable("about what the method has no part in");
+    std::unique_ptr<Renderer> renderer = method.make();
+    if (!exportTo.empty() && isExchanged(scene.concern)) recorder.emplace(std::move(renderer), folder);
+    Random random = scene.random(seed);
+    const SceneResult result = scene.run(recorder ? *recorder : *renderer, random);
+    record.update(result.measures);
+    record["pass"] = result.pass;
+  });
+  const bool asExpected = expected == "either" || record["pass"] == Record(expected == "pass");
+  record.update({{"expected", expected}, {"as_expected", asExpected}});
+  if (recorder && record["pass"].is_null()) {
+    std::filesystem::remove_all(folder);
+  } else if (recorder) {
+    recorder->finish(about, record);
+  }
   return record;
 }
 
@@ -89,7 +111,8 @@ class FailuresSweep : public Sweep {
     Record runs = Record::array();
     const Method& method = methodOf(part);
     for (const FailureScene& scene : scenes_) {
-      if (method.isFor(scene.concern)) runs.push_back(runOf(method, scene, seedOf(part)));
+      if (method.isFor(scene.concern) || method.outside)
+        runs.push_back(runOf(method, scene, seedOf(part), options_.exportTo));
     }
     return runs;
   }
@@ -106,8 +129,9 @@ class FailuresSweep : public Sweep {
       if (options_.seeds > 1 && asExpected) continue;
       Record measures = run;
       for (const std::string_view key : kAboutTheRun) measures.erase(std::string(key));
-      std::printf("  %-4s %s%s  %s\n", run.at("scene").get<std::string>().c_str(), run.at("pass") ? "pass" : "FAIL",
-                  asExpected ? " " : "!", measuresText(measures).c_str());
+      const char* const verdict = run.at("pass").is_null() ? "n/a " : run.at("pass") ? "pass" : "FAIL";
+      std::printf("  %-4s %s%s  %s\n", run.at("scene").get<std::string>().c_str(), verdict, asExpected ? " " : "!",
+                  measuresText(measures).c_str());
     }
     std::fflush(stdout);
   }
@@ -118,7 +142,16 @@ class FailuresSweep : public Sweep {
     printTable(runs);
     writeRecords(options_.out, "failures", runs);
     const auto surprises = std::ranges::count_if(runs, [](const Record& run) { return !run.at("as_expected"); });
-    std::printf("%zu runs, %td not as expected\n", runs.size(), surprises);
+    const auto count = [&](const Record& pass) {
+      return std::ranges::count(runs, pass, [](const Record& r) { return r.at("pass"); });
+    };
+    std::printf("%zu runs, %td not as expected", runs.size(), surprises);
+    if (const auto none = count(nullptr); none > 0) {
+      const auto faults = std::ranges::count_if(runs, [](const Record& run) { return run.contains("fault"); });
+      std::printf("; %td pass, %td fail, %td of them by a fault of their own; %td not applicable", count(true),
+                  count(false), faults, none);
+    }
+    std::printf("\n");
     return surprises == 0;
   }
 
@@ -129,16 +162,23 @@ class FailuresSweep : public Sweep {
   /// Failures of each method in each scene.
   void printTable(const std::vector<Record>& runs) const {
     std::map<std::pair<std::string, std::string>, int> failures;
+    std::set<std::pair<std::string, std::string>> notApplicable;
     for (const Record& run : runs) {
-      if (!run.at("pass")) ++failures[{run.at("method"), run.at("scene")}];
+      const std::pair<std::string, std::string> key{run.at("method"), run.at("scene")};
+      if (run.at("pass").is_null()) {
+        notApplicable.insert(key);
+      } else if (!run.at("pass")) {
+        ++failures[key];
+      }
     }
     std::printf("%-35s", "failed runs");
     for (const FailureScene& scene : scenes_) std::printf("%5s", scene.name.data());
     for (const Method& method : chosen_) {
       std::printf("\n%-35s", method.name.data());
       for (const FailureScene& scene : scenes_) {
-        const auto failed = failures.find({std::string(method.name), std::string(scene.name)});
-        const bool notRun = !method.isFor(scene.concern);
+        const std::pair key{std::string(method.name), std::string(scene.name)};
+        const auto failed = failures.find(key);
+        const bool notRun = !method.isFor(scene.concern) || notApplicable.contains(key);
         std::printf("%5s", notRun ? "" : failed == failures.end() ? "." : std::to_string(failed->second).c_str());
       }
     }

@@ -11,9 +11,10 @@ namespace haptics::eval {
 
 struct FailuresOptions {
   std::uint64_t seed = 1;
-  int seeds = 1;       ///< How many, from `seed` on.
-  std::string method;  ///< Only this one; all when empty.
-  std::string scene;   ///< Likewise.
+  int seeds = 1;                   ///< How many, from `seed` on.
+  std::string method;              ///< Only this one; all when empty.
+  std::string scene;               ///< Likewise.
+  std::filesystem::path exportTo;  ///< A folder of each run goes here (exchange/README.md); empty: none.
   std::filesystem::path out = ".";
 };
 

@@ -12,12 +12,15 @@
 #include "common/text/printable.h"
 #include "haptic_server/device/presets.h"
 #include "tests/eval/accuracy.h"
+#include "tests/eval/adapters/outside_method.h"
 #include "tests/eval/advise/advise.h"
 #include "tests/eval/chart.h"
 #include "tests/eval/combinations/combinations.h"
+#include "tests/eval/exchange/judge.h"
 #include "tests/eval/failures.h"
 #include "tests/eval/figure/figure.h"
-#include "tests/eval/fuzz/fuzz.h"
+#include "tests/eval/fuzz/contact_fuzz.h"
+#include "tests/eval/methods.h"
 #include "tests/eval/replay/replay_verb.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stability/stability.h"
@@ -38,8 +41,10 @@ namespace {
 constexpr int kExitFailed = 1;
 
 struct Arguments {
+  bool fromElsewhere = false;       ///< Somebody else's sweep: it starts no program of its choice here.
   std::filesystem::path out = ".";  ///< Of verbs whose options have none.
   FailuresOptions failures;
+  JudgeOptions judge;
   AccuracyOptions accuracy;
   CombinationsOptions combinations;
   ChartOptions chart;
@@ -55,6 +60,7 @@ struct Arguments {
   FuzzOptions fuzz;
   WorstOptions worst;
   bool worstImport = false;
+  std::string fuzzMethod;  ///< Empty: the contact core.
   std::filesystem::path fuzzRecording;
 
   std::unique_ptr<Sweep> sweep;  ///< Of a verb that is one: it is run when all is known.
@@ -76,6 +82,7 @@ std::unique_ptr<Sweep> makeSweep(const SweepArguments& sweep, const std::filesys
   if (std::ranges::find(kSweeps, verb) == std::end(kSweeps)) throw std::invalid_argument(verb + " is no sweep");
   CommandLine app;
   Arguments arguments;
+  arguments.fromElsewhere = true;
   addVerbs(app, arguments);
   SweepArguments whole = sweep;
   whole.insert(whole.end(), {"--out", out.string()});
@@ -113,6 +120,20 @@ void addSweep(Command& verb, Arguments& arguments) {
       .excludes(shard);
 }
 
+void addMethod(Command& verb, std::string& method, const char* about) {
+  verb.option("--method", method, about).typeName("NAME");
+}
+
+void mustNotBeDivided(const Arguments& arguments, const std::string& because) {
+  if (arguments.fromElsewhere || arguments.shard || !arguments.nats.url.empty())
+    throw std::invalid_argument(because + ": runs whole and here; leave out --shard and --nats");
+}
+/// A method from outside is a program, which only who types its name may start.
+void mustRunHere(const Arguments& arguments, const std::string& method) {
+  if (!isOutside(method)) return;
+  mustNotBeDivided(arguments, "--method " + method);
+}
+
 void addFailures(Command& app, Arguments& arguments) {
   Command verb = addVerb(
       app,
@@ -124,13 +145,29 @@ void addFailures(Command& app, Arguments& arguments) {
   FailuresOptions& options = arguments.failures;
   addSeed(verb, options.seed);
   addSeeds(verb, options.seeds);
-  verb.option("--method", options.method, "Only this one, such as ours").typeName("NAME");
+  addMethod(verb, options.method, "Only this one, such as ours, ./FILE.so or 'python3 FILE.py'");
   verb.option("--scene", options.scene, "Only this one, such as S17").typeName("NAME");
+  verb.option("--export", options.exportTo,
+              "Write motion, forces and verdict of each run into a folder here, for haptic_eval judge")
+      .typeName("DIR");
   addSweep(verb, arguments);
   setRun(verb, [&arguments, &options] {
+    mustRunHere(arguments, options.method);
+    if (!options.exportTo.empty()) mustNotBeDivided(arguments, "--export");
     arguments.sweep = makeFailuresSweep(options);
     arguments.sweepOut = &options.out;
   });
+}
+
+void addJudge(Command& app, Arguments& arguments) {
+  Command verb = addVerb(app,
+                         {"judge", "Verdicts on forces in files, ours or anybody's, without the method that gave them",
+                          "runs --out results",
+                          "  haptic_eval failures --scene S1 --export runs\n"
+                          "Exit status 1: a verdict is not that of verdict.json, or fails where there is none."},
+                         arguments.judge.out);
+  verb.option("FOLDER", arguments.judge.folder, "Of one run, or of such folders").required().existingFolder();
+  setRun(verb, [&arguments] { arguments.good = runJudge(arguments.judge); });
 }
 
 void addAccuracy(Command& app, Arguments& arguments) {
@@ -146,7 +183,7 @@ void addAccuracy(Command& app, Arguments& arguments) {
   AccuracyOptions& options = arguments.accuracy;
   addSeed(verb, options.seed);
   addFinest(verb, options.finest);
-  verb.option("--method", options.method, "Only this one, such as ours").typeName("NAME");
+  addMethod(verb, options.method, "Only this one, such as ours, ./FILE.so or 'python3 FILE.py'");
   setRun(verb, [&arguments, &options] { arguments.good = runAccuracy(options); });
 }
 
@@ -247,12 +284,13 @@ void addWalk(Command& app, Arguments& arguments) {
       .typeName("DIR")
       .existingFolder();
   verb.option("--scene", options.scene, "Only this one, as the table names it").typeName("NAME");
-  verb.option("--method", options.method, "Ours or a baseline, as failures names them")
+  verb.option("--method", options.method, "Ours, a baseline, as failures names them, or one from outside")
       .typeName("NAME")
       .showDefault()
       .excludes(verb.flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
   addSweep(verb, arguments);
   setRun(verb, [&arguments, &options] {
+    mustRunHere(arguments, options.method);
     arguments.sweep =
         arguments.walkTool ? makeToolWalkSweep(options, arguments.out) : makeWalkSweep(options, arguments.out);
   });
@@ -372,7 +410,12 @@ void addFuzzContact(Command& fuzz, Arguments& arguments) {
           "left out")
       .oneOf({kContactWorlds.begin(), kContactWorlds.end()})
       .typeName("WORLD");
-  setRun(verb, [&arguments] { arguments.good = runFuzzContact(arguments.fuzz, arguments.out); });
+  addMethod(verb, arguments.fuzzMethod, "In place of the contact core: a baseline, ./FILE.so or 'python3 FILE.py'");
+  setRun(verb, [&arguments] {
+    arguments.good = arguments.fuzzMethod.empty()
+                         ? runFuzzContact(arguments.fuzz, arguments.out)
+                         : runFuzzContactOf(findMethod(arguments.fuzzMethod, methods()), arguments.fuzz, arguments.out);
+  });
 }
 
 void addFuzzEdits(Command& fuzz, Arguments& arguments) {
@@ -545,7 +588,7 @@ void addWorker(Command& app, Arguments& arguments) {
 }
 
 void addVerbs(Command& app, Arguments& arguments) {
-  for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
+  for (const auto add : {addFailures, addJudge, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
                          addAdvise, addStability, addReplay, addFuzz, addWorst, addMerge, addWorker})
     add(app, arguments);
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/eval/adapters/outside_method.h"
 #include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/global_closest.h"
 #include "tests/eval/baselines/god_object.h"
@@ -24,11 +25,11 @@ std::unique_ptr<Renderer> make() {
   return std::make_unique<Type>();
 }
 
-constexpr Method published(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
+Method published(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
   return {.name = name, .about = about, .make = maker, .streams = true};
 }
 
-constexpr std::array kMethods{
+const std::array kMethods{
     Method{kOurs, "the production step", make<RuntimeMethod>, true, true, true, true, true, true, true},
     Method{"ours_shaded", "the same with force shading on every body", make<ShadedMethod>, true, true, true},
     Method{"ours_float", "its contact core with the search in float", oursUnder<kInFloat>, true, false},
@@ -43,7 +44,7 @@ constexpr std::array kMethods{
     published("intermediate_plane_100Hz", "tangent plane, put anew 100 times a second", make<IntermediatePlane<100>>),
 };
 
-constexpr std::array kAblatedMethods{
+const std::array kAblatedMethods{
     Method{"ours_without_feature_codes", "the printed loop", oursUnder<kWithoutFeatureCodes>, true, false},
     Method{"ours_without_pseudonormals", "sign by the polygon's normal", oursUnder<kWithoutPseudonormals>, true, false},
     Method{"ours_without_same_tick_search", "first force a tick late", oursUnder<kWithoutSameTickSearch>, true, false},
@@ -66,11 +67,11 @@ constexpr std::array kAblatedMethods{
            false},
 };
 
-constexpr Method forSurfaces(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
+Method forSurfaces(std::string_view name, std::string_view about, std::unique_ptr<Renderer> (*maker)()) {
   return {.name = name, .about = about, .make = maker, .contact = false, .edits = false, .surfaces = true};
 }
 
-constexpr std::array kSingleConcernMethods{
+const std::array kSingleConcernMethods{
     forSurfaces("ours_without_gain_clamp", "K as it was set", make<MethodWithoutGainClamp>),
     forSurfaces("surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>),
     forSurfaces("bump_mapping", "the same with bump mapping", make<BumpMapping>),
@@ -123,12 +124,14 @@ std::span<const Method> chartMethods() {
 }
 
 const Method& findMethod(std::string_view name, std::span<const Method> among) {
+  if (isOutside(name)) return outsideMethod(std::string(name));
   std::string known;
   for (const Method& method : among) {
     if (method.name == name) return method;
     known += (known.empty() ? "" : ", ") + std::string(method.name);
   }
-  throw std::invalid_argument("--method: there is none called " + std::string(name) + "; there are " + known);
+  throw std::invalid_argument("--method: there is none called " + std::string(name) + "; there are " + known +
+                              ", and libraries (./FILE.so) and commands ('python3 FILE.py') from outside");
 }
 
 }  // namespace haptics::eval

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -11,7 +12,7 @@ namespace haptics::eval {
 struct Method {
   std::string_view name;
   std::string_view about;
-  std::unique_ptr<Renderer> (*make)();
+  std::function<std::unique_ptr<Renderer>()> make;
   // Which scenes it has to do with.
   bool contact = true;
   bool edits = true;
@@ -20,8 +21,9 @@ struct Method {
   bool softness = false;
   bool bodies = false;
   bool streams = false;
+  bool outside = false;  ///< adapters/outside_method.h
 
-  [[nodiscard]] constexpr bool isFor(Concern concern) const {
+  [[nodiscard]] bool isFor(Concern concern) const {
     switch (concern) {
       case Concern::kContact:
         return contact;
@@ -55,7 +57,8 @@ inline constexpr std::string_view kOurs = "ours";
 /// as usually written: only for those. Springs between bodies: only where these meet.
 [[nodiscard]] std::span<const Method> singleConcernMethods();
 
-/// Throws std::invalid_argument, listing the names of `among`, when there is none called so.
+/// One of `among`, or the method from outside that is named by its file or command. Throws std::invalid_argument, listing the
+/// names of `among`, when there is none called so.
 [[nodiscard]] const Method& findMethod(std::string_view name, std::span<const Method> among);
 
 }  // namespace haptics::eval

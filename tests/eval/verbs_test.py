@@ -399,13 +399,124 @@ class Failures(Verb):
             self.assertEqual(by_name[scene][zero], 0, zero)
 
 
+class Outside(Verb):
+    """Methods from outside are judged by what judges the built-in ones."""
+    METHODS = Path(PROGRAM).parent / "methods"
+    PENALTY = str(METHODS / "penalty.so")
+
+    def verdicts(self, *arguments):
+        self.run_well("failures", *arguments)
+        return {r["scene"]: r for r in self.records("failures")}
+
+    def test_the_penalty_method_in_c_measures_as_the_built_in_one(self):
+        for scene in ("S1", "S4", "S8", "S9"):
+            theirs, ours = (self.verdicts("--scene", scene, "--method", method)[scene]
+                            for method in (self.PENALTY, "global_closest"))
+            self.assertEqual(theirs.pop("method"), "penalty_c")
+            for about_the_run in ("method", "expected", "as_expected"):
+                theirs.pop(about_the_run, None), ours.pop(about_the_run, None)
+            self.assertEqual(theirs, ours)
+
+    def test_one_in_python_is_judged_too(self):
+        program = HERE / "adapters" / "penalty.py"
+        record = self.verdicts("--scene", "S9", "--method", f"/usr/bin/python3 -B {program}")["S9"]
+        self.assertEqual((record["method"], record["pass"]), ("penalty_python", False))
+        self.assertGreater(record["pop_through_ticks"], 0)
+
+    def test_faults_are_named_in_their_rows_and_the_run_goes_on(self):
+        WITHOUT_DISPLAY["HAPTICS_FAULT"] = "crash"
+        self.addCleanup(WITHOUT_DISPLAY.pop, "HAPTICS_FAULT")
+        records = self.verdicts("--method", str(self.METHODS / "faulty.so"))
+        self.assertEqual(list(records), [f"S{i}" for i in range(1, 41)])
+        self.assertIn("signal 6 (Aborted) in tick 100", records["S2"]["fault"])
+        self.assertIs(records["S2"]["pass"], False)
+        for scene, why in (("S11", "not closed"), ("S17", "part"), ("S30", "part")):
+            self.assertIsNone(records[scene]["pass"], scene)
+            self.assertIn(why, records[scene]["not_applicable"])
+
+    def test_walks_fuzz_and_accuracy_take_them(self):
+        run("walk", "--method", self.PENALTY, "--scene", "sphere", "--ticks", "500", "--out", str(self.out))
+        self.assertEqual([(r["method"], r["ticks"]) for r in self.records("walk")], [("penalty_c", 500)] * 2)
+        run("fuzz", "contact", "--method", self.PENALTY, "--scenes", "4", "--out", str(self.out))
+        self.assertGreater(sum(r.get("ticks", 0) for r in self.records("fuzz")), 1000)
+        theirs, ours = [], []
+        for method, records in ((self.PENALTY, theirs), ("global_closest", ours)):
+            self.run_well("accuracy", "--method", method, "--finest", "12")
+            records += self.records("accuracy")
+        for measure in ("ihip_error_max_mm", "force_error_max_N", "limit_cycle_um", "K_crit_N_per_m", "missed_contact_ticks"):
+            for their, our in zip(theirs, ours, strict=True):  # a foot on an edge may be rounded as of either triangle
+                self.assertAlmostEqual(their[measure], our[measure], delta=1e-9 * abs(our[measure]) + 1e-9, msg=measure)
+        self.assertTrue(all(r["tick_p50_ns"] > 0 and r["pipe_p50_ns"] > 1000 for r in theirs))
+
+    def test_are_started_by_nobody_but_who_typed_their_name(self):
+        for more in (("--shard", "1/2"), ("--nats", "nats://127.0.0.1:1")):
+            done = run("failures", "--method", self.PENALTY, *more, "--out", str(self.out))
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("whole and here", done.stderr)
+
+
+class Judge(Verb):
+    """Verdicts from files are those of the live run."""
+
+    def export(self, method, scene):
+        runs = self.out.parent / "runs"
+        self.run_well("failures", "--method", method, "--scene", scene, "--export", str(runs))
+        return runs / f"{method}-{scene}-1"
+
+    def judge(self, folder):
+        return run("judge", str(folder), "--out", str(self.out))
+
+    def test_judges_as_the_live_run_did(self):
+        for method, scene in (("ours", "S1"), ("god_object", "S4"), ("global_closest", "S9"), ("ours", "S33"),
+                              ("ours", "S37"), ("ours", "S15"), ("ours", "S39")):
+            folder = self.export(method, scene)
+        done = self.judge(folder.parent)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stdout.count("as in verdict.json"), 7)
+        self.assertEqual(len(self.records("judge")), 7)
+
+    def test_other_forces_have_another_verdict(self):
+        folder = self.export("ours", "S9")
+        rows = (folder / "forces.csv").read_text().splitlines()
+        pressed = max(range(1, len(rows)), key=lambda i: abs(float(rows[i].split(",")[3])))
+        cells = rows[pressed].split(",")
+        hip = next(line for line in (folder / "motion.csv").read_text().splitlines() if line.split(",")[0] == cells[0])
+        cells[1], cells[3:6], cells[6:9] = "0", ["0"] * 3, hip.split(",")[3:6]  # lets go
+        (folder / "forces.csv").write_text("\n".join([*rows[:pressed], ",".join(cells), *rows[pressed + 1:]]) + "\n")
+        done = self.judge(folder)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("FAIL, OTHER than in verdict.json", done.stdout)
+
+    def test_says_what_is_wrong_with_a_folder(self):
+        folder = self.export("ours", "S9")
+        forces, motion, scene = (folder / name for name in ("forces.csv", "motion.csv", "scene.json"))
+        for file, old, new, says in ((forces, "touching", "touching", None),
+                                     (scene, "haptics scene 1", "hearsay", '"haptics scene 1" is right'),
+                                     (scene, '"S9"', '"S99"', "there is none called S99"),
+                                     (motion, "\n1,load", "\n1,edit", 'row 1 is "edit" where the scene has "load"'),
+                                     (motion, "\n2,", "\n3,", "row 2 is not numbered so"),
+                                     (forces, "\n2,0", "\n2,x", "line 2 has no number in column 2")):
+            before = file.read_text()
+            file.write_text(before.replace(old, new, 1))
+            done = self.judge(folder)
+            file.write_text(before)
+            if says is not None:
+                self.assertEqual(done.returncode, 1, says)
+                self.assertIn(says, done.stderr)
+        forces.write_text("\n".join(forces.read_text().splitlines()[:100]) + "\n")
+        self.judge(folder)
+        self.assertIn("forces.csv ends before row", self.records("judge")[0]["fault"])
+
+
 class Arguments(Verb):
     def test_each_that_is_wrong_is_named_with_what_would_be_right(self):
         for arguments, says in (
-                ("hearsay", ("hearsay", "failures, accuracy, combinations, chart")),
+                ("hearsay", ("hearsay", "failures, judge, accuracy, combinations, chart")),
                 ("failures --seeds 0", ("--seeds", "at least 1")),
                 ("failures --seed -1", ("--seed", "at least 0")),
                 ("failures --method hearsay", ("--method", "hearsay", "god_object", "ours_without_guard")),
+                ("failures --method ./hearsay.so", ("--method ./hearsay.so", "exit status 2")),
+                ("judge /dev", ("/dev", "scene.json")),
                 ("walk --ticks -5", ("--ticks", "at least 1")),
                 ("walk --scene sphere --ticks 0", ("--ticks", "at least 1")),
                 ("walk --scene hearsay", ("--scene", "hearsay", "sphere")),

@@ -1,8 +1,12 @@
+#include "tests/eval/fuzz/contact_fuzz.h"
+
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <sstream>
 #include <string>
 
+#include "tests/eval/adapters/outside_method.h"
 #include "tests/eval/fuzz/contact_finding.h"
 #include "tests/eval/fuzz/contact_scene.h"
 #include "tests/eval/fuzz/fuzz.h"
@@ -30,12 +34,44 @@ ContactSceneKind kindOf(std::uint64_t seed, const FuzzOptions& options) {
           options.world.value_or(byTurns)};
 }
 
-/// A scene and how the HIP went in it.
-ContactMotion record(std::uint64_t seed, ContactSceneKind kind, ContactTally& tally,
+/// Another method in the place of the contact core.
+class MethodDrive {
+ public:
+  MethodDrive(std::unique_ptr<Renderer> method, const std::vector<FuzzMesh>& meshes, const ContactFrame& first)
+      : method_(std::move(method)) {
+    std::vector<std::shared_ptr<const CollisionMesh>> surfaces;
+    for (const FuzzMesh& mesh : meshes) surfaces.push_back(mesh.build());
+    method_->begin(surfaces, first.poses, first.hip);
+  }
+
+  const ContactResult& tick(const ContactFrame& frame) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Felt felt = method_->tick(frame.poses, frame.hip);
+    const std::chrono::duration<double, std::nano> taken = std::chrono::steady_clock::now() - begin;
+    duration_ns_ = ownTime_ns(*method_).value_or(taken.count());
+    result_ = {};
+    result_.touching = felt.touching;
+    result_.ihip = felt.touching ? felt.ihip : frame.hip;
+    result_.work.triangles = felt.triangles;
+    const auto* const outside = dynamic_cast<const OutsideRenderer*>(method_.get());
+    result_.work.depenetrated = outside != nullptr && outside->putOutside();
+    return result_;
+  }
+  [[nodiscard]] double duration_ns() const noexcept { return duration_ns_; }
+
+ private:
+  std::unique_ptr<Renderer> method_;
+  ContactResult result_;
+  double duration_ns_ = 0;
+};
+
+/// A scene and how the HIP went in it, led by where `drive(meshes, first frame)` has the IHIP.
+template <class MakeDrive>
+ContactMotion record(std::uint64_t seed, ContactSceneKind kind, MakeDrive makeDrive, ContactTally& tally,
                      std::optional<ContactFinding>& finding) {
   ContactScene scene(seed, kind);
   ContactMotion motion{scene.meshes(), {scene.frame()}, scene.flat()};
-  ContactDrive drive(motion.meshes, scene.frame());
+  auto drive = makeDrive(motion.meshes, scene.frame());
   ContactJudge judge(motion.meshes, scene.frame());
   if (motion.flat) judge.expect(*motion.flat);
   ContactRule rule;
@@ -56,7 +92,8 @@ ContactMotion record(std::uint64_t seed, ContactSceneKind kind, ContactTally& ta
 
 class ContactFuzz {
  public:
-  ContactFuzz(const FuzzOptions& options, const std::filesystem::path& out) : options_(options), out_(out) {}
+  ContactFuzz(const FuzzOptions& options, const std::filesystem::path& out, const Method* method)
+      : options_(options), out_(out), method_(method) {}
 
   [[nodiscard]] bool run() {
     std::uint64_t done = 0;
@@ -86,9 +123,30 @@ class ContactFuzz {
 
   void runScene(std::uint64_t seed) {
     const ContactSceneKind kind = kindOf(seed, options_);
-    std::optional<ContactFinding> finding;
-    const ContactMotion motion = record(seed, kind, tallyOf(kind), finding);
-    if (finding) keep(seed, kind, motion, *finding);
+    Record why{{"fuzz", "contact"}, {"scene", nameOf(kind)}, {"seed", seed}};
+    const bool ended = runOrExplain(why, [&] {
+      std::optional<ContactFinding> finding;
+      const ContactMotion motion = recordScene(seed, kind, finding);
+      if (finding) keep(seed, kind, motion, *finding);
+    });
+    if (ended) return;
+    if (why["pass"].is_null()) {
+      ++notApplicable_;
+      return;
+    }
+    ++found_;
+    showFinding(why);
+    findings_.push_back(std::move(why));
+  }
+
+  ContactMotion recordScene(std::uint64_t seed, ContactSceneKind kind, std::optional<ContactFinding>& finding) {
+    using Meshes = std::vector<FuzzMesh>;
+    const auto core = [](const Meshes& meshes, const ContactFrame& first) { return ContactDrive(meshes, first); };
+    const auto other = [this](const Meshes& meshes, const ContactFrame& first) {
+      return MethodDrive(method_->make(), meshes, first);
+    };
+    return method_ == nullptr ? record(seed, kind, core, tallyOf(kind), finding)
+                              : record(seed, kind, other, tallyOf(kind), finding);
   }
 
   void keep(std::uint64_t seed, ContactSceneKind kind, const ContactMotion& motion, const ContactFinding& finding) {
@@ -101,7 +159,7 @@ class ContactFuzz {
                   {"inside_mm", finding.inside_m * 1e3}};
     if (found_++ < kMaxRecordings) {
       const std::string folder = "fuzz-" + std::string(nameOf(finding.failure)) + '-' + std::to_string(seed);
-      const ContactMotion less = reduced(motion, finding);
+      const ContactMotion less = method_ == nullptr ? reduced(motion, finding) : motion;
       writeMotion(less, out_ / folder);
       record["recording"] = folder;
       record["recording_bodies"] = less.meshes.size();
@@ -127,22 +185,29 @@ class ContactFuzz {
     if (interruption_.came()) std::printf("interrupted: this is what was found by then\n");
     std::printf("%llu scenes, %lld ticks, %d scenes failed", static_cast<unsigned long long>(done),
                 static_cast<long long>(ticks), found_);
+    if (notApplicable_ > 0) std::printf(", %d not applicable", notApplicable_);
     if (found_ > kMaxRecordings) std::printf("; %d of them without a recording", found_ - kMaxRecordings);
     std::printf("\n");
   }
 
   const FuzzOptions& options_;
   const std::filesystem::path& out_;
+  const Method* method_;  // null: the contact core
   Interruption interruption_;
   std::vector<OfKind> tallies_;
   std::vector<Record> findings_;
   int found_ = 0;
+  int notApplicable_ = 0;
 };
 
 }  // namespace
 
 bool runFuzzContact(const FuzzOptions& options, const std::filesystem::path& out) {
-  return ContactFuzz(options, out).run();
+  return ContactFuzz(options, out, nullptr).run();
+}
+
+bool runFuzzContactOf(const Method& method, const FuzzOptions& options, const std::filesystem::path& out) {
+  return ContactFuzz(options, out, &method).run();
 }
 
 }  // namespace haptics::eval
