@@ -148,7 +148,7 @@ class World {
   /// frame, metres, one for each vertex of the mesh that add() got; of those at one place the first counts. In the times that
   /// moveKinematic() takes, and beside it. In the loop: but for the first call of a body, which prepares memory for it, it does
   /// not allocate, lock or call the system unless it throws; the call and the step() after it take a time that grows with the mesh,
-  /// some 0.1 us a triangle together. The hand stays on its side of the surface where neighbouring places of that come nearer to
+  /// some 10 ns a triangle together. The hand stays on its side of the surface where neighbouring places of that come nearer to
   /// each other or turn about each other by less than half of their distance in a step.
   /// @throws InvalidInput also: another number of vertices, a place that is not finite or beyond 1 km; a body that is rounded
   /// (Material::roundedBelow_rad); a tool in the hand.

@@ -81,22 +81,24 @@ class Shape {
     return sum > 2 * std::numbers::pi;
   }
   [[nodiscard]] double distance_m(Vec3 place) const { return glm::distance(nearestOnSurface(place), place); }
-  /// How much nearer to the HIP lead small steps over the surface, from the IHIP on it, each of them nearer?
-  [[nodiscard]] double nearer_m(Vec3 ihip, Vec3 hip) const {
-    constexpr double kStep_m = 20e-6;
-    constexpr int kSteps = 200;
+  /// Do steps over the surface, from the IHIP on it, each of them nearer to the HIP, lead more than `off_m` nearer? Long ones that
+  /// do may have passed an edge that is near; those of half a micrometre pass none.
+  [[nodiscard]] bool leadsAway(Vec3 ihip, Vec3 hip, double off_m) const {
+    return nearerBySteps_m(20e-6, 200, ihip, hip) > off_m && nearerBySteps_m(0.5e-6, 4000, ihip, hip) > off_m;
+  }
+
+ private:
+  [[nodiscard]] double nearerBySteps_m(double step_m, int steps, Vec3 ihip, Vec3 hip) const {
     Vec3 at = ihip;
     double left = glm::distance(at, hip);
-    for (int i = 0; i < kSteps && left > kStep_m; ++i) {
-      const Vec3 next = nearestOnSurface(at + (hip - at) * (kStep_m / left));
+    for (int i = 0; i < steps && left > step_m; ++i) {
+      const Vec3 next = nearestOnSurface(at + (hip - at) * (step_m / left));
       if (glm::distance(next, hip) >= left) break;
       at = next;
       left = glm::distance(at, hip);
     }
     return glm::distance(ihip, hip) - left;
   }
-
- private:
   [[nodiscard]] Vec3 nearestOnSurface(Vec3 place) const {
     Vec3 nearest(0);
     double least = std::numeric_limits<double>::infinity();
@@ -412,7 +414,7 @@ class ReshapedWorld {
     if (sample.body != body_ || (!wasLate && ++sinceRest_ < 20)) return;
     sinceRest_ = 0;
     ++counted.rests;
-    if (shape_.nearer_m(ihip, hip_) * kStreamStiffness_N_per_m <= allowed_N || bystander_) return;
+    if (bystander_ || !shape_.leadsAway(ihip, hip_, allowed_N / kStreamStiffness_N_per_m)) return;
     ++(wasLate ? counted.notAtRest : counted.late);
     late_ = true;
   }
