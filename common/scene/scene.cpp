@@ -29,6 +29,7 @@ ContentHash ObjectRecord::hash() const {
     addTo(h, *motion);
   }
   addTo(h, deformation);
+  addTo(h, effects);
   return h.finish();
 }
 

@@ -13,6 +13,7 @@
 #include "common/mesh/part_name.h"
 #include "common/scene/asset_source.h"
 #include "common/scene/deformation_properties.h"
+#include "common/scene/effect_properties.h"
 #include "common/scene/motion_properties.h"
 #include "common/scene/surface_edits.h"
 #include "common/scene/surface_properties.h"
@@ -44,6 +45,7 @@ struct ObjectRecord {
   Material material;
   std::optional<MotionProperties> motion = std::nullopt;
   DeformationProperties deformation = {};
+  std::vector<Effect> effects = {};
 
   bool operator==(const ObjectRecord&) const = default;
   /// Else it stays, unless it is driven (SetPose::kinematic).
@@ -156,6 +158,7 @@ struct AddObject {
   MaterialEdit material;
   std::optional<MotionProperties> motion = std::nullopt;
   DeformationEdit deformation = {};
+  std::vector<Effect> effects = {};
 };
 struct RemoveObject {
   ObjectRef object;
@@ -181,8 +184,12 @@ struct SetDeformation {
   ObjectRef object;
   DeformationEdit deformation;
 };
+struct SetEffects {
+  ObjectRef object;
+  std::vector<Effect> effects;  ///< In place of all that there are.
+};
 struct Operation
-    : std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion, SetDeformation> {
+    : std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion, SetDeformation, SetEffects> {
   using variant::variant;
   using variant::operator=;
   Operation() noexcept;

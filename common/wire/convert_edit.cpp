@@ -207,6 +207,7 @@ Result<Operation> addFrom(const v1::AddObject& message) {
     if (auto bad = take(motionFrom(message.motion()), add.motion, "motion.")) return refuse(bad);
   }
   if (auto bad = take(deformationFrom(message.deformation()), add.deformation, "deformation.")) return refuse(bad);
+  if (auto bad = take(effectsFrom(message.effects()), add.effects)) return refuse(bad);
   return add;
 }
 
@@ -259,6 +260,13 @@ Result<Operation> setDeformationFrom(const v1::SetDeformation& message) {
   return set;
 }
 
+Result<Operation> setEffectsFrom(const v1::SetEffects& message) {
+  SetEffects set;
+  if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
+  if (auto bad = take(effectsFrom(message.effects()), set.effects)) return refuse(bad);
+  return set;
+}
+
 Result<Operation> operationFrom(const v1::Operation& message) {
   const auto in = [](const std::string& prefix, Result<Operation> operation) {
     return std::move(operation).map_error([&](Error error) { return std::move(error).within(prefix); });
@@ -278,10 +286,13 @@ Result<Operation> operationFrom(const v1::Operation& message) {
       return in("set_motion.", setMotionFrom(message.set_motion()));
     case v1::Operation::kSetDeformation:
       return in("set_deformation.", setDeformationFrom(message.set_deformation()));
+    case v1::Operation::kSetEffects:
+      return in("set_effects.", setEffectsFrom(message.set_effects()));
     case v1::Operation::OP_NOT_SET:
       break;
   }
-  return refused("op", "is missing; give add, remove, remesh, set_pose, set_material, set_motion or set_deformation");
+  return refused(
+      "op", "is missing; give add, remove, remesh, set_pose, set_material, set_motion, set_deformation or set_effects");
 }
 
 Result<Precondition> preconditionFrom(const v1::Precondition& message) {

@@ -4,6 +4,7 @@
 
 #include "common/error/error.h"
 #include "common/scene/deformation_properties.h"
+#include "common/scene/effect_properties.h"
 #include "common/scene/motion_properties.h"
 #include "common/scene/surface_edits.h"
 #include "haptics/v1/scene.pb.h"
@@ -37,5 +38,11 @@ void toWire(const MotionProperties& properties, v1::Motion& message);
 [[nodiscard]] Result<DeformationEdit> deformationFrom(const v1::Deformation& message);
 [[nodiscard]] Result<DeformationProperties> announcedDeformationFrom(const v1::Deformation& message);
 void toWire(const DeformationProperties& properties, v1::Deformation& message);
+
+/// Errors name "effects[2].reach_m".
+[[nodiscard]] Result<std::vector<Effect>> effectsFrom(const google::protobuf::RepeatedPtrField<v1::Effect>& messages);
+[[nodiscard]] Result<std::vector<Effect>> announcedEffectsFrom(
+    const google::protobuf::RepeatedPtrField<v1::Effect>& messages);
+void toWire(const std::vector<Effect>& effects, google::protobuf::RepeatedPtrField<v1::Effect>& messages);
 
 }  // namespace haptics

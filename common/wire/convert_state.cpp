@@ -123,6 +123,7 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   }
   auto deformation = announcedDeformationFrom(message.deformation());
   if (auto bad = take(std::move(deformation), record.deformation, "deformation.")) return refuse(bad);
+  if (auto bad = take(announcedEffectsFrom(message.effects()), record.effects)) return refuse(bad);
   return record;
 }
 
@@ -158,6 +159,7 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   if (record.motion) toWire(*record.motion, *message.mutable_motion());
   message.clear_deformation();
   if (record.deformation != DeformationProperties{}) toWire(record.deformation, *message.mutable_deformation());
+  toWire(record.effects, *message.mutable_effects());
 }
 
 std::size_t wireSizeOf(const ObjectRecord& record) {

@@ -23,6 +23,7 @@ enum Property : std::size_t {
   kSoftness,
   kLattice,
   kResidue,
+  kEffects,
   kMaterial  ///< A field of the material: beyond this by its number.
 };
 
@@ -36,6 +37,7 @@ void forEachProperty(const Visit& visit, Records&... records) {
   visit(kSoftness, records.deformation.softness...);
   visit(kLattice, records.deformation.lattice...);
   visit(kResidue, records.deformation.residue...);
+  visit(kEffects, records.effects...);
   forEachMaterialScalar(
       [&visit](std::string_view name, auto&... values) {
         visit(kMaterial + std::size_t(materialScalar(name).number()), values...);
@@ -93,6 +95,7 @@ const v1::ObjectRef* objectOf(const v1::Operation& operation) {
   if (operation.has_set_material()) return &operation.set_material().object();
   if (operation.has_set_motion()) return &operation.set_motion().object();
   if (operation.has_set_deformation()) return &operation.set_deformation().object();
+  if (operation.has_set_effects()) return &operation.set_effects().object();
   return nullptr;
 }
 
@@ -107,6 +110,7 @@ PropertySet setBy(const v1::Operation& operation) {
   if (operation.has_set_material()) set = setBy(operation.set_material().material());
   if (operation.has_set_motion()) set.set(kMotion);
   if (operation.has_set_deformation()) set = setBy(operation.set_deformation().deformation());
+  if (operation.has_set_effects()) set.set(kEffects);
   return set;
 }
 
@@ -166,6 +170,11 @@ void addOperations(ObjectId id, const ObjectRecord& from, const ObjectRecord& to
     if (set[kSoftness]) *part.mutable_softness() = whole.deformation().softness();
     if (set[kLattice]) *part.mutable_lattice() = whole.deformation().lattice();
     if (set[kResidue]) *part.mutable_residue() = whole.deformation().residue();
+  }
+  if (set[kEffects]) {
+    v1::SetEffects& effects = *transaction.add_operations()->mutable_set_effects();
+    effects.mutable_object()->set_id(id);
+    *effects.mutable_effects() = whole.effects();
   }
 }
 

@@ -49,6 +49,7 @@ v1::AddObject additionOf(const ObjectRecord& record) {
   copyMaterial(state, *add.mutable_material());
   if (state.has_motion()) *add.mutable_motion() = state.motion();
   if (state.has_deformation()) *add.mutable_deformation() = state.deformation();
+  *add.mutable_effects() = state.effects();
   return add;
 }
 

@@ -69,6 +69,18 @@ const scalars = (state) => concat((state.$type ? state.$type.fieldsArray : [])
   .sort((a, b) => a.id - b.id)
   .map(({name}) => concat([whole(13), text(name), double(state[name])])));
 
+/** Of one value of an Effect: by what is there, or by what its field says where it is absent. */
+const effectValue = (value, type, isRepeated) => {
+  if (isRepeated) return concat([whole(value.length), ...value.map(double)]);
+  if (type === 'double') return double(value);
+  return type === 'Vector3' ? all(doubles('x', 'y', 'z'))(value) : whole(value);
+};
+/** All fields in order of their numbers, those that are absent as 0. */
+const effect = (message) => concat([...message.$type.fieldsArray]
+  .sort((a, b) => a.id - b.id)
+  .map(({name, type, repeated}) => effectValue(message[name], type, repeated)));
+const effects = when(({effects: all}) => all && all.length, 14, list('effects', effect));
+
 /** Of an ObjectState. */
 const objectBytes = all(
   wholes('id'), texts('name'), wholes('revision'), raw('mesh'), within('pose', quaternions('rotation'), vectors('position')),
@@ -84,7 +96,8 @@ const objectBytes = all(
     tagged('softness', 5, doubles('stiffness_N_per_m', 'radius_m'), wholes('degree'), doubles('return_s'), plastic),
     tagged('lattice', 6, vectors('low_m', 'size_m'), wholes('points_x', 'points_y', 'points_z'),
       (lattice) => concat(lattice.control_m.map(float))),
-    tagged('residue', 7, raw('asset'))));
+    tagged('residue', 7, raw('asset'))),
+  effects);
 
 /** Of what an object's textured surface is drawn from: an ObjectState with nothing else in it (audience.proto, KEY). */
 function surfaceBytes({mesh, shading, texture, deformation}) {

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "haptic_server/scene/effect_limits.h"
 #include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/fit_to_mesh.h"
 #include "haptic_server/scene/mesh_library.h"
@@ -39,6 +40,7 @@ class AssetLibrary final : public AssetResolver {
                                                   const ObjectAssets& assets) const override {
     auto warnings = surfaceWarnings(record, assets, device_);
     for (std::string& warning : motionWarnings(record, assets, device_)) warnings.push_back(std::move(warning));
+    for (std::string& warning : effectWarnings(record, assets, device_)) warnings.push_back(std::move(warning));
     for (std::string& warning : deformationWarnings(record.deformation, *assets.mesh->mesh, assets.derived.flattened)) {
       warnings.push_back(std::move(warning));
     }

@@ -60,6 +60,7 @@ Result<void> SceneDraft::apply(const AddObject& add, const std::string& field) {
   record.motion = add.motion;
   if (add.motion) fieldPaths_[record.id].motion = field + "add.motion.";
   apply(add.deformation, field + "add.deformation.", record);
+  if (auto set = setEffects(add.effects, field + "add.effects", record); !set) return set;
   changed_.push_back(std::move(record));
   return {};
 }
@@ -114,6 +115,28 @@ Result<void> SceneDraft::apply(const SetDeformation& set, const std::string& fie
   if (!record) return tl::unexpected(record.error());
   apply(set.deformation, field + "set_deformation.deformation.", **record);
   return {};
+}
+
+Result<void> SceneDraft::apply(const SetEffects& set, const std::string& field) {
+  const auto record = edit(set.object, field + "set_effects.object");
+  if (!record) return tl::unexpected(record.error());
+  return setEffects(set.effects, field + "set_effects.effects", **record);
+}
+
+Result<void> SceneDraft::setEffects(const std::vector<Effect>& effects, const std::string& field,
+                                    ObjectRecord& record) {
+  record.effects = effects;
+  if (effects.empty()) return {};
+  effectsGiven_ = field;
+  stiffened_.insert(record.id);
+  std::size_t count = 0;
+  for (const ObjectRecord& other : changed_) count += other.id == record.id ? 0 : other.effects.size();
+  for (const auto& other : base_.objects()) {
+    if (other->id != record.id && !removed_.contains(other->id) && !put(other->id)) count += other->effects.size();
+  }
+  if (effects.size() + count <= kMaxEffects) return {};
+  return refused(field, "has " + std::to_string(effects.size()) + " entries, and other objects have " +
+                            std::to_string(count) + "; a scene has at most " + std::to_string(kMaxEffects));
 }
 
 void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record) {

@@ -72,7 +72,8 @@ class SceneDraft {
   std::vector<ObjectRecord> changed_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;         // of base_
   std::set<ObjectId> posed_;
-  std::set<ObjectId> stiffened_;  // whose stiffness or damping was edited
+  std::set<ObjectId> stiffened_;  // whose stiffness or damping, or effects, were edited
+  std::string effectsGiven_;      // "operations[0].set_effects.effects": where some were, the last time
   std::vector<PendingAsset> pendingAssets_;
   std::map<ObjectId, FieldPaths> fieldPaths_;
   std::map<ContentHash, std::shared_ptr<const Asset>> made_;
@@ -85,6 +86,9 @@ class SceneDraft {
   Result<void> apply(const SetMaterial& set, const std::string& field);
   Result<void> apply(const SetMotion& set, const std::string& field);
   Result<void> apply(const SetDeformation& set, const std::string& field);
+  Result<void> apply(const SetEffects& set, const std::string& field);
+  /// Refused: more than a scene has.
+  Result<void> setEffects(const std::vector<Effect>& effects, const std::string& field, ObjectRecord& record);
   void apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record);
   void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
   Result<std::string> make(const PendingAsset& named, AssetResolver& resolver);

@@ -138,7 +138,7 @@ Result<void> SceneDraft::checkDetailSizes() const {
   }
   for (const ObjectRecord& record : changed_) bytes += detailSizeOf(record);
   if (bytes <= limits_.details_bytes) return {};
-  const std::string why = "makes the Fourier terms, layers, creases and lattices of all objects " +
+  const std::string why = "makes the Fourier terms, layers, creases, lattices and paths of all objects " +
                           std::to_string(bytes) + " bytes; a scene has at most " +
                           std::to_string(limits_.details_bytes);
   for (const auto& [object, given] : fieldPaths_) {
@@ -147,6 +147,7 @@ Result<void> SceneDraft::checkDetailSizes() const {
     const auto& [property, field] = *given.surface.begin();
     return refused(field + property, why);
   }
+  if (!effectsGiven_.empty()) return refused(effectsGiven_, why);
   return {};
 }
 

@@ -90,6 +90,12 @@ std::size_t heldBy(const std::optional<MotionProperties>& motion) noexcept {
   return motion ? heldBy(motion->planes) : 0;
 }
 
+std::size_t heldBy(const std::vector<Effect>& effects) noexcept {
+  std::size_t bytes = effects.capacity() * sizeof(Effect);
+  for (const Effect& effect : effects) bytes += heldBy(effect.path_m);
+  return bytes;
+}
+
 std::size_t heldBy(const MeshSource& mesh) noexcept {
   const auto* file = std::get_if<FileSource>(&mesh.source);
   return file ? heldBy(file->path) : 0;
@@ -97,7 +103,8 @@ std::size_t heldBy(const MeshSource& mesh) noexcept {
 
 struct HeldByOperation {
   std::size_t operator()(const AddObject& op) const noexcept {
-    return heldBy(op.name) + heldBy(op.mesh) + heldBy(op.material.surface) + heldBy(op.motion) + heldBy(op.deformation);
+    return heldBy(op.name) + heldBy(op.mesh) + heldBy(op.material.surface) + heldBy(op.motion) +
+           heldBy(op.deformation) + heldBy(op.effects);
   }
   std::size_t operator()(const RemoveObject& op) const noexcept { return heldBy(op.object); }
   std::size_t operator()(const RemeshObject& op) const noexcept { return heldBy(op.object) + heldBy(op.mesh); }
@@ -107,6 +114,7 @@ struct HeldByOperation {
   }
   std::size_t operator()(const SetMotion& op) const noexcept { return heldBy(op.object) + heldBy(op.motion); }
   std::size_t operator()(const SetDeformation& op) const noexcept { return heldBy(op.object) + heldBy(op.deformation); }
+  std::size_t operator()(const SetEffects& op) const noexcept { return heldBy(op.object) + heldBy(op.effects); }
 };
 
 double workOf_s(const MeshSource& mesh) noexcept {
@@ -173,10 +181,11 @@ Result<void> checkWork(const Transaction& transaction) {
 }
 
 std::size_t detailSizeOf(const ObjectRecord& record) {
-  constexpr std::size_t kCrease_bytes = 16, kControlPoint_bytes = 12;
+  constexpr std::size_t kCrease_bytes = 16, kControlPoint_bytes = 12, kPathPoint_bytes = 24;
   const SurfaceProperties& surface = record.material.surface;
   std::size_t bytes = 0;
   if (record.deformation.lattice) bytes += kControlPoint_bytes * record.deformation.lattice->control_m.size();
+  for (const Effect& effect : record.effects) bytes += kPathPoint_bytes * effect.path_m.size();
   if (surface.shading) bytes += kCrease_bytes * surface.shading->creases.size();
   if (surface.texture) bytes += detailSizeOf(surface.texture->family);
   const auto add = [&bytes](const FactorMap& map) {

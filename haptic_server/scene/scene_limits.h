@@ -22,7 +22,8 @@ struct SceneLimits {
   std::size_t remembered_edits = kRememberedEdits;
 };
 
-/// What of an object grows, about as it is on the wire: Fourier terms, layers, creases, the control points of a lattice.
+/// What of an object grows, about as it is on the wire: Fourier terms, layers, creases, the control points of a lattice, an
+/// effect's path.
 [[nodiscard]] std::size_t detailSizeOf(const ObjectRecord& record);
 
 /// On the wire, of what SceneLimits::answer_bytes bounds.

@@ -6,6 +6,7 @@
 #include "haptic_server/engine/geometry/spaced_points.h"
 #include "haptic_server/engine/motion/coupling.h"
 #include "haptic_server/engine/tool/tool_shell.h"
+#include "haptic_server/scene/effect_limits.h"
 
 namespace haptics {
 
@@ -107,6 +108,12 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
                               .baked = source.baked,
                               .highestFactor = highestFactor});
   }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const auto& fields = made.at(objects[i].id()).effects;
+    if (objects[i].pendingRemoval) continue;
+    for (std::size_t number = 0; number < fields.size(); ++number)
+      scene->effects.push_back({i, number, fields[number]});
+  }
   const auto isDriven = [](const ServoObjectSource& source) { return source.kinematic.number != 0; };
   if (std::ranges::any_of(objects, isDriven)) {
     for (const ServoObjectSource& source : objects) scene->kinematic.push_back(source.kinematic);
@@ -186,6 +193,14 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
   }
   if (was == nullptr || was->deformation.softness != softness)
     parts.tissue = softness ? std::make_shared<const SoftTissue>(tissueOf(*softness)) : nullptr;
+  const bool sameBody = sameMesh && was->motion == record.motion;
+  if (!sameBody || was->effects != record.effects) {
+    const bool moves = parts.body.body != nullptr;
+    const auto apparentMass_kg = moves ? std::optional(parts.body.apparentMass_kg) : std::nullopt;
+    parts.effects.clear();
+    for (const Effect& effect : stableEffects(record.effects, apparentMass_kg, device_))
+      parts.effects.push_back(std::make_shared<const EffectField>(effect));
+  }
   if (!sameSurface) {
     parts.sharp = nullptr;
     parts.spacing_m = 0;

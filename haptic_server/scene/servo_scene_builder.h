@@ -79,6 +79,7 @@ class ServoSceneBuilder {
     std::shared_ptr<const SurfaceDetail> detail;
     BodyParts body;
     std::shared_ptr<const SoftTissue> tissue;
+    std::vector<std::shared_ptr<const EffectField>> effects;
     std::shared_ptr<const std::vector<Vec3>> sharp;  ///< Of the surface, at the spacing;
     double spacing_m = 0;                            ///< none at 0.
   };

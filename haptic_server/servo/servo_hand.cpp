@@ -37,7 +37,7 @@ void ServoHand::computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept 
   std::construct_at(&result_);
   input_ = {tick, now_ns, device_.read(tick)};
   haptics::computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
-  if (state_.features.hasUntouchable) [[unlikely]]
+  if (state_.features.extras) [[unlikely]]
     device_.writeTorque(writtenTorque_Nm(state_));
   device_.write(result_.force.written);
   if (cacheWarmer_) cacheWarmer_->note(result_.contact.work.allowance);

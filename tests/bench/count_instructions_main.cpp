@@ -40,7 +40,11 @@ struct SceneCase {
   const char* name;
   StepReplay (*make)();
 };
-constexpr SceneCase kSceneCases[] = {{"step_tool", heldTool}, {"step_bodies", slidingBodies}};
+constexpr SceneCase kSceneCases[] = {{"step_tool", heldTool},
+                                     {"step_bodies", slidingBodies},
+                                     {"step_spring", springToPoint},
+                                     {"step_path", springToPath},
+                                     {"step_guide", guide}};
 
 /// Of the plain step, from the device's position to its force.
 constexpr const char* kAwaited = "step_awaited";

@@ -84,6 +84,22 @@ void collide(ServoObject& object, RigidBody body) {
   object.motion = std::make_shared<const RigidBody>(std::move(body));
 }
 
+StepReplay withEffect(Effect::Kind kind) {
+  constexpr int kPoints = 1000, kTurns = 3;
+  constexpr double kBeside_m = 0.002, kCircle_m = 0.01;
+  Effect effect{.kind = kind, .stiffness_N_per_m = 300, .damping_Ns_per_m = 0.5, .limit_N = 3, .reach_m = 0.1};
+  for (int i = 0; i < kPoints && kind != Effect::Kind::kSpringToPoint; ++i) {
+    const double angle = 2 * std::numbers::pi * kTurns * i / (kPoints - 1);
+    effect.path_m.push_back(kCircle_m * Vec3(std::cos(angle), std::sin(angle), 0.01 * angle));
+  }
+  ServoScene scene = sceneOf({boxAt(1, Vec3(0.1), 1, {0, 0, -1})});
+  for (Vec3& point : effect.path_m) point.z += 1;
+  effect.point_m.z = 1;
+  scene.effects.push_back({0, 0, std::make_shared<const EffectField>(effect)});
+  std::vector<Vec3> path = circle({0, 0, kBeside_m}, {0, 0, 1}, kCircle_m);
+  return {std::move(scene), {}, wayTo(path.front(), {0, 0, 0.05}), std::move(path)};
+}
+
 }  // namespace
 
 StepReplay::StepReplay(ServoScene scene, const StepConfig& config, const std::vector<Vec3>& approach,
@@ -111,6 +127,10 @@ StepReplay heldTool() {
   std::vector<Vec3> path = circle({0, 0, size.z / 2 - kPressed_m}, {0, 0, 1}, kCircle_m);
   return {sceneOf({std::move(table), std::move(bar)}), {}, wayTo(path.front(), {0, 0, 0.02}), std::move(path)};
 }
+
+StepReplay springToPoint() { return withEffect(Effect::Kind::kSpringToPoint); }
+StepReplay springToPath() { return withEffect(Effect::Kind::kSpringToPath); }
+StepReplay guide() { return withEffect(Effect::Kind::kGuide); }
 
 StepReplay slidingBodies() {
   const Vec3 board_m(0.2, 0.2, 0.02), brick_m(0.06, 0.04, 0.03);

@@ -73,5 +73,10 @@ class StepReplay {
 [[nodiscard]] StepReplay heldTool();
 /// A brick rests on a brick that slides over a heavy board, which a spring swings to and fro; the hand is away.
 [[nodiscard]] StepReplay slidingBodies();
+/// In the open, with one effect in an object's frame: a spring to a point, one to the nearest place of a path of 1,000 points
+/// that goes round three times, and a guide along it.
+[[nodiscard]] StepReplay springToPoint();
+[[nodiscard]] StepReplay springToPath();
+[[nodiscard]] StepReplay guide();
 
 }  // namespace haptics::bench

@@ -111,6 +111,22 @@ BAD_SCENES |= {
 }
 
 
+def effect(text):
+    return 'operations { set_effects { object { name: "box" } effects { %s } } }' % text
+
+
+EFFECT = "operations[0].set_effects.effects[0]."
+BAD_SCENES |= {
+    "force in no direction": (effect("kind: EFFECT_KIND_CONSTANT amplitude_N: 1"), (EFFECT + "direction", "length 0")),
+    "spring that reaches nowhere": (effect("kind: EFFECT_KIND_SPRING_TO_POINT stiffness_N_per_m: 9 reach_m: 0"),
+                                    (EFFECT + "reach_m", "more than 0")),
+    "guide that stands still": (effect("kind: EFFECT_KIND_GUIDE stiffness_N_per_m: 9 path_m: [0, 0, 0, 0, 0, 0]"),
+                                (EFFECT + "path_m", "same place")),
+    "damping that is no number": (effect("kind: EFFECT_KIND_VISCOSITY damping_Ns_per_m: nan"),
+                                  (EFFECT + "damping_Ns_per_m", "nan")),
+}
+
+
 def add(file_name):
     return f'operations {{ add {{ name: "bad" mesh {{ file: "{file_name}" }} }} }}'
 

@@ -152,6 +152,19 @@ class PythonClient(harness.EndToEnd):
                 self.assert_in_step(client)
         self.assertFalse(client.objects()["ball"].HasField("deformation"))
 
+    def test_it_hashes_effects_as_the_server_does(self):
+        client = self.client()
+        client.apply(BALL)
+        spring = "stiffness_N_per_m: 50 damping_Ns_per_m: 0.5 limit_N: 1 reach_m: 0.01 release_m: 0.02 fade_m: 0.005"
+        for given in (f"effects {{ kind: EFFECT_KIND_SPRING_TO_LINE direction {{ x: 0.6 y: 0.8 }} point_m {{ z: -9 }} {spring} }}",
+                      f"effects {{ kind: EFFECT_KIND_GUIDE path_m: [9, 0, -0.0, 9, 9, 1e-9] {spring} }} effects {{ kind: "
+                      "EFFECT_KIND_VIBRATION frame: EFFECT_FRAME_WORLD direction { z: 1 } amplitude_N: 0.1 frequency_Hz: 90 "
+                      "region: EFFECT_REGION_SPHERE size_m { x: 0.1 } point_m { x: 9 } }", ""):
+            with self.subTest(given=given):
+                client.apply('operations { set_effects { object { name: "ball" } %s } }' % given)
+                self.assert_in_step(client)
+        self.assertFalse(client.objects()["ball"].effects)
+
     def test_it_gives_an_object_a_residue_of_its_own_and_takes_it_away(self):
         client = self.client()
         client.apply(BALL)

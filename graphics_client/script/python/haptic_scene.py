@@ -116,7 +116,8 @@ def object_hash(state):
     return hashlib.sha256(numbers(state.id, len(name)) + name + numbers(state.revision) + state.mesh +
                           doubles(*turn(rotation), *vector(position), state.stiffness_N_per_m, state.damping_Ns_per_m) +
                           struct.pack("<3f", *(value + 0.0 for value in (color.red, color.green, color.blue))) +
-                          surface_bytes(state) + motion_bytes(state) + deformation_bytes(state)).digest()
+                          surface_bytes(state) + motion_bytes(state) + deformation_bytes(state) +
+                          effect_bytes(state)).digest()
 
 
 def surface_bytes(state):
@@ -198,6 +199,23 @@ def deformation_bytes(state):
     if given.HasField("residue"):
         data += numbers(7) + given.residue.asset
     return data
+
+
+def effect_bytes(state):
+    """All fields of each in order of their numbers, those that are absent as 0 (common/scene/effect_properties.cpp)."""
+    if not state.effects:
+        return b""
+    return numbers(14, len(state.effects)) + b"".join(
+        value_bytes(field, getattr(effect, field.name)) for effect in state.effects
+        for _, field in sorted(effect.DESCRIPTOR.fields_by_number.items()))
+
+
+def value_bytes(field, value):
+    if field.message_type:
+        return doubles(*vector(value))
+    if field.label == field.LABEL_REPEATED:
+        return numbers(len(value)) + doubles(*value)
+    return numbers(value) if field.enum_type else doubles(value)
 
 
 def field_bytes(field):

@@ -25,7 +25,7 @@ from google.protobuf.message import Message
 from haptics.v1.scene_pb2 import *  # noqa: F401,F403
 from haptics.v1.scene_pb2 import (ASSET_KIND_MESH, ASSET_KIND_MOVED_VERTICES, ASSET_KIND_POINT_FIELD, ASSET_KIND_SCALAR_FIELD,
                                   ASSET_KIND_VERTEX_VALUES, AddObject, Operation, RemeshObject, RemoveObject,
-                                  SetDeformation, SetMaterial, SetMotion, SetPose, Transaction)
+                                  SetDeformation, SetEffects, SetMaterial, SetMotion, SetPose, Transaction)
 
 _P = ParamSpec("_P")
 _M = TypeVar("_M", bound=Message)
@@ -65,6 +65,7 @@ class Scene:
     set_material = _Appending(SetMaterial)
     set_motion = _Appending(SetMotion)
     set_deformation = _Appending(SetDeformation)
+    set_effects = _Appending(SetEffects)
 
     def append(self, message: Message) -> None:
         """Any of the messages that an Operation may be."""

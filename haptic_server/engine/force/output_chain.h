@@ -42,8 +42,9 @@ class EditSlew {
   /// @param carried_m  Way of the surface by itself in this tick.
   /// @param k  Of the surface; none while none is touched: then that of the last one.
   /// @param jumps  The edit changes it at once: nothing of the change is the hand's own.
+  /// @param byTime_N  So much of the change is of the time alone, and no edit's either.
   [[nodiscard]] Vec3 follow(Vec3 before, Vec3 felt, Vec3 measured, Vec3 hip, double carried_m, Stiffness k, bool jumps,
-                            double period_s) noexcept {
+                            double period_s, double byTime_N = 0) noexcept {
     if (fresh_) {
       felt_N_ = before;
       rest_N_ = Vec3(0);
@@ -58,7 +59,8 @@ class EditSlew {
     way_m_ = std::max(glm::distance(hip, hip_) + carried_m, way_m_ * (1 - std::min(1.0, period_s / kMemory_s)));
     if (k.spring_N_per_m > 0) k_ = k;
     const bool nothing = jumps || resting_s_ >= kResting_s;
-    const double own_N = nothing ? 0 : 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_;
+    const double own_N =
+        (nothing ? 0 : 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_) + (jumps ? 0 : byTime_N);
     const Vec3 change_N = felt - felt_N_;
     felt_N_ = felt;
     hip_ = hip;

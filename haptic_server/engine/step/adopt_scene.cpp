@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "haptic_server/engine/step/effect_forces.h"
 #include "haptic_server/engine/step/haptic_step.h"
 #include "haptic_server/engine/step/held_springs.h"
 #include "haptic_server/engine/step/rate_limited_pose.h"
@@ -77,6 +78,7 @@ class StateTransfer {
   }
 
   void apply(const ServoScene& next, HapticState& state) const noexcept {
+    if (state.effects.count + next.effects.size() > 0) adoptEffects(next, {origins_.data(), count_}, bodies(), state);
     const bool feltThroughTool = state.features.tool || toolBody_ >= 0;
     state.features.torqueFades = toolBody_ < 0 && (state.features.tool || state.features.torqueFades);
     if (toolBody_ >= 0) takeTool(next, state);
@@ -119,8 +121,8 @@ class StateTransfer {
         anyDriven || anyReshaped ||
         std::ranges::any_of(state.objects.all(), [](const ObjectState& object) { return object.beingMoved; });
     if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
-    state.features.hasUntouchable = state.features.tool || state.features.torqueFades ||
-                                    std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
+    state.features.extras = state.features.tool || state.features.torqueFades || state.features.effects ||
+                            std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
   }
 
  private:

@@ -81,7 +81,7 @@ void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const
 
 void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
   if (state.features.beingMoved) moveObjects(scene, state, config);
-  if (state.features.hasUntouchable) releaseFaded(state);
+  if (state.features.extras) releaseFaded(state);
 }
 
 }  // namespace haptics

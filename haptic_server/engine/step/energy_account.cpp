@@ -14,6 +14,11 @@ void EnergyAccount::attribute(std::uint64_t object, EnergyFeature feature, doubl
   all_[0] -= given_J;
 }
 
+void EnergyAccount::give(std::uint64_t object, double given_J) noexcept {
+  rowOf(object).given_J[0] += given_J;
+  rows_.items[row_].given_J[0] -= given_J;
+}
+
 void EnergyAccount::describe(EnergyState& state) const noexcept {
   state.objectCount = rows_.count;
   std::ranges::copy(rows_.all(), state.object.begin());

@@ -55,6 +55,9 @@ class EnergyAccount {
   /// Joules of an object's contact were, or will be, this feature's.
   void attribute(std::uint64_t object, EnergyFeature feature, double given_J) noexcept;
 
+  /// Joules that were counted for the object whose force is held were this one's.
+  void give(std::uint64_t object, double given_J) noexcept;
+
   /// Energy of all objects, including those that are no longer listed.
   [[nodiscard]] const EnergyByFeature& all_J() const noexcept { return all_; }
   /// What was written last, N.

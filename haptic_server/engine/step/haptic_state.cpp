@@ -21,8 +21,13 @@ bool HapticState::connect(const ServoScene& adopted) noexcept {
   if (objects.count != all.size() || (bumps.count != 0 && bumps.count != objects.count)) return false;
   if (driven.count != 0 && driven.count != objects.count) return false;
   if (reshaped.count != 0 && (reshaped.count != objects.count || adopted.shapes.size() != objects.count)) return false;
+  if (effects.count != adopted.effects.size()) return false;
+  for (std::size_t i = 0; i < effects.count; ++i) {
+    if (!adopted.effects[i].field->isPlaceOf(effects[i])) return false;
+  }
   scene = &adopted;
   contactCache = {};
+  effectsFelt = {};
   now = {};
   otherHand.any = false;
   toolFelt = {};
@@ -67,6 +72,7 @@ void HapticState::copyInUse(const HapticState& other) noexcept {
   collidingCount = other.collidingCount;
   std::copy_n(other.collides.begin(), moving.count, collides.begin());
   now = other.now;
+  effectsFelt = other.effectsFelt;
   if (!features.tool) return;
   toolScratch.tool = other.toolScratch.tool;
   std::copy_n(other.toolScratch.sharp.begin(), objects.count, toolScratch.sharp.begin());

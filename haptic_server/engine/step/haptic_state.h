@@ -223,11 +223,12 @@ struct SceneFeatures {
   Word<bool> bumps = false;             ///< Bumps that are felt outside of its polygons.
   Word<bool> varyingStiffness = false;  ///< A stiffness that varies over its surface.
   Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way; or it is being driven.
-  Word<bool> hasUntouchable = false;    ///< It leaves the scene, or is a tool, or was one whose torque fades.
-  Word<bool> tool = false;              ///< The hand holds it, and feels through it.
-  Word<bool> torqueFades = false;       ///< The hand held it, and feels its torque yet.
+  Word<bool> extras = false;       ///< It leaves the scene, or is a tool, or was one whose torque fades; or effects.
+  Word<bool> effects = false;      ///< It carries one.
+  Word<bool> tool = false;         ///< The hand holds it, and feels through it.
+  Word<bool> torqueFades = false;  ///< The hand held it, and feels its torque yet.
 
-  HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.hasUntouchable,
+  HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.extras, self.effects,
                  self.tool, self.torqueFades);
 };
 
@@ -256,10 +257,12 @@ struct StateFields {
   /// Of all objects, where one was driven since the scene set its pose.
   Sequence<KinematicMotion, kMaxServoObjects> driven;
   Sequence<ShapeMotion, kMaxServoObjects> reshaped;  ///< Of all objects, where the vertices of one are moved.
+  Sequence<EffectMemory, kMaxEffects> effects;       ///< In the order of the scene's.
 
   HAPTICS_FIELDS(self.adoption, self.features, self.motion, self.denting, self.estimate, self.contact, self.groove,
                  self.report, self.limits, self.supervision, self.observer, self.energy, self.dents, self.surface,
-                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.driven, self.reshaped);
+                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.driven, self.reshaped,
+                 self.effects);
 };
 static_assert(fields::isListed<StateFields>(), "no pointer, no padding, every member in the list");
 static_assert(std::is_trivially_copyable_v<StateFields>);
@@ -287,13 +290,22 @@ struct DeformedContact {
   bool isLevel = false;  ///< No other dents are there: from the foot to the IHIP the surface has not turned.
 };
 
+/// All effects together, in the last tick that felt them; nothing where there are none.
+struct EffectsFelt {
+  Vec3 force_N{0};       ///< On the hand; world.
+  Stiffness stiffness;   ///< The sum of all, felt or not.
+  double carried_m = 0;  ///< The longest way by which a frame moved by itself, where the HIP was.
+  double byTime_N = 0;   ///< EffectField::Felt::byTime_N of all.
+};
+
 /// What is so in this tick only: false before adoptScene(), and again at the tick's end.
 struct TickEvents {
   bool adopted = false;
   /// The adoption could not carry the contact on as it was, or a body has come in between in a dent.
   bool contactBroken = false;
-  bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
-  bool clutchMoved = false;   ///< The hand took hold of its workspace, or let it go.
+  bool effectsEdited = false;  ///< The adoption changed some effect, or what carries one has leapt.
+  bool detailEdited = false;   ///< The adoption changed what the felt surface feels like, or where it is.
+  bool clutchMoved = false;    ///< The hand took hold of its workspace, or let it go.
 };
 
 /// The state with what follows from it, from its scene and from the configuration, and what is of a tick.
@@ -352,6 +364,7 @@ struct HapticState : StateFields {
 
   TickEvents now;
   DeformedContact deformedContact;
+  EffectsFelt effectsFelt;
   OtherHand otherHand;
   ToolResult toolFelt;
 };

@@ -4,6 +4,7 @@
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/step/edited_objects.h"
+#include "haptic_server/engine/step/effect_forces.h"
 #include "haptic_server/engine/step/held_springs.h"
 #include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptic_server/engine/step/moving_bodies.h"
@@ -45,6 +46,7 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
   state.energy.begin(position);
   state.report.object = 0;
   state.release();
+  for (EffectMemory& effect : state.effects.all()) effect = {.object = effect.object, .number = effect.number};
   if (state.features.detail) {
     state.surface = {};
     std::ranges::fill(state.bumps.all(), BumpState{});
@@ -124,14 +126,18 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     if (state.limits.clutched) force = Vec3(0);
     const bool jumps = state.now.contactBroken || state.now.clutchMoved || result.contact.work.depenetrated ||
-                       result.contact.work.allowanceSpent ||
+                       result.contact.work.allowanceSpent || state.now.effectsEdited ||
                        (state.now.adopted && (state.now.detailEdited || result.object != state.report.object));
     if (jumps) state.limits.slew.begin();
     if (state.limits.slew.active()) {
-      force = state.limits.slew.follow(limitMagnitude(state.limits.unlimited_N, config.maxForce_N),
-                                       limitMagnitude(force, config.maxForce_N), input.device.position,
-                                       state.estimate.hip, carried_m(state, result.contact),
-                                       touchedStiffness(state, result.contact), jumps, config.period_s);
+      const Stiffness touched = touchedStiffness(state, result.contact);
+      const EffectsFelt& effects = state.effectsFelt;
+      force = state.limits.slew.follow(
+          limitMagnitude(state.limits.unlimited_N, config.maxForce_N), limitMagnitude(force, config.maxForce_N),
+          input.device.position, state.estimate.hip, std::max(carried_m(state, result.contact), effects.carried_m),
+          {touched.spring_N_per_m + effects.stiffness.spring_N_per_m,
+           touched.damping_Ns_per_m + effects.stiffness.damping_Ns_per_m},
+          jumps, config.period_s, effects.byTime_N);
     }
     state.limits.unlimited_N = force;
   } else {
@@ -239,14 +245,9 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 }
 
 /// Contact and force where the HIP is.
-[[gnu::always_inline]] inline void computeContactForce(const ServoScene& scene, HapticState& state,
-                                                       const StepConfig& config, const StepInput& input,
-                                                       ForceResult& result, const TriangleCache* cache) noexcept {
-  if (state.features.beingMoved | state.features.hasUntouchable) [[unlikely]] {
-    followEdits(scene, state, config);
-    if (state.features.tool) return computeToolForce(scene, state, config, input, result);
-    if (state.features.torqueFades) fadeTorque(state, result);
-  }
+[[gnu::always_inline]] inline void computeSurfaceForces(const ServoScene& scene, HapticState& state,
+                                                        const StepConfig& config, ForceResult& result,
+                                                        const TriangleCache* cache) noexcept {
   findContact(scene, state, result, cache);  // 3.2
   if (state.features.detail) [[unlikely]]
     deform(scene, state, config, result);  // 5 (d)
@@ -256,6 +257,29 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   } else {
     addSurfaceForces(scene, state, config, result);  // 4
   }
+}
+
+/// Names what is touched, and limits the force.
+[[gnu::always_inline]] inline void concludeForce(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                                 const StepInput& input, ForceResult& result) noexcept {
+  if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
+  limit(state, config, input, result);
+}
+
+/// To the end, where objects are on their way or leave, a tool is held, or there are effects. Apart, so that the compiler keeps
+/// nothing for it in a tick without.
+[[gnu::noinline, gnu::cold]] void computeForceWithExtras(const ServoScene& scene, HapticState& state,
+                                                         const StepConfig& config, const StepInput& input,
+                                                         ForceResult& result, const TriangleCache* cache) noexcept {
+  followEdits(scene, state, config);
+  if (state.features.tool) {
+    computeToolForce(scene, state, config, input, result);
+  } else {
+    if (state.features.torqueFades) fadeTorque(state, result);
+    computeSurfaceForces(scene, state, config, result, cache);
+  }
+  if (state.features.effects) addEffectForces(scene, state, config, input, result);
+  concludeForce(scene, state, config, input, result);
 }
 
 /// What an edit and the surface's features have of the force that is now held.
@@ -325,10 +349,11 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);
-    computeContactForce(scene, state, config, input, result, cache);
+    if (state.features.beingMoved | state.features.extras) [[unlikely]]
+      return computeForceWithExtras(scene, state, config, input, result, cache);
+    computeSurfaceForces(scene, state, config, result, cache);
   }
-  if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
-  limit(state, config, input, result);
+  concludeForce(scene, state, config, input, result);
 }
 
 TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,

@@ -6,6 +6,7 @@
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/collision/moving_together.h"
 #include "haptic_server/engine/motion/rigid_motion.h"
+#include "haptic_server/engine/step/effect_forces.h"
 #include "haptic_server/engine/step/held_springs.h"
 #include "haptic_server/engine/step/tool_step.h"
 
@@ -15,21 +16,37 @@ namespace {
 /// The part of the tick's allowance that the bodies' motions may take in any case; beyond it they move in turn.
 [[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
 
+/// One push of both, at the place of the first.
+[[nodiscard]] Push sum(const Push& a, const Push& b) noexcept {
+  if (!a.any()) return b;
+  return {a.force_N + b.force_N, a.place_m, a.torque_Nm + b.torque_Nm + glm::cross(b.place_m - a.place_m, b.force_N)};
+}
+
 /// What one body is given of a force (N, world) on the hand.
 class Reaction {
  public:
   Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
-      : state_(state), contact_(contact), force_N_(contact.touching ? force_N : Vec3(0)) {}
+      : state_(state),
+        contact_(contact),
+        force_N_(contact.touching ? force_N : Vec3(0)),
+        any_(contact.touching || state.features.effects) {}
 
   [[nodiscard]] Push on(std::size_t body) const noexcept {
-    if (!contact_.touching) return {};
-    return state_.features.tool ? pushOfTool(state_, body) : Push{ofPoint(body), contact_.ihip};
+    if (!any_) return {};
+    const Push touch = ofTouch(body);
+    return state_.features.effects ? sum(touch, pushOfEffects(state_, body)) : touch;
   }
 
  private:
   const HapticState& state_;
   const ContactResult& contact_;
   Vec3 force_N_;
+  bool any_;
+
+  [[nodiscard]] Push ofTouch(std::size_t body) const noexcept {
+    if (!contact_.touching) return {};
+    return state_.features.tool ? pushOfTool(state_, body) : Push{ofPoint(body), contact_.ihip};
+  }
 
   [[nodiscard]] Vec3 ofPoint(std::size_t body) const noexcept {
     const auto holding = state_.contact.surfaces();
@@ -44,12 +61,6 @@ class Reaction {
     return static_cast<std::size_t>(contact_.body) == body ? others - force_N_ : -own;
   }
 };
-
-/// One push of both, at the place of the first.
-[[nodiscard]] Push sum(const Push& a, const Push& b) noexcept {
-  if (!a.any()) return b;
-  return {a.force_N + b.force_N, a.place_m, a.torque_Nm + b.torque_Nm + glm::cross(b.place_m - a.place_m, b.force_N)};
-}
 
 /// A body stands still while an edit under either hand brings it to its place.
 [[nodiscard]] bool standsStill(const HapticState& state, std::size_t moving) noexcept {
@@ -193,7 +204,7 @@ void takePushes(HapticState& first, const HapticState& second, const ForceResult
   other.any = true;
   std::fill_n(other.push.begin(), first.moving.count, Push{});
   std::fill_n(other.awaits.begin(), first.moving.count, false);
-  const Reaction reaction(second, secondResult.contact, secondResult.force.contact);
+  const Reaction reaction(second, secondResult.contact, contactForce_N(second, secondResult));
   forEachShared(first, second, [&](std::size_t i, std::size_t k) {
     const ObjectState& own = first.objects[first.moving[i].body];
     const ObjectState& its = second.objects[second.moving[k].body];
@@ -204,7 +215,7 @@ void takePushes(HapticState& first, const HapticState& second, const ForceResult
 
 void followMovedBodies(const HapticState& first, HapticState& second, const ForceResult& secondResult) noexcept {
   const ForceComponents& force = secondResult.force;
-  const Reaction reaction(second, secondResult.contact, force.contact);
+  const Reaction reaction(second, secondResult.contact, contactForce_N(second, secondResult));
   const double part = writtenFraction(force.written, force.contact);
   for (std::size_t k = 0; k < second.moving.count; ++k) second.moving[k].moved = false;
   forEachShared(first, second, [&](std::size_t i, std::size_t k) {

@@ -10,6 +10,7 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/engine/collision/collision_points.h"
+#include "haptic_server/engine/effects/effect_field.h"
 #include "haptic_server/engine/geometry/collision_mesh.h"
 #include "haptic_server/engine/motion/rigid_body.h"
 #include "haptic_server/engine/step/shape_memory.h"
@@ -74,6 +75,12 @@ struct alignas(64) ServoObject {
   double highestFactor = std::numeric_limits<double>::infinity();
 };
 
+struct ServoEffect {
+  std::size_t body = 0;                      ///< Index of the object that carries it.
+  std::uint64_t number = 0;                  ///< Among the object's.
+  std::shared_ptr<const EffectField> field;  ///< The same pointer from scene to scene as long as it is not edited.
+};
+
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
 struct ServoScene {
   /// Counts the scenes that are made for one servo, from 1: a recording names them so. 0: the empty one at the start.
@@ -82,6 +89,7 @@ struct ServoScene {
   std::vector<ServoObject> objects;      ///< At most kMaxServoObjects, in order of id.
   std::vector<KinematicPose> kinematic;  ///< Of each object, which has no motion where it is driven; empty: of none.
   std::vector<KinematicShape> shapes;    ///< Of each object; empty: of none.
+  std::vector<ServoEffect> effects;      ///< At most kMaxEffects, in order of the objects.
   std::shared_ptr<const ExplorationPlan> plan;  ///< The device's; null unless a simulated hand explores.
 
   [[nodiscard]] bool anyDriven() const noexcept {

@@ -88,7 +88,7 @@ void fadeTorque(HapticState& state, const ForceResult& result) noexcept {
   DeviceTorque& torque = state.tool.torque;
   if (torque.written_Nm() == Vec3(0)) {
     state.features.torqueFades = false;
-    state.features.hasUntouchable = std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
+    state.features.extras = state.features.effects || std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
     return;
   }
   torque.release();

@@ -260,6 +260,43 @@ void RandomEdits::addDeformation(v1::Deformation& deformation, const ObjectRecor
   }
 }
 
+void RandomEdits::addEffect(v1::Effect& effect) {
+  const int kind = 1 + random_.below(9);
+  effect.set_kind(static_cast<v1::EffectKind>(kind));
+  if (chance(0.4)) effect.set_frame(v1::EFFECT_FRAME_WORLD);
+  const bool isOnPath = kind == v1::EFFECT_KIND_SPRING_TO_PATH || kind == v1::EFFECT_KIND_GUIDE;
+  const bool isInRegion =
+      kind == v1::EFFECT_KIND_CONSTANT || kind == v1::EFFECT_KIND_VISCOSITY || kind == v1::EFFECT_KIND_VIBRATION;
+  const bool isDirected = kind != v1::EFFECT_KIND_SPRING_TO_POINT && kind != v1::EFFECT_KIND_VISCOSITY && !isOnPath;
+  if (isDirected) setDirection(*effect.mutable_direction());
+  if (isOnPath) {
+    for (int i = 3 * one({2, 3, 40}); i > 0; --i) effect.add_path_m(random_.between(-0.05, 0.05));
+  }
+  if (!isInRegion) {
+    effect.set_stiffness_n_per_m(spread(1, 1e4));
+    if (chance(0.5)) effect.set_limit_n(spread(0.1, 10));
+    if (!isOnPath) setWithin(*effect.mutable_point_m(), 0.05);
+    if (kind != v1::EFFECT_KIND_FORBIDDEN_SIDE && chance(0.6)) {
+      effect.set_reach_m(spread(1e-3, 0.1));
+      if (chance(0.5)) effect.set_release_m(2 * effect.reach_m());
+      if (chance(0.5)) effect.set_fade_m(effect.reach_m() * random_.between(0, 1));
+    }
+  }
+  const bool isForce = kind == v1::EFFECT_KIND_CONSTANT || kind == v1::EFFECT_KIND_VIBRATION;
+  if (!isForce) effect.set_damping_ns_per_m(spread(0.01, 10));
+  if (isForce) effect.set_amplitude_n(spread(0.01, 5));
+  if (kind == v1::EFFECT_KIND_VIBRATION) effect.set_frequency_hz(spread(1, 400));
+  if (!isInRegion || chance(0.4)) return;
+  effect.set_region(chance(0.5) ? v1::EFFECT_REGION_BOX : v1::EFFECT_REGION_SPHERE);
+  setWithin(*effect.mutable_point_m(), 0.05);
+  effect.mutable_size_m()->set_x(spread(0.01, 0.2));
+  if (effect.region() == v1::EFFECT_REGION_BOX) {
+    effect.mutable_size_m()->set_y(spread(0.01, 0.2));
+    effect.mutable_size_m()->set_z(spread(0.01, 0.2));
+  }
+  if (chance(0.6)) effect.set_fade_m(spread(1e-4, 0.05));
+}
+
 void RandomEdits::addObject(v1::AddObject& add) {
   add.set_name("object" + std::to_string(++named_));
   addMesh(*add.mutable_mesh());
@@ -267,6 +304,7 @@ void RandomEdits::addObject(v1::AddObject& add) {
   if (chance(0.8)) addMaterial(*add.mutable_material());
   if (chance(0.5)) addMotion(*add.mutable_motion());
   if (chance(0.4)) addDeformation(*add.mutable_deformation(), nullptr);
+  for (int i = chance(0.2) ? 1 + random_.below(3) : 0; i > 0; --i) addEffect(*add.add_effects());
 }
 
 void RandomEdits::addOperation(v1::Operation& operation, const SceneVersion& scene) {
@@ -285,9 +323,12 @@ void RandomEdits::addOperation(v1::Operation& operation, const SceneVersion& sce
   } else if (kind < 15) {
     operation.mutable_set_material()->mutable_object()->set_id(object.id);
     addMaterial(*operation.mutable_set_material()->mutable_material());
-  } else if (kind < 18) {
+  } else if (kind < 17) {
     operation.mutable_set_motion()->mutable_object()->set_id(object.id);
     addMotion(*operation.mutable_set_motion()->mutable_motion());
+  } else if (kind < 18) {
+    operation.mutable_set_effects()->mutable_object()->set_id(object.id);
+    for (int i = random_.below(4); i > 0; --i) addEffect(*operation.mutable_set_effects()->add_effects());
   } else {
     operation.mutable_set_deformation()->mutable_object()->set_id(object.id);
     addDeformation(*operation.mutable_set_deformation()->mutable_deformation(), &object);

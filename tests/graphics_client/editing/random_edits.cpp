@@ -164,9 +164,21 @@ std::string RandomEdits::deformation() {
   }
 }
 
+std::string RandomEdits::effects() {
+  std::string all;
+  for (unsigned i = below(3); i > 0; --i) {
+    const std::string spring = "stiffness_N_per_m: " + text(number(100, 400)) + " reach_m: " + text(number(0.01, 0.1));
+    all += below(2) == 0 ? "effects { kind: EFFECT_KIND_SPRING_TO_LINE point_m " + vector(1) + " direction " + unit() +
+                               " " + spring + " } "
+                         : "effects { kind: EFFECT_KIND_GUIDE path_m: [0, 0, 0, 1, 1, " + text(number(0, 1)) + "] " +
+                               spring + " frame: EFFECT_FRAME_WORLD } ";
+  }
+  return all;
+}
+
 std::string RandomEdits::operation(const std::string& name, RandomEdit& edit) {
   const std::string object = "{ object { name: '" + name + "' } ";
-  switch (below(10)) {
+  switch (below(11)) {
     case 0:
       return "add { name: 'added" + std::to_string(++added_) + "' mesh " + mesh() + " pose { position " + vector(1) +
              " } material " + material(edit) + " }";
@@ -182,6 +194,8 @@ std::string RandomEdits::operation(const std::string& name, RandomEdit& edit) {
       return "set_motion " + object + "motion " + motion() + " }";
     case 6:
       return "set_deformation " + object + "deformation " + deformation() + " }";
+    case 7:
+      return "set_effects " + object + effects() + "}";
     default:
       return "set_material " + object + "material " + material(edit) + " }";
   }

@@ -40,6 +40,7 @@ class RandomEdits {
   std::string material(RandomEdit& edit);
   std::string motion();
   std::string deformation();
+  std::string effects();
   std::string operation(const std::string& name, RandomEdit& edit);
 };
 

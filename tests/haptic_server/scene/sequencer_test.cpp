@@ -92,6 +92,37 @@ TEST_F(SequencerTest, GivesAndTakesMotionsAndRemembersWhenAPoseWasSet) {
   EXPECT_EQ(sequencer.posedAt(a), 0U);
 }
 
+TEST_F(SequencerTest, GivesAndTakesEffectsOfWhichASceneHas32) {
+  const Effect spring{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 100};
+  SceneVersion mirror;
+  const auto follow = [&](const Accepted& edit) {
+    mirror = mirror.apply(edit->commit).value();
+    ASSERT_EQ(mirror.root(), edit->commit.root);
+  };
+  auto a = std::get<AddObject>(add("a"));
+  a.effects = {spring};
+  follow(accept(edit(a, add("b"))));
+  const ContentHash with = version().find("a")->hash();
+  follow(accept(edit(SetEffects{named("b"), std::vector<Effect>(31, spring)})));
+  const Error refused = reject(edit(add("c"), SetEffects{named("c"), {spring}}));
+  EXPECT_EQ(refused.field, "operations[1].set_effects.effects");
+  EXPECT_THAT(refused.reason, HasSubstr("other objects have 32; a scene has at most 32"));
+  follow(accept(edit(remove("b"), SetEffects{named("a"), {spring, spring}})));
+  EXPECT_THAT(version().find("a")->effects, SizeIs(2));
+  follow(accept(edit(SetEffects{named("a"), {}})));
+  EXPECT_THAT(version().find("a")->effects, SizeIs(0));
+  EXPECT_NE(version().find("a")->hash(), with);
+}
+
+TEST_F(SequencerTest, RefusesMorePathsThanASnapshotHolds) {
+  Sequencer small(kEpoch, resolver, {.details_bytes = 5000});
+  Effect guide{.kind = Effect::Kind::kGuide, .stiffness_N_per_m = 100};
+  for (int i = 0; i < 300; ++i) guide.path_m.emplace_back(i, 0, 0);
+  const EditOutcome refused = small.submit(kAlice, 1, edit(add("a"), SetEffects{named("a"), {guide}}));
+  ASSERT_TRUE(std::holds_alternative<Error>(refused));
+  EXPECT_EQ(std::get<Error>(refused).field, "operations[1].set_effects.effects");
+}
+
 TEST_F(SequencerTest, DrivesObjectsWithoutARevision) {
   accept(edit(add("a"), add("b")));
   const auto before = sequencer.history();

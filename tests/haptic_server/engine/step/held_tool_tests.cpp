@@ -237,7 +237,7 @@ TEST(HeldTool, RampsTheTorqueAwayOnARotationThatIsNoneAndFadesItWhenTheToolGoes)
   }
   EXPECT_EQ(last, Vec3(0));
   EXPECT_FALSE(servo.state().features.torqueFades);
-  EXPECT_FALSE(servo.state().features.hasUntouchable);
+  EXPECT_FALSE(servo.state().features.extras);
 }
 
 TEST(HeldTool, TakesAnEditOfItsTorsionWithoutAStepOfTheTorque) {

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/hash/content_hash.h"
+#include "common/maths/fields.h"
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// A field of force that an object carries (Effect of scene.proto): members are named, ordered and numbered as there, and what is
+/// absent there is 0. SI units, radians.
+struct Effect {
+  enum class Kind : std::uint8_t {
+    kConstant = 1,
+    kSpringToPoint,
+    kSpringToLine,
+    kSpringToPlane,
+    kSpringToPath,
+    kGuide,
+    kForbiddenSide,
+    kViscosity,
+    kVibration
+  };
+  enum class Frame : std::uint8_t { kObject = 1, kWorld };
+  enum class Region : std::uint8_t { kEverywhere = 1, kBox, kSphere };
+
+  Kind kind = Kind::kConstant;
+  Frame frame = Frame::kObject;
+  Vec3 point_m{0};
+  Vec3 direction{0};  ///< Unit, where the kind has one.
+  std::vector<Vec3> path_m = {};
+  double stiffness_N_per_m = 0;
+  double damping_Ns_per_m = 0;
+  double amplitude_N = 0;
+  double frequency_Hz = 0;
+  double phase_rad = 0;
+  double limit_N = 0;    ///< 0: none.
+  double reach_m = 0;    ///< 0: from anywhere.
+  double release_m = 0;  ///< 0: reach_m.
+  double fade_m = 0;
+  Region region = Region::kEverywhere;
+  Vec3 size_m{0};
+
+  bool operator==(const Effect&) const = default;
+  HAPTICS_FIELDS(self.kind, self.frame, self.point_m, self.direction, self.path_m, self.stiffness_N_per_m,
+                 self.damping_Ns_per_m, self.amplitude_N, self.frequency_Hz, self.phase_rad, self.limit_N, self.reach_m,
+                 self.release_m, self.fade_m, self.region, self.size_m);
+};
+
+/// Of all objects of a scene together.
+inline constexpr std::size_t kMaxEffects = 32;
+/// Of one path. The nearest place of one that lies on a sphere round the HIP takes a look at each point: 20 us.
+inline constexpr std::size_t kMaxPathPoints = 4096;
+
+/// In canonical form: all members of each, in order; nothing for no effects.
+void addTo(Hasher& hasher, const std::vector<Effect>& effects);
+
+}  // namespace haptics

@@ -1,0 +1,100 @@
+#include "haptic_server/engine/step/effect_forces.h"
+
+#include <algorithm>
+
+#include "haptic_server/engine/step/separation_speed.h"
+
+namespace haptics {
+namespace {
+
+/// By which the effects' frame moves the place (world) in this tick.
+[[nodiscard]] Vec3 carriedWay(const Body& body, Vec3 place) noexcept {
+  return body.moving ? place - toWorld(body.previous, toLocal(body.current, place)) : Vec3(0);
+}
+
+/// What the last force of each gave the hand on the way to here is its object's.
+void accountEnergy(HapticState& state, Vec3 way) noexcept {
+  const double part = writtenFraction(state.energy.written_N(), state.limits.unlimited_N);
+  for (const EffectMemory& effect : state.effects.all())
+    state.energy.give(effect.object, part * glm::dot(effect.force_N, way));
+}
+
+}  // namespace
+
+void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, std::span<const Body> bodies,
+                  HapticState& state) noexcept {
+  const std::size_t countBefore = state.effects.count;
+  std::array<EffectMemory, kMaxEffects> now{};
+  std::size_t count = 0;
+  std::size_t kept = 0;
+  for (const ServoEffect& effect : next.effects) {
+    if (count == now.size()) break;
+    EffectMemory& memory = now[count++];
+    memory.object = next.objects[effect.body].id;
+    memory.number = effect.number;
+    for (std::size_t i = 0; i < countBefore; ++i) {
+      const EffectMemory& its = state.effects[i];
+      if (its.object != memory.object || its.number != memory.number) continue;
+      const EffectField& before = *state.scene->effects[i].field;
+      memory.force_N = its.force_N;
+      memory.turns = its.turns;
+      if (!before.hasPathOf(*effect.field)) continue;
+      memory = its;
+      const int origin = origins[effect.body].before;
+      const bool stays =
+          effect.field->isInWorld() ||
+          (origin >= 0 && bodies[effect.body].current == state.bodies[static_cast<std::size_t>(origin)].current);
+      if (&before == effect.field.get() && stays) ++kept;
+    }
+  }
+  state.now.effectsEdited = kept != count || count != countBefore;
+  state.features.effects = count > 0;
+  state.effects.count = count;
+  std::copy_n(now.begin(), count, state.effects.items.begin());
+  state.effectsFelt = {};
+}
+
+void addEffectForces(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
+                     ForceResult& result) noexcept {
+  accountEnergy(state, input.device.position - state.estimate.measured);
+  const Vec3 hip = state.estimate.hip;
+  const Vec3 velocity = state.estimate.velocity.velocity();
+  EffectsFelt all;
+  for (std::size_t i = 0; i < state.effects.count; ++i) {
+    EffectMemory& memory = state.effects[i];
+    const ServoEffect& effect = scene.effects[i];
+    EffectField::Felt felt;
+    if (effect.field->isInWorld()) {
+      felt = effect.field->felt(memory, hip, velocity, config.period_s);
+    } else {
+      const Body& body = state.bodies[effect.body];
+      const Quat toFrame = glm::conjugate(body.current.rotation);
+      const Vec3 carried = carriedWay(body, hip);
+      all.carried_m = std::max(all.carried_m, glm::length(carried));
+      felt = effect.field->felt(memory, toLocal(body.current, hip), toFrame * (velocity - carried / config.period_s),
+                                config.period_s);
+      felt.force_N = body.current.rotation * felt.force_N;
+    }
+    memory.force_N = felt.force_N;
+    all.force_N += felt.force_N;
+    all.stiffness.spring_N_per_m += effect.field->stiffness().spring_N_per_m;
+    all.stiffness.damping_Ns_per_m += effect.field->stiffness().damping_Ns_per_m;
+    all.byTime_N += felt.byTime_N;
+    if (felt.jumped) state.limits.slew.begin();
+  }
+  state.effectsFelt = all;
+  result.force.contact += all.force_N;
+}
+
+Push pushOfEffects(const HapticState& state, std::size_t body) noexcept {
+  Push push;
+  if (!state.features.effects || state.supervision.fault != Fault::kNone) return push;
+  push.place_m = state.estimate.hip;
+  for (std::size_t i = 0; i < state.effects.count; ++i) {
+    const ServoEffect& effect = state.scene->effects[i];
+    if (effect.body == body && !effect.field->isInWorld()) push.force_N -= state.effects[i].force_N;
+  }
+  return push;
+}
+
+}  // namespace haptics

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "haptic_server/engine/step/haptic_step.h"
+
+namespace haptics {
+
+/// Goes over to the effects of another scene, each from the one with the same object and number. Call before bodies, objects and
+/// scene are taken over.
+/// @param origins  Of the next scene's objects.
+/// @param bodies  Likewise.
+void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, std::span<const Body> bodies,
+                  HapticState& state) noexcept;
+
+/// Adds the effects' forces at the HIP to what is felt of the surfaces. Those in an object's frame move and turn with it, and
+/// push it back (pushOfEffects()).
+void addEffectForces(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
+                     ForceResult& result) noexcept;
+
+/// What of the felt force the contact has.
+[[nodiscard]] inline Vec3 contactForce_N(const HapticState& state, const ForceResult& result) noexcept {
+  return state.features.effects ? result.force.contact - state.effectsFelt.force_N : result.force.contact;
+}
+
+/// What the effects in the frame of a body push it with.
+[[nodiscard]] Push pushOfEffects(const HapticState& state, std::size_t body) noexcept;
+
+}  // namespace haptics

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene.h"
+#include "haptic_server/scene/surface_warnings.h"
+
+namespace haptics {
+
+/// Effects as they are felt: each with no more stiffness and damping than the device bears of a surface, and those in the frame
+/// of a body that moves together with no more than it bears (stableStiffnessShare()).
+/// @param apparentMass_kg  Of that body; none: it stands still.
+[[nodiscard]] std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<double> apparentMass_kg,
+                                                const DeviceLimits& device);
+
+/// A warning of each that is felt as another one than asked for.
+[[nodiscard]] std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets,
+                                                      const DeviceLimits& device);
+
+}  // namespace haptics

@@ -1,0 +1,160 @@
+#include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
+
+#include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
+
+namespace haptics::convert_effect_test {
+namespace {
+
+using testing::HasSubstr;
+
+v1::AddObject parse(const std::string& text) {
+  v1::AddObject message;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
+  return message;
+}
+
+std::string effect(const std::string& kind, const std::string& rest) {
+  return "effects { kind: EFFECT_KIND_" + kind + " " + rest + " }";
+}
+const std::string kAlongZ = "direction { z: 1 } ";
+const std::string kSpring = "stiffness_N_per_m: 200 ";
+const std::string kPath = "path_m: [0, 0, 0, 0.1, 0, 0] ";
+
+struct BadEffect {
+  std::string text;
+  std::string field;
+  std::string reason;  // part of what is said
+};
+
+void PrintTo(const BadEffect& bad, std::ostream* out) { *out << bad.text; }
+
+class RefusedEffect : public testing::TestWithParam<BadEffect> {};
+
+TEST_P(RefusedEffect, NamesItsFieldAndWhatWouldBeRight) {
+  const v1::AddObject message = parse(GetParam().text);
+  for (const auto& result : {effectsFrom(message.effects()), announcedEffectsFrom(message.effects())}) {
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().field, "effects[0]." + GetParam().field);
+    EXPECT_THAT(result.error().reason, HasSubstr(GetParam().reason));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Effects, RefusedEffect,
+    testing::ValuesIn(std::vector<BadEffect>{
+        {"effects { }", "kind", "is missing; give EFFECT_KIND_CONSTANT, EFFECT_KIND_SPRING_TO_POINT"},
+        {"effects { kind: 77 }", "kind", "is 77; give EFFECT_KIND_CONSTANT"},
+        {effect("SPRING_TO_POINT", kSpring + "frame: 9"), "frame",
+         "is 9; give EFFECT_FRAME_OBJECT or EFFECT_FRAME_WORLD"},
+        {effect("CONSTANT", "amplitude_N: 1 direction { }"), "direction", "length 0"},
+        {effect("CONSTANT", "amplitude_N: 1"), "direction", "length 0"},
+        {effect("CONSTANT", "amplitude_N: 1 direction { x: 2 }"), "direction", "has length 2"},
+        {effect("CONSTANT", "amplitude_N: 1 direction { x: nan }"), "direction", "nan"},
+        {effect("CONSTANT", kAlongZ), "amplitude_N", "more than 0"},
+        {effect("CONSTANT", kAlongZ + "amplitude_N: inf"), "amplitude_N", "is inf"},
+        {effect("CONSTANT", kAlongZ + "amplitude_N: 1 stiffness_N_per_m: 5"), "stiffness_N_per_m",
+         "EFFECT_KIND_CONSTANT does not use it"},
+        {effect("CONSTANT", kAlongZ + "amplitude_N: 1 fade_m: 0.1"), "fade_m", "without a region"},
+        {effect("CONSTANT", kAlongZ + "amplitude_N: 1 region: EFFECT_REGION_BOX size_m { x: 1 y: 1 }"), "size_m.z",
+         "more than 0"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 region: EFFECT_REGION_SPHERE"), "size_m.x", "more than 0"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 region: EFFECT_REGION_SPHERE size_m { x: 1 y: 1 }"), "size_m",
+         "diameter"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 region: 7"), "region", "is 7"},
+        {effect("VISCOSITY", ""), "damping_Ns_per_m", "more than 0"},
+        {effect("SPRING_TO_POINT", ""), "stiffness_N_per_m", "more than 0"},
+        {effect("SPRING_TO_POINT", "stiffness_N_per_m: nan"), "stiffness_N_per_m", "is nan"},
+        {effect("SPRING_TO_POINT", "stiffness_N_per_m: 1e9"), "stiffness_N_per_m", "at most 100000 N/m"},
+        {effect("SPRING_TO_POINT", kSpring + "damping_Ns_per_m: -1"), "damping_Ns_per_m", "give 0 to 1000"},
+        {effect("SPRING_TO_POINT", kSpring + "reach_m: 0"), "reach_m", "more than 0"},
+        {effect("SPRING_TO_POINT", kSpring + "reach_m: nan"), "reach_m", "is nan"},
+        {effect("SPRING_TO_POINT", kSpring + "release_m: 0.1"), "release_m", "without reach_m"},
+        {effect("SPRING_TO_POINT", kSpring + "reach_m: 0.1 release_m: 0.05"), "release_m", "at least reach_m, 0.1"},
+        {effect("SPRING_TO_POINT", kSpring + "reach_m: 0.1 fade_m: 0.2"), "fade_m", "at most the way to the border"},
+        {effect("SPRING_TO_POINT", kSpring + "limit_N: 0"), "limit_N", "more than 0"},
+        {effect("SPRING_TO_POINT", kSpring + "point_m { y: nan }"), "point_m.y", "nan"},
+        {effect("SPRING_TO_POINT", kSpring + "frequency_Hz: 5"), "frequency_Hz", "does not use it"},
+        {effect("SPRING_TO_LINE", kSpring), "direction", "length 0"},
+        {effect("SPRING_TO_PATH", kSpring), "path_m", "at least two points"},
+        {effect("SPRING_TO_PATH", kSpring + "path_m: [0, 0, 0, 1]"), "path_m", "has 4 numbers"},
+        {effect("GUIDE", kSpring + "path_m: [0, 0, 0, 1, nan, 1]"), "path_m[4]", "nan"},
+        {effect("GUIDE", kSpring + "path_m: [0, 0, 0, 1, 1, 1, 1, 1, 1]"), "path_m", "points 1 and 2"},
+        {effect("GUIDE", kSpring + kPath + kAlongZ), "direction", "does not use it"},
+        {effect("VIBRATION", kAlongZ + "amplitude_N: 1"), "frequency_Hz", "more than 0"},
+        {effect("VIBRATION", kAlongZ + "amplitude_N: 1 frequency_Hz: 5000"), "frequency_Hz", "at most 500 Hz"},
+        {effect("VIBRATION", kAlongZ + "amplitude_N: 1 frequency_Hz: 50 phase_rad: 60"), "phase_rad", "-10 to 10"},
+        {effect("FORBIDDEN_SIDE", kAlongZ), "stiffness_N_per_m", "more than 0"},
+        {effect("FORBIDDEN_SIDE", kAlongZ + kSpring + "reach_m: 1"), "reach_m", "does not use it"},
+    }));
+
+TEST(ConvertEffect, APathOfAHundredThousandPointsIsRefused) {
+  v1::AddObject message;
+  v1::Effect& guide = *message.add_effects();
+  guide.set_kind(v1::EFFECT_KIND_GUIDE);
+  guide.set_stiffness_n_per_m(100);
+  for (int i = 0; i < 300'000; ++i) guide.add_path_m(1e-4 * i);
+  const auto result = effectsFrom(message.effects());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().field, "effects[0].path_m");
+  EXPECT_THAT(result.error().reason, HasSubstr("has 100000 points; at most 4096"));
+}
+
+TEST(ConvertEffect, MoreThanASceneHasAreRefused) {
+  v1::AddObject message;
+  for (int i = 0; i < 33; ++i) message.add_effects();
+  const auto result = effectsFrom(message.effects());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().field, "effects");
+}
+
+TEST(ConvertEffect, AStateKeepsEachKindBitForBit) {
+  const v1::AddObject message = parse(
+      effect("CONSTANT",
+             "amplitude_N: 1 direction { x: 1.0001 } region: EFFECT_REGION_BOX point_m { x: 0.1 } "
+             "size_m { x: 0.1 y: 0.2 z: 0.3 } fade_m: 0.01") +
+      effect("SPRING_TO_POINT", kSpring +
+                                    "point_m { y: -0.1 } damping_Ns_per_m: 2 limit_N: 3 reach_m: 0.1 release_m: 0.2 "
+                                    "fade_m: 0.15 frame: EFFECT_FRAME_WORLD") +
+      effect("SPRING_TO_LINE", kSpring + kAlongZ) + effect("SPRING_TO_PLANE", kSpring + kAlongZ) +
+      effect("SPRING_TO_PATH", kSpring + kPath) + effect("GUIDE", kSpring + kPath + "reach_m: 0.02") +
+      effect("FORBIDDEN_SIDE", kSpring + kAlongZ) + effect("VISCOSITY", "damping_Ns_per_m: 4") +
+      effect("VIBRATION",
+             kAlongZ + "amplitude_N: 1 frequency_Hz: 50 phase_rad: 1 region: EFFECT_REGION_SPHERE size_m { x: 1 }"));
+  const auto asked = effectsFrom(message.effects());
+  ASSERT_TRUE(asked) << asked.error().text();
+  EXPECT_EQ((*asked)[0].direction, Vec3(1, 0, 0)) << "an edit's is normalised";
+  EXPECT_EQ((*asked)[2].frame, Effect::Frame::kObject) << "by default";
+  const auto announced = announcedEffectsFrom(message.effects());
+  ASSERT_TRUE(announced);
+  EXPECT_EQ((*announced)[0].direction, Vec3(1.0001, 0, 0)) << "a state's is hashed as it is";
+  for (const auto& effects : {*asked, *announced}) {
+    v1::ObjectState state;
+    toWire(effects, *state.mutable_effects());
+    const auto again = announcedEffectsFrom(state.effects());
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(*again, effects);
+  }
+}
+
+/// As the Python and the JavaScript client compute it.
+TEST(ConvertEffect, TheHashIsOverAllFieldsInOrder) {
+  v1::ObjectState state;
+  ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      "id: 3 name: 'a' revision: 7 mesh: '01234567890123456789012345678901' pose { position { x: 1 } rotation { w: 1 } "
+      "} "
+      "stiffness_N_per_m: 100 damping_Ns_per_m: 1 color { red: 0.5 } "
+      "effects { kind: EFFECT_KIND_GUIDE frame: EFFECT_FRAME_OBJECT region: EFFECT_REGION_EVERYWHERE "
+      "path_m: [0, 0, 0.1, 0.1, -0.0, 0.1] stiffness_N_per_m: 100 reach_m: 0.01 } "
+      "effects { kind: EFFECT_KIND_VIBRATION frame: EFFECT_FRAME_WORLD direction { y: 1 } amplitude_N: 0.1 "
+      "frequency_Hz: 50 phase_rad: -1 region: EFFECT_REGION_BOX point_m { x: 9 } size_m { x: 1 y: 2 z: 3 } fade_m: 0.1 "
+      "}",
+      &state));
+  const auto record = fromWire(state);
+  ASSERT_TRUE(record) << record.error().text();
+  EXPECT_EQ(record->hash().hex(), "ab8b66aa285da77c273cf9e9727bd349b86a462960a323e8b0d2672b33aa7339");
+}
+
+}  // namespace
+}  // namespace haptics::convert_effect_test
