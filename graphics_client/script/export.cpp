@@ -7,9 +7,9 @@
 #include "common/json/message_json.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
+#include "graphics_client/mirror/tick_queue.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/progress_bar.h"
-#include "graphics_client/script/tick_queue.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {

@@ -9,7 +9,7 @@
 #include "common/telemetry/tick_gaps.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
-#include "graphics_client/script/tick_queue.h"
+#include "graphics_client/mirror/tick_queue.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
