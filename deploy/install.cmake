@@ -29,6 +29,9 @@ install(FILES ${scenes} DESTINATION ${CMAKE_INSTALL_DATADIR}/haptics/scenes COMP
 install_programs(viewer STARTED graphics_client)
 
 install_programs(tools STARTED hapticctl haptic_relay mesh_report)
+if(TARGET haptic_ros2)
+  install_programs(tools STARTED haptic_ros2)
+endif()
 if(HAPTICS_TESTS)
   install_programs(tools STARTED haptic_eval)
   install(FILES tests/eval/figure/eval_figures.py DESTINATION ${programs_folder} COMPONENT tools)

@@ -59,7 +59,7 @@ apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 /packages/*.de
 [ -z "$(find /etc/systemd -name '*haptic*')" ] || fail "the service was enabled without being asked for"
 
 say "Every program, its manual and its completion"
-for program in haptic_server graphics_client hapticctl haptic_relay haptic_eval mesh_report; do
+for program in haptic_server graphics_client hapticctl haptic_relay haptic_ros2 haptic_eval mesh_report; do
   "$program" --version
   [ -s "/usr/share/man/man1/$program.1.gz" ] || fail "$program has no manual"
 done

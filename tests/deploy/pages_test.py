@@ -19,7 +19,7 @@ GENERATED = ("build/", "out/")
 EXPECTED = ["README.md", "haptic_server/README.md", "haptic_server/engine/contact/README.md", "haptic_server/engine/surface/README.md",
             "haptic_server/engine/motion/README.md", "haptic_server/engine/step/README.md", "haptic_server/world/README.md",
             "haptic_server/device/plugin/README.md",
-            "graphics_client/README.md", "graphics_client/export/README.md",
+            "graphics_client/README.md", "graphics_client/export/README.md", "graphics_client/ros2/README.md",
             "graphics_client/script/python/haptic_experiment/README.md", "proto/README.md",
             "tests/README.md", "deploy/README.md", "deploy/CHANGELOG.md", ".github/CONTRIBUTING.md"]
 

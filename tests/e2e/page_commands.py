@@ -60,6 +60,10 @@ class PageCommands(Page):
     def test_the_front_pages_tour(self):
         self.follow("README.md")
 
+    @unittest.skipUnless((harness.BIN / "haptic_ros2").exists(), "built without Cyclone DDS")
+    def test_ros2(self):
+        self.follow("graphics_client/ros2/README.md")
+
     def test_analyse_a_session(self):
         self.follow("graphics_client/export/README.md")
 

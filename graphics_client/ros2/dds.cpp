@@ -1,0 +1,110 @@
+#include "graphics_client/ros2/dds.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace haptics::dds {
+namespace {
+
+/// Unacknowledged bytes that a writer holds before it refuses more. Not reached: a history of 2,000 is smaller, and the scene's
+/// is of one message.
+constexpr const char* kMaxUnacknowledged = "256 MB";
+
+/// Bytes of a large message, or of what was lost, sent at once; the rest when the reader has those. More, or in many small packets,
+/// overruns the usual buffer of a socket, 208 kB: what else comes is lost with it, and is to be sent again in turn.
+constexpr const char* kMaxFirst = "65536";
+constexpr const char* kMaxAgain = "16384 B";
+constexpr const char* kMaxPacket = "14720 B";  // of what is sent again; of all else it is so by default
+
+/// How often readers are asked what they lack. More often: what is on its way is sent again, and they are overrun for good.
+constexpr const char* kAsking =
+    "<HeartbeatInterval min=\"50ms\" minsched=\"50ms\" max=\"1s\">100ms</HeartbeatInterval>";
+
+std::string configuration(const std::string& settings) {
+  return "<CycloneDDS><Domain>" + settings + "</Domain></CycloneDDS>";
+}
+
+/// Of interface, discovery and writing.
+/// @param interface  Has been checked: it quotes nothing.
+std::string settings(const std::string& interface, const std::string& users) {
+  // Ticks that come together are sent together.
+  const std::string writing = std::string("<General><MaxRexmitMessageSize>") + kMaxPacket +
+                              "</MaxRexmitMessageSize></General><Internal>" + kAsking +
+                              "<WriteBatch>true</WriteBatch><BurstSize><MaxInitTransmit>" + kMaxFirst +
+                              "</MaxInitTransmit><MaxRexmit>" + kMaxAgain +
+                              "</MaxRexmit></BurstSize><Watermarks><WhcAdaptive>false</WhcAdaptive><WhcHigh>" +
+                              kMaxUnacknowledged + "</WhcHigh></Watermarks></Internal>";
+  if (!users.empty()) return configuration(writing) + "," + users;
+  if (interface.empty()) {
+    return configuration(
+        "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+        "<AllowMulticast>false</AllowMulticast></General>"
+        "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+        "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+        "<Peers><Peer address=\"localhost\"/></Peers>"
+        "<SPDPInterval>500 ms</SPDPInterval></Discovery>" +  // who comes is found within it: nobody else is heard
+        writing);
+  }
+  const bool isAddress = interface.find_first_not_of("0123456789.") == std::string::npos;
+  return configuration("<General><Interfaces><NetworkInterface " + std::string(isAddress ? "address" : "name") + "=\"" +
+                       interface + "\"/></Interfaces></General>" + writing);
+}
+
+/// Of a topic of ROS 2, for readers and writers.
+std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)> settings(const Qos& qos) {
+  std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)> made(dds_create_qos(), dds_delete_qos);
+  dds_qset_reliability(
+      made.get(), qos.reliability == Reliability::kReliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
+      0);
+  dds_qset_history(made.get(), DDS_HISTORY_KEEP_LAST, qos.depth);
+  dds_qset_durability(made.get(), qos.transientLocal ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  dds_qset_durability_service(made.get(), 0, DDS_HISTORY_KEEP_LAST, qos.depth, DDS_LENGTH_UNLIMITED,
+                              DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  dds_data_representation_id_t plainCdr = DDS_DATA_REPRESENTATION_XCDR1;
+  dds_qset_data_representation(made.get(), 1, &plainCdr);
+  return made;
+}
+
+Entity orThrow(dds_entity_t handle, const std::string& what) {
+  if (handle > 0) return Entity(handle);
+  throw std::runtime_error(what + ": " + dds_strretcode(-handle));
+}
+
+Entity makeTopic(const Participant& participant, const dds_topic_descriptor_t& type, const std::string& topic) {
+  return orThrow(dds_create_topic(participant.get(), &type, mangled(topic).c_str(), nullptr, nullptr),
+                 "topic " + topic);
+}
+
+}  // namespace
+
+Result<Participant> Participant::join(std::uint32_t domain, const std::string& interface, const std::string& users) {
+  const auto isPlain = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '-' ||
+           c == '_';
+  };
+  if (!std::ranges::all_of(interface, isPlain))
+    return refused("--interface", "neither the name nor the IPv4 address of a network interface");
+  const auto refusal = [](dds_return_t code) {
+    return refused("--interface", std::string("DDS cannot be used so, as it says above: ") + dds_strretcode(-code));
+  };
+  const dds_entity_t made = dds_create_domain(domain, settings(interface, users).c_str());
+  if (made < 0) return refusal(made);
+  Entity domainEntity(made);
+  const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
+  if (participant < 0) return refusal(participant);
+  return Participant(std::move(domainEntity), Entity(participant));
+}
+
+Entity makeWriter(const Participant& participant, const dds_topic_descriptor_t& type, const std::string& topic,
+                  const Qos& qos) {
+  const Entity described = makeTopic(participant, type, topic);
+  return orThrow(dds_create_writer(participant.get(), described.get(), settings(qos).get(), nullptr), "topic " + topic);
+}
+
+Entity makeReader(const Participant& participant, const dds_topic_descriptor_t& type, const std::string& topic,
+                  const Qos& qos) {
+  const Entity described = makeTopic(participant, type, topic);
+  return orThrow(dds_create_reader(participant.get(), described.get(), settings(qos).get(), nullptr), "topic " + topic);
+}
+
+}  // namespace haptics::dds

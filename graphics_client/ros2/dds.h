@@ -1,0 +1,127 @@
+#pragma once
+
+#include <dds/dds.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "common/error/error.h"
+
+// What the bridge needs of Cyclone DDS, with ROS 2's conventions.
+namespace haptics::dds {
+
+/// The topic's description that idlc has made for a message type; for those in message_types.h.
+template <class Message>
+[[nodiscard]] const dds_topic_descriptor_t& descriptorOf();
+
+enum class Reliability { kReliable, kBestEffort };
+
+struct Qos {
+  Reliability reliability = Reliability::kReliable;
+  /// Samples that a reliable writer keeps for readers that have lost some, and that wait in a reader. A writer with fewer
+  /// loses some to a slow reader; none ever waits for one.
+  int depth = 10;
+  bool transientLocal = false;  ///< Who comes late gets the last one.
+};
+
+/// Deletes a DDS entity with all that it has made.
+class Entity {
+ public:
+  explicit Entity(dds_entity_t handle) : handle_(handle) {}
+  Entity(Entity&& other) noexcept : handle_(std::exchange(other.handle_, 0)) {}
+  Entity& operator=(Entity&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Entity() {
+    if (handle_ > 0) dds_delete(handle_);
+  }
+  [[nodiscard]] dds_entity_t get() const noexcept { return handle_; }
+
+ private:
+  dds_entity_t handle_;
+};
+
+/// A domain and this program's participant in it.
+class Participant {
+ public:
+  static constexpr std::uint32_t kMaxDomain = 232;  ///< Ports of higher ones are beyond 65,535.
+
+  /// @param interface  Name or address of a network interface. Empty: only programs of this machine are spoken to, by
+  ///                   127.0.0.1 without multicast, which a loopback interface usually does not have.
+  /// @param users  Cyclone DDS's settings in place of interface and discovery, as its variable CYCLONEDDS_URI has them; empty:
+  ///               none.
+  /// Refused: there is no such interface, or it cannot be used.
+  [[nodiscard]] static Result<Participant> join(std::uint32_t domain, const std::string& interface,
+                                                const std::string& users);
+
+  [[nodiscard]] dds_entity_t get() const noexcept { return participant_.get(); }
+
+ private:
+  Participant(Entity domain, Entity participant) : domain_(std::move(domain)), participant_(std::move(participant)) {}
+
+  Entity domain_, participant_;  // the participant goes first
+};
+
+/// A ROS 2 topic's name in DDS: "/haptics/pose" is "rt/haptics/pose".
+[[nodiscard]] inline std::string mangled(std::string_view topic) { return "rt" + std::string(topic); }
+
+/// @throws std::runtime_error  what DDS says.
+[[nodiscard]] Entity makeWriter(const Participant& participant, const dds_topic_descriptor_t& type,
+                                const std::string& topic, const Qos& qos);
+[[nodiscard]] Entity makeReader(const Participant& participant, const dds_topic_descriptor_t& type,
+                                const std::string& topic, const Qos& qos);
+
+template <class Message>
+class Writer {
+ public:
+  /// @param topic  As ROS 2 has it, "/haptics/pose".
+  Writer(const Participant& participant, const std::string& topic, const Qos& qos)
+      : entity_(makeWriter(participant, descriptorOf<Message>(), topic, qos)) {}
+
+  /// Never waits. It is on its way when its packet is full, or after flush(). false: it was not written.
+  bool write(const Message& message) { return dds_write(entity_.get(), &message) == DDS_RETCODE_OK; }
+  void flush() { dds_write_flush(entity_.get()); }
+  /// Readers that were matched since the writer was made, also those that are gone.
+  [[nodiscard]] std::uint32_t readersSoFar() const {
+    dds_publication_matched_status_t status = {};
+    dds_get_publication_matched_status(entity_.get(), &status);
+    return status.total_count;
+  }
+
+ private:
+  Entity entity_;
+};
+
+template <class Message>
+class Reader {
+ public:
+  Reader(const Participant& participant, const std::string& topic, const Qos& qos)
+      : entity_(makeReader(participant, descriptorOf<Message>(), topic, qos)) {}
+
+  /// Gives each message that has come to `take`, which may not keep it.
+  template <class Take>
+  void takeAll(const Take& take) {
+    constexpr std::size_t kAtOnce = 32;
+    void* samples[kAtOnce] = {};
+    dds_sample_info_t info[kAtOnce];
+    while (true) {
+      const dds_return_t count = dds_take(entity_.get(), samples, info, kAtOnce, kAtOnce);
+      if (count <= 0) return;
+      for (dds_return_t i = 0; i < count; ++i) {
+        if (info[i].valid_data) take(*static_cast<const Message*>(samples[i]));
+      }
+      dds_return_loan(entity_.get(), samples, count);
+    }
+  }
+  [[nodiscard]] dds_entity_t get() const noexcept { return entity_.get(); }
+
+ private:
+  Entity entity_;
+};
+
+}  // namespace haptics::dds
