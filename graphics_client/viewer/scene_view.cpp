@@ -22,8 +22,8 @@ constexpr double kSettled_s = 10;
 constexpr std::size_t kSoftwareTriangles = 150'000, kStillTriangles = 1'000'000;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
 constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
-/// Above the objects a force arrow has at most this share of the scene's size, seen at the start.
-constexpr double kArrowRoom = 0.15;
+/// Of the arrow for which there is room above the objects, at most: stronger devices press with no more as a rule (newtons).
+constexpr double kUsualForce_N = 3.3;
 /// Radius of the pointer's mark and of the line from it to the hand.
 constexpr double kPointer_px = 5, kPull_px = 1;
 constexpr float kSelection_px = 2, kMeasured_px = 9;
@@ -201,14 +201,8 @@ void SceneView::startAnew() {
 /// The objects, and above them the arrow of the largest force.
 void SceneView::frameAll(Vec3 direction) {
   std::vector<Vec3> points = objects_.outline();
-  if (points.empty()) return;
-  Vec3 low = points.front(), high = low;
-  for (const Vec3& point : points) {
-    low = glm::min(low, point);
-    high = glm::max(high, point);
-  }
-  const double arrow_m = GlyphSizes{}.arrow_mPerN * (snapshot_.view ? snapshot_.view->maxForce_N : 0);
-  const double room_m = std::min(arrow_m, kArrowRoom * glm::distance(low, high));
+  const double force_N = std::min(snapshot_.view ? snapshot_.view->maxForce_N : 0, kUsualForce_N);
+  const double room_m = GlyphSizes{}.arrow_mPerN * force_N;
   const std::size_t count = points.size();
   for (std::size_t i = 0; i < count; ++i) points.push_back(points[i] + Vec3(0, 0, room_m));
   cameras_.frame(points, overlay_.freeAreas(), direction);

@@ -205,7 +205,6 @@ class EveryAction(harness.EndToEnd):
             self.window.do("mousemove", *BOX, "click", "--repeat", 5, 5)  # the wheel: farther away
             for number, title in enumerate(["Front", "Right", "Back", "Left", "Top", "Three quarters"], 1):
                 self.act("View > Look from", title, str(number), self.redraws())
-            self.toggle("View", "Measure", "m", self.changes(self.hint))
             self.act("View", "Cut", "x", self.redraws())
             self.act("View", "Cut deeper", "shift+x", self.changes(self.picture))
             self.act("View", "Cut less deep", "ctrl+shift+x", self.changes(self.picture))
@@ -236,6 +235,7 @@ class EveryAction(harness.EndToEnd):
         self.window.do("key", "g")
 
     def touch(self):
+        self.toggle("View", "Measure", "m", self.changes(self.hint))
         self.act("Hand", "On surfaces, or in space", "t", self.changes(self.hint))
         self.window.do("key", "t")
         self.act("Hand", "Press harder", "plus", self.changes(self.force_N, lambda a, b: b > 1.1 * a))
