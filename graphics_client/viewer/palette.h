@@ -34,7 +34,7 @@ inline constexpr Shade kSpring{0.20, 0.22, 0.26};     // the line between them
 inline constexpr Shade kPrimitive{1.00, 0.80, 0.05};  // contacted polygon, line or vertex
 inline constexpr Shade kTrail{0.05, 0.42, 0.90};
 inline constexpr Shade kPointer{0.00, 0.62, 0.62};   // where the mouse pulls the hand to
-inline constexpr Shade kMeasured{0.45, 0.10, 0.45};   // places that are measured
+inline constexpr Shade kMeasured{0.45, 0.10, 0.45};  // places that are measured
 inline constexpr Shade kSelected{0.95, 0.35, 0.00};  // around the selected object
 inline constexpr Shade kForceLow{0.10, 0.62, 0.30};
 inline constexpr Shade kForceMiddle{0.95, 0.60, 0.05};
