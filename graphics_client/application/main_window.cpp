@@ -455,7 +455,7 @@ void MainWindow::measure(bool on) {
 }
 
 void MainWindow::measureAt(const SurfacePoint& place) {
-  if (measured_.size() >= kMostMeasured) measured_.clear();
+  if (measured_.size() >= kMaxMeasured) measured_.clear();
   measured_.push_back(place.position);
   scene_.showMeasured(measured_);
   logInfo(measureText(measured_, place.position));

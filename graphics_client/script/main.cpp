@@ -10,7 +10,7 @@
 namespace {
 
 /// Of `watch`: a sample in a quarter of an hour.
-constexpr double kLeastRate_Hz = 0.001;
+constexpr double kMinRate_Hz = 0.001;
 
 using namespace haptics;
 
@@ -90,7 +90,7 @@ Command addWatch(Command& app, WatchOptions& options) {
   Command verb = app.verb("watch", "Print what the servo feels, a line for each sample");
   const Option rate = verb.option("--rate", options.rate_Hz, "Samples a second")
                           .typeName("HZ")
-                          .range(kLeastRate_Hz, kMaxTelemetryRate_Hz)
+                          .range(kMinRate_Hz, kMaxTelemetryRate_Hz)
                           .showDefault();
   verb.option("--seconds", options.duration_s, "Stop after this time (default: at Ctrl-C)")
       .typeName("SECONDS")
