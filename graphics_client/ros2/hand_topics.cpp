@@ -7,7 +7,7 @@ namespace {
 
 /// Longer pauses of the ticks begin the velocity anew.
 constexpr std::uint64_t kLongestGap_ticks = 100;
-constexpr int kButtons = 8;  // bits of DeviceStatus::buttons
+constexpr int kButtons = 32;  // bits of DeviceStatus::buttons
 
 std::string named(const HandTopicOptions& options, const char* ours, const char* crtk) {
   return options.name + "/" + (options.crtkNames ? crtk : ours);
@@ -37,7 +37,8 @@ void HandTopics::publish(std::int64_t stamp_ns, double period_s, const Telemetry
   count(ihip_.write({header, {ros2::point(sample.ihip), turned}}));
   count(contact_.write({header, {ros2::vector3(sample.force.contact), none}}));
   std::vector<std::int32_t> buttons(kButtons);
-  for (int i = 0; i < kButtons; ++i) buttons[static_cast<std::size_t>(i)] = (sample.device.buttons >> i) & 1;
+  for (int i = 0; i < kButtons; ++i)
+    buttons[static_cast<std::size_t>(i)] = static_cast<std::int32_t>((sample.device.buttons >> i) & 1);
   count(joy_.write({header, {}, ros2::sequenceOf<dds_sequence_long>(buttons)}));
   if (touched != lastTouched_) {
     count(touched_.write({ros2::text(touched)}));
