@@ -308,8 +308,6 @@ void ServerSession::handle(const v1::EditRequest& request) {
   }
   auto transaction = fromWire(request.transaction());
   if (!transaction) return editDecided(clientSeq, std::move(transaction).error());
-  if (auto affordable = checkWork(*transaction); !affordable)
-    return editDecided(clientSeq, std::move(affordable).error());
   if (request.epoch() != 0 && request.epoch() != host_.history()->epoch && restsOnState(*transaction)) {
     return editDecided(clientSeq, EditConflict{{}, "it was made from a state that the server has lost"});
   }

@@ -29,21 +29,21 @@ std::string errorText(double error_jnd) {
   return text.data();
 }
 
-/// Recipe of a mesh that is neither a file nor an asset.
-MeshRecipe recipeOf(const MeshSource& source) {
+}  // namespace
+
+std::optional<MeshRecipe> recipeOf(const MeshSource& source) {
   return std::visit(
-      [](const auto& chosen) -> MeshRecipe {
+      [](const auto& chosen) -> std::optional<MeshRecipe> {
         if constexpr (std::is_constructible_v<MeshRecipe, decltype(chosen)>) return chosen;
-        return {};
+        return std::nullopt;
       },
       source.source);
 }
 
-}  // namespace
-
 double trianglesMadeFor(const MeshSource& source) {
   if (std::holds_alternative<FileSource>(source.source)) return std::numeric_limits<double>::infinity();
-  return std::holds_alternative<AssetSource>(source.source) ? 0 : trianglesOf(recipeOf(source));
+  const auto recipe = recipeOf(source);
+  return recipe ? trianglesOf(*recipe) : 0;
 }
 
 template <class Key>
@@ -145,7 +145,7 @@ Result<ResolvedMesh> MeshLibrary::fromStore(const AssetSource& source) const {
 }
 
 Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
-  const MeshRecipe recipe = recipeOf(source);
+  const MeshRecipe recipe = *recipeOf(source);
   Result<std::shared_ptr<const MeshAsset>> mesh;
   if (trianglesOf(recipe) > kMaxMadeHere) {
     reportProgress(WorkStage::kMaking, 0);

@@ -9,6 +9,7 @@
 #include <string>
 #include <tuple>
 
+#include "common/importer/mesh_recipe.h"
 #include "haptic_server/scene/asset_folders.h"
 #include "haptic_server/scene/asset_resolver.h"
 
@@ -16,6 +17,8 @@ namespace haptics {
 
 using ResolvedMesh = Resolved<MeshAsset>;
 
+/// Input of a generator; none of a file or an asset.
+[[nodiscard]] std::optional<MeshRecipe> recipeOf(const MeshSource& source);
 /// Triangles that are made for such a source; infinite for a file, of which that is not known.
 [[nodiscard]] double trianglesMadeFor(const MeshSource& source);
 

@@ -34,6 +34,7 @@ SceneDraft::SceneDraft(const SceneVersion& base, const Assets& baseAssets, Objec
     : base_(base), baseAssets_(baseAssets), nextId_(nextId), limits_(limits) {}
 
 Result<void> SceneDraft::apply(const Operation& operation, const std::string& field) {
+  ++operations_;
   return std::visit([&](const auto& op) { return apply(op, field); }, operation);
 }
 

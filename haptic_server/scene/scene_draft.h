@@ -2,17 +2,22 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "common/importer/mesh_recipe.h"
 #include "common/scene/scene.h"
 #include "haptic_server/scene/asset_resolver.h"
 #include "haptic_server/scene/object_assets.h"
 #include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
+
+struct MeshNumbers;
+struct Price;
 
 /// The next revision while its operations are tried on it one by one. The version it starts from stays as it is, so
 /// that a rejected transaction is dropped by forgetting its draft.
@@ -29,6 +34,8 @@ class SceneDraft {
   /// object fit together. Errors name the whole field.
   /// @return What making each kept and dropped.
   [[nodiscard]] Result<std::vector<std::string>> resolve(AssetResolver& resolver);
+  /// What that takes at most, which it is refused by; imports of files, which have limits of their own, aside.
+  [[nodiscard]] Price priceOf(AssetResolver& resolver) const;
 
   [[nodiscard]] Commit commit() const;  ///< Without its root.
   /// Objects that the operations have changed.
@@ -69,6 +76,7 @@ class SceneDraft {
   const Assets& baseAssets_;
   ObjectId nextId_;
   SceneLimits limits_;
+  std::size_t operations_ = 0;
   std::vector<ObjectRecord> changed_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;         // of base_
   std::set<ObjectId> posed_;
@@ -78,6 +86,12 @@ class SceneDraft {
   std::map<ObjectId, FieldPaths> fieldPaths_;
   std::map<ContentHash, std::shared_ptr<const Asset>> made_;
   Assets assets_;
+
+  /// A mesh that is here, or the recipe of one; neither: of a file that has not been read.
+  struct PricedMesh {
+    std::shared_ptr<const MeshAsset> asset;
+    std::optional<MeshRecipe> recipe;
+  };
 
   Result<void> apply(const AddObject& add, const std::string& field);
   Result<void> apply(const RemoveObject& remove, const std::string& field);
@@ -91,6 +105,16 @@ class SceneDraft {
   Result<void> setEffects(const std::vector<Effect>& effects, const std::string& field, ObjectRecord& record);
   void apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record);
   void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
+  /// Before anything is made, and again once all meshes are there: files then have told how much they hold.
+  [[nodiscard]] Result<void> checkPrice(AssetResolver& resolver) const;
+  [[nodiscard]] PricedMesh pricedMesh(const PendingAsset& named, AssetResolver& resolver) const;
+  [[nodiscard]] static MeshNumbers numbersOf(const PricedMesh& mesh);
+  [[nodiscard]] static double areaOf_m2(const PricedMesh& mesh);
+  [[nodiscard]] Price priceOfMesh(const PendingAsset& named, const PricedMesh& mesh) const;
+  [[nodiscard]] static Price priceOfField(const PendingAsset& named, const PricedMesh& mesh);
+  [[nodiscard]] static Price priceOfParts(const ObjectRecord& record, const FieldPaths& given, const PricedMesh& mesh);
+  [[nodiscard]] Price priceOfSharpPoints(const std::map<ObjectId, PricedMesh>& meshes) const;
+  [[nodiscard]] const ObjectRecord* changed(ObjectId id) const;
   Result<std::string> make(const PendingAsset& named, AssetResolver& resolver);
   std::shared_ptr<const MeshAsset> meshOf(const PendingAsset& named);
   Result<void> checkRoom(const Asset& more) const;

@@ -16,11 +16,17 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   constexpr std::array<const char*, 7> kOf{"",           "friction: ", "dynamic friction: ", "texture: ", "stiffness: ",
                                            "softness: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
+  if (auto affordable = checkPrice(resolver); !affordable) return tl::unexpected(std::move(affordable).error());
   // What grows on a mesh comes after all meshes.
-  std::stable_partition(pendingAssets_.begin(), pendingAssets_.end(), [](const PendingAsset& named) {
+  const auto grown = std::stable_partition(pendingAssets_.begin(), pendingAssets_.end(), [](const PendingAsset& named) {
     return !std::holds_alternative<const GrownSource*>(named.source);
   });
-  for (const PendingAsset& named : pendingAssets_) {
+  for (auto at = pendingAssets_.begin();; ++at) {
+    if (at == grown) {
+      if (auto affordable = checkPrice(resolver); !affordable) return tl::unexpected(std::move(affordable).error());
+    }
+    if (at == pendingAssets_.end()) break;
+    const PendingAsset& named = *at;
     auto report = make(named, resolver);
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
     if (!report->empty()) reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);

@@ -1,12 +1,9 @@
 #include "haptic_server/scene/scene_limits.h"
 
-#include <algorithm>
-#include <cmath>
 #include <string>
 #include <variant>
 
 #include "common/wire/convert.h"
-#include "haptic_server/scene/mesh_library.h"
 
 namespace haptics {
 namespace {
@@ -117,68 +114,7 @@ struct HeldByOperation {
   std::size_t operator()(const SetEffects& op) const noexcept { return heldBy(op.object) + heldBy(op.effects); }
 };
 
-double workOf_s(const MeshSource& mesh) noexcept {
-  constexpr double kTriangle_s = 2e-6, kSimplified_s = 5;
-  const double triangles = trianglesMadeFor(mesh);
-  return (std::isfinite(triangles) ? kTriangle_s * triangles : 0) + (mesh.simplifyError ? kSimplified_s : 0);
-}
-
-double workOf_s(const FamilySource& source) noexcept {
-  constexpr double kComputed_s = 5, kGrown_s = 2;
-  if (const auto* grown = std::get_if<GrownSource>(&source))
-    return std::holds_alternative<GrownReactionDiffusionSource>(grown->points) ? kGrown_s : 0;
-  return std::visit(
-      [](const auto& field) {
-        if constexpr (requires { field.resolution; }) return kComputed_s * field.resolution * field.resolution / 0x1p20;
-        return 0.0;
-      },
-      std::get<MappedSource>(source).field);
-}
-
-double workOf_s(const std::vector<FamilySource>& sources) noexcept {
-  double seconds = 0;
-  for (const FamilySource& source : sources) seconds += workOf_s(source);
-  return seconds;
-}
-
-double workOf_s(const FactorMapSource& source) noexcept {
-  const auto* fields = std::get_if<std::vector<FamilySource>>(&source);
-  return fields ? workOf_s(*fields) : 0;
-}
-
-double workOf_s(const SurfaceEdit& surface) noexcept {
-  double seconds = 0;
-  if (const auto& friction = surface.friction; friction && *friction)
-    seconds += workOf_s((*friction)->source) + workOf_s((*friction)->dynamicSource);
-  if (const auto& texture = surface.texture; texture && *texture) seconds += workOf_s((*texture)->sources);
-  for (const auto* map : {&surface.stiffnessOver, &surface.softnessOver}) {
-    if (*map && **map) seconds += workOf_s((**map)->source);
-  }
-  return seconds;
-}
-
 }  // namespace
-
-double workOf_s(const Transaction& transaction) noexcept {
-  double seconds = 0;
-  for (const Operation& operation : transaction.operations) {
-    std::visit(
-        [&seconds](const auto& op) {
-          if constexpr (requires { op.mesh; }) seconds += workOf_s(op.mesh);
-          if constexpr (requires { op.material; }) seconds += workOf_s(op.material.surface);
-        },
-        operation);
-  }
-  return seconds;
-}
-
-Result<void> checkWork(const Transaction& transaction) {
-  const double seconds = workOf_s(transaction);
-  if (seconds <= kMaxWork_s) return {};
-  return refused("operations", "take some " + std::to_string(std::llround(std::min(seconds, 1e9))) +
-                                   " s together; one edit may take " + std::to_string(static_cast<int>(kMaxWork_s)) +
-                                   ": send them in several");
-}
 
 std::size_t detailSizeOf(const ObjectRecord& record) {
   constexpr std::size_t kCrease_bytes = 16, kControlPoint_bytes = 12, kPathPoint_bytes = 24;

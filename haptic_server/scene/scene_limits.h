@@ -29,14 +29,6 @@ struct SceneLimits {
 /// On the wire, of what SceneLimits::answer_bytes bounds.
 [[nodiscard]] std::size_t answerSizeOf(const Commit& commit, const std::vector<std::string>& reports);
 
-/// Seconds that an edit's meshes and fields take, about and at most, to be made: by what it asks for, whatever is known
-/// already. Files count as little: their imports have limits of their own.
-[[nodiscard]] double workOf_s(const Transaction& transaction) noexcept;
-/// Of one edit. Larger keeps a worker from others for longer.
-inline constexpr double kMaxWork_s = 600;
-/// Refused, with what it takes: more.
-[[nodiscard]] Result<void> checkWork(const Transaction& transaction);
-
 /// Bytes of memory that a decoded edit takes, allocators' overhead aside.
 [[nodiscard]] std::size_t memoryOf_bytes(const Transaction& transaction) noexcept;
 

@@ -31,6 +31,8 @@
 
 namespace haptics {
 
+struct Price;
+
 /// The server's own copy of the scene and the builder thread that changes it: edits and uploads in, servo scenes and
 /// histories out. The long work of an edit, that is assets that are read, computed, checked, hashed and built, and parts
 /// derived from large meshes, is prepared by workers first; the builder then decides the edit by the scene as it is by
@@ -116,6 +118,8 @@ class SceneService {
   /// \param progress  May be empty; not called any more once the reply has come.
   [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                 const EditReply& reply, std::stop_token unwanted = {}, EditProgress progress = {});
+  /// What the edit would take at most, or why it cannot be. On the builder thread, or in its place.
+  [[nodiscard]] Result<Price> priceOf(const Transaction& transaction);
   struct Place {
     std::uint64_t clientSeq;
     std::size_t place;  ///< 1: the next; places of edits that were postponed count from 1 too.

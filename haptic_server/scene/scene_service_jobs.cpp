@@ -9,6 +9,8 @@
 
 #include "common/clock/monotonic.h"
 #include "common/interruption/interruption.h"
+#include "haptic_server/scene/edit_price.h"
+#include "haptic_server/scene/scene_draft.h"
 #include "haptic_server/scene/scene_limits.h"
 #include "haptic_server/scene/scene_service.h"
 
@@ -97,6 +99,15 @@ bool SceneService::submitEdit(SessionId session, std::uint64_t clientSeq, Transa
   const std::size_t size_bytes = sizeof(Job) + memoryOf_bytes(transaction);
   return enqueue(session, size_bytes,
                  Edit{{session, clientSeq, std::move(transaction)}, reply, std::move(unwanted), std::move(progress)});
+}
+
+Result<Price> SceneService::priceOf(const Transaction& transaction) {
+  const Sequencer::Scene scene = sequencer_.scene();
+  SceneDraft draft(scene.history->version, scene.assets, scene.nextId, scene.limits);
+  for (const Operation& operation : transaction.operations) {
+    if (auto applies = draft.apply(operation, ""); !applies) return tl::unexpected(std::move(applies).error());
+  }
+  return draft.priceOf(library_);
 }
 
 std::optional<SceneService::Place> SceneService::waiting(SessionId session) const {

@@ -38,9 +38,8 @@ struct Measures {
   double depth_m, length_m, step_m;
 };
 
-Measures measuresFor(const CollisionMesh& surface, double stiffness_N_per_m) {
-  const Vec3 size = surface.high() - surface.low();
-  const double length_m = std::min(kLongest_m, kLongest_of_side * std::max({size.x, size.y, size.z}));
+Measures measuresFor(double longestSide_m, double stiffness_N_per_m) {
+  const double length_m = std::min(kLongest_m, kLongest_of_side * longestSide_m);
   return {kStrokePress_N / stiffness_N_per_m, length_m, std::min(kStep_m, length_m / kFewestSteps)};
 }
 
@@ -53,14 +52,15 @@ bool isFree(const CollisionMesh& surface, Vec3 place) {
 
 }  // namespace
 
-double placesOfAStroke(const CollisionMesh& surface, double stiffness_N_per_m) {
-  const auto [depth_m, length_m, step_m] = measuresFor(surface, stiffness_N_per_m);
+double placesOfAStroke(double longestSide_m, double stiffness_N_per_m) noexcept {
+  const auto [depth_m, length_m, step_m] = measuresFor(longestSide_m, stiffness_N_per_m);
   return std::ceil((4 * depth_m + length_m) / step_m);
 }
 
 Probes probeStrokes(const TriMesh& mesh, const CollisionMesh& surface, double stiffness_N_per_m, std::size_t count,
                     std::uint64_t seed) {
-  const auto [depth_m, length_m, step_m] = measuresFor(surface, stiffness_N_per_m);
+  const Vec3 size = surface.high() - surface.low();
+  const auto [depth_m, length_m, step_m] = measuresFor(std::max({size.x, size.y, size.z}), stiffness_N_per_m);
   std::mt19937_64 engine(seed);
   std::vector<double> areaUpTo;
   areaUpTo.reserve(mesh.triangles.size());

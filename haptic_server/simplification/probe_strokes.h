@@ -23,7 +23,7 @@ struct Probes {
 
 /// About how many places a stroke has: more the softer and the smaller the mesh is. What it costs, 48 bytes and one contact
 /// for each and each copy that is judged.
-[[nodiscard]] double placesOfAStroke(const CollisionMesh& surface, double stiffness_N_per_m);
+[[nodiscard]] double placesOfAStroke(double longestSide_m, double stiffness_N_per_m) noexcept;
 
 /// Strokes over all of a mesh, as many to an area wherever it is, but none from within it: down onto a triangle, as deep as
 /// 1 N presses there, straight on for an eighth of the longest side or 20 mm, and up again. Straight, so that they cross

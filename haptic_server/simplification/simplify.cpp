@@ -108,8 +108,13 @@ class Judge {
 
 }  // namespace
 
+double placesOfStrokes(double longestSide_m, double stiffness_N_per_m) noexcept {
+  return static_cast<double>(kStrokes) * placesOfAStroke(longestSide_m, stiffness_N_per_m);
+}
+
 Result<void> checkSimplifiable(const CollisionMesh& surface, double stiffness_N_per_m) {
-  const double places = static_cast<double>(kStrokes) * placesOfAStroke(surface, stiffness_N_per_m);
+  const Vec3 size = surface.high() - surface.low();
+  const double places = placesOfStrokes(std::max({size.x, size.y, size.z}), stiffness_N_per_m);
   if (places <= kMaxPlaces) return {};
   std::ostringstream text;
   text << "takes strokes of " << places << " places, since 1 N presses " << kPress_N / stiffness_N_per_m

@@ -16,6 +16,8 @@ struct SimplifiedMesh {
   double error_jnd = 0;  ///< Of the force, not exceeded in 99 % of the ticks on the strokes it was judged by.
 };
 
+/// Of all strokes that simplify() tries, about.
+[[nodiscard]] double placesOfStrokes(double longestSide_m, double stiffness_N_per_m) noexcept;
 /// Refused: to press 1 N into it takes so long a way that the strokes have too many places, in all kMaxPlaces.
 [[nodiscard]] Result<void> checkSimplifiable(const CollisionMesh& surface, double stiffness_N_per_m);
 /// 100 MB and some 20 s. Larger lets softer and smaller meshes be simplified.

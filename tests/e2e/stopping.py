@@ -81,7 +81,7 @@ class Stopping(harness.EndToEnd):
 
     def many_remeshes(self):
         self.editor().edit("".join(f'operations {{ remesh {{ object {{ name: "box" }} mesh {{ sphere {{ radius_m: '
-                                   f'{0.03 + 1e-6 * i} segments: 64 }} }} }} }}' for i in range(1000)))
+                                   f'{0.03 + 1e-6 * i} segments: 64 }} }} }} }}' for i in range(200)))
 
     def a_mesh_that_is_simplified(self):
         self.editor().edit(SIMPLIFIED)

@@ -492,6 +492,18 @@ void addFuzzDeformedEdits(Command& fuzz, Arguments& arguments) {
   setRun(verb, [&arguments] { arguments.good = runFuzzDeformedEdits(arguments.fuzz, arguments.out); });
 }
 
+void addFuzzPrices(Command& fuzz, Arguments& arguments) {
+  Command verb = addVerb(
+      fuzz,
+      {"prices", "Edits of any size: does each keep to the price that it has before it begins?",
+       "--scenes 500 --out results",
+       "A world has ten edits. Times are of the processor; a world that fails is run twice more.\nCtrl-C ends it "
+       "early: what was found is written."},
+      arguments.out, "fuzz prices");
+  addFuzzScenes(verb, arguments);
+  setRun(verb, [&arguments] { arguments.good = runFuzzPrices(arguments.fuzz, arguments.out); });
+}
+
 void addFuzzTools(Command& fuzz, Arguments& arguments) {
   Command verb =
       addVerb(fuzz,
@@ -520,7 +532,7 @@ void addFuzz(Command& app, Arguments& arguments) {
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
   for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies, addFuzzTools,
-                         addFuzzDeformedEdits, addFuzzReplay})
+                         addFuzzDeformedEdits, addFuzzPrices, addFuzzReplay})
     add(verb, arguments);
 }
 

@@ -37,6 +37,10 @@ tl::unexpected<Error> badWavelength(const std::string& reason) {
   return refused("reaction_diffusion.wavelength_m", reason);
 }
 
+double wavelengthFor(double samples, double area_m2) noexcept {
+  return kPerWavelength * std::sqrt(2 * area_m2 / (std::numbers::sqrt3 * samples));
+}
+
 /// J_0(x), by its power series: true to 1e-6 up to x = 4.
 double besselJ0(double x) noexcept {
   double term = 1, sum = 1;
@@ -119,6 +123,11 @@ std::vector<double> scaled(const std::vector<Substances>& pattern) {
 
 }  // namespace
 
+double samplesToGrow(const GrownReactionDiffusionSource& source, double area_m2) noexcept {
+  const double over = wavelengthFor(kMinSamples, area_m2) / source.wavelength_m;
+  return kMinSamples * over * over;
+}
+
 Result<PointField> grownReactionDiffusion(const TriMesh& mesh, const GrownReactionDiffusionSource& source) {
   const auto isFar = [](Vec3f v) {
     return glm::any(glm::greaterThan(glm::abs(v), Vec3f(PointField::kMaxCoordinate_m)));
@@ -129,12 +138,9 @@ Result<PointField> grownReactionDiffusion(const TriMesh& mesh, const GrownReacti
                                              " m from its origin; give a smaller one");
   }
   const double area_m2 = areaOf_m2(mesh);
-  const auto wavelengthFor = [&](double count) {
-    return kPerWavelength * std::sqrt(2 * area_m2 / (std::numbers::sqrt3 * count));
-  };
-  const double longest_m = wavelengthFor(kMinSamples), shortest_m = wavelengthFor(PointField::kMaxSamples);
-  const double over = longest_m / source.wavelength_m;
-  const double wanted = kMinSamples * over * over;
+  const double longest_m = wavelengthFor(kMinSamples, area_m2);
+  const double shortest_m = wavelengthFor(PointField::kMaxSamples, area_m2);
+  const double wanted = samplesToGrow(source, area_m2);
   const std::string takes = "is " + digits(source.wavelength_m) + " m, which takes " + digits(wanted) +
                             " samples of this mesh's " + digits(area_m2) + " m^2; ";
   if (source.wavelength_m < shortest_m) {

@@ -21,5 +21,7 @@ namespace haptics {
 /// more samples than PointField::kMaxSamples, or so few that no pattern can form.
 [[nodiscard]] Result<PointField> grownReactionDiffusion(const TriMesh& mesh,
                                                         const GrownReactionDiffusionSource& source);
+/// How many samples that takes of a surface of this area.
+[[nodiscard]] double samplesToGrow(const GrownReactionDiffusionSource& source, double area_m2) noexcept;
 
 }  // namespace haptics

@@ -49,6 +49,11 @@ struct FuzzOptions {
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzDeformedEdits(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// Edits of any size, from a pose to a thousand meshes: does what each takes of the processor and of memory keep to its
+/// price, and are nine of ten prices of what takes above 0.1 s within ten times that? Writes DIR/fuzz.json, DIR/prices.csv.
+/// @return Whether that is so.
+[[nodiscard]] bool runFuzzPrices(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// Random closed tools in the hand of a World, led among random bodies, at rest and driven: every seventh tick is judged by
 /// winding numbers at all vertices of the tool's mesh, whatever points of it are followed. Writes DIR/fuzz.json.
 /// @return Whether none was deeper than 10 um.

@@ -7,6 +7,7 @@
 
 #include "common/mesh/mesh_asset.h"
 #include "haptic_server/engine/step/servo_scene.h"
+#include "haptic_server/scene/edit_price.h"
 #include "haptic_server/scene/scene_limits.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
@@ -16,6 +17,7 @@ namespace {
 using namespace test;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 constexpr SessionId kAlice = 11;
@@ -450,24 +452,43 @@ TEST(Sequencer, ShowsVersionsThatWereMadeElsewhereAsEditsWhereTheyFollow) {
   EXPECT_FALSE(shown.history()->find(2));
 }
 
-TEST(SceneLimits, KnowWhatAnEditTakesBeforeItBegins) {
-  const auto adds = [](int count, const MeshSource& mesh, const SurfaceEdit& surface = {}) {
-    Transaction all;
-    for (int i = 0; i < count; ++i)
-      all.operations.push_back(AddObject{numbered("o", i), mesh, {}, {.surface = surface}});
-    return all;
+TEST_F(SequencerTest, RefusesWorkWithItsPriceBeforeAnythingIsMade) {
+  accept(edit(add("a")));
+  const auto refusal = [&](const Transaction& transaction) {
+    resolver.resolved = 0;
+    const EditOutcome outcome = submit(transaction);
+    const auto* error = std::get_if<Error>(&outcome);
+    return error != nullptr ? error->text() : std::string();
   };
-  MeshSource large{SphereSource{0.05, 1024}}, usual{SphereSource{0.05, 32}}, simplified = usual;
+  Transaction many;
+  for (int i = 0; i < 1000; ++i)
+    many.operations.push_back(RemeshObject{named("a"), {SphereSource{0.03 + 1e-6 * i, 64}}});
+  EXPECT_THAT(refusal(many), HasSubstr("operations: take up to 143 s of a processor and 5.88 GB together"));
+  EXPECT_EQ(resolver.resolved, 0);
+  many.operations.resize(250);
+  EXPECT_THAT(refusal(many), Not(HasSubstr("take up to"))) << "but a sphere is no box";
+  EXPECT_EQ(resolver.resolved, 1);
+  MeshSource simplified{SphereSource{0.05, 400}};
   simplified.simplifyError = 1;
-  EXPECT_TRUE(checkWork(adds(1000, usual)));
-  EXPECT_TRUE(checkWork(adds(20, large)));
-  EXPECT_TRUE(checkWork(adds(100, simplified)));
-  EXPECT_THAT(checkWork(adds(1000, simplified)).error().text(), HasSubstr("take some 5025 s together"));
-  EXPECT_FALSE(checkWork(adds(1000, large)));
-  SurfaceEdit computed;
-  computed.texture = TextureEdit{{}, {MappedSource{ReactionDiffusionSource{.cells = 32, .resolution = 1024}}}};
-  EXPECT_TRUE(checkWork(adds(100, usual, computed)));
-  EXPECT_FALSE(checkWork(adds(1000, usual, computed)));
+  EXPECT_THAT(refusal(edit(add("b", simplified))), HasSubstr("take up to"));
+  const Lattice lattice{Vec3(-1), Vec3(2), {2, 2, 2}, std::vector<Vec3f>(8)};
+  AddObject bent{"b", {SphereSource{0.05, 1024}}, {}, {}};
+  bent.deformation.lattice = lattice;
+  EXPECT_THAT(refusal(edit(Operation(bent))), HasSubstr("take up to"));
+  EXPECT_EQ(resolver.resolved, 0);
+}
+
+TEST(EditPrice, TakesTheLargestMeshWithAMass) {
+  MotionProperties motion;
+  motion.mass_kg = 1;
+  const MeshNumbers largest = numbersOf(MeshRecipe(SphereSource{0.05, 1024}));
+  Price price = priceOfDeciding(1, 1);
+  price += priceOfMesh(largest);
+  price += priceOfLooking(largest);
+  price += priceOfBody(largest, motion);
+  EXPECT_TRUE(checkPrice(price)) << price.time_s << " s, " << price.memory_bytes() << " bytes";
+  price += priceOfShape(largest, 8);
+  EXPECT_FALSE(checkPrice(price));
 }
 
 TEST(EditDeduplicator, ForgetsTheSessionThatEditedLongestAgo) {

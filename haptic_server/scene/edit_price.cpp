@@ -1,0 +1,181 @@
+#include "haptic_server/scene/edit_price.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <variant>
+
+#include "common/surface/makers/grown_reaction_diffusion.h"
+#include "common/surface/point_field.h"
+#include "haptic_server/simplification/probe_strokes.h"
+#include "haptic_server/simplification/simplify.h"
+
+namespace haptics {
+namespace {
+
+using std::numbers::pi;
+
+struct LongestSide {
+  double operator()(const BoxSource& s) const noexcept { return std::max({s.size_m.x, s.size_m.y, s.size_m.z}); }
+  double operator()(const SphereSource& s) const noexcept { return 2 * s.radius_m; }
+  double operator()(const CylinderSource& s) const noexcept { return std::max(2 * s.radius_m, s.height_m); }
+  double operator()(const TorusSource& s) const noexcept { return 2 * (s.majorRadius_m + s.minorRadius_m); }
+};
+
+struct Area {
+  double operator()(const BoxSource& s) const noexcept {
+    return 2 * (s.size_m.x * s.size_m.y + s.size_m.y * s.size_m.z + s.size_m.z * s.size_m.x);
+  }
+  double operator()(const SphereSource& s) const noexcept { return 4 * pi * s.radius_m * s.radius_m; }
+  double operator()(const CylinderSource& s) const noexcept { return 2 * pi * s.radius_m * (s.radius_m + s.height_m); }
+  double operator()(const TorusSource& s) const noexcept { return 4 * pi * pi * s.majorRadius_m * s.minorRadius_m; }
+};
+
+double squared(double number) noexcept { return number * number; }
+
+/// To ask a field for one value, seconds.
+double timeOfValue_s(const FieldFamily& family) noexcept {
+  struct Ask {
+    double operator()(const FourierFamily& fourier) const { return 3e-8 * static_cast<double>(fourier.terms.size()); }
+    double operator()(const NoiseFamily& noise) const { return 1e-7 * noise.octaves; }
+    double operator()(const CellularFamily&) const { return 1e-6; }
+    double operator()(const GrainFamily&) const { return 2e-7; }
+    double operator()(const MappedFamily&) const { return 2e-7; }
+    double operator()(const GrownFamily&) const { return 1.5e-6; }
+    double operator()(const LayeredFamily& layered) const {
+      double sum_s = 0;
+      for (const FieldLayer& layer : layered.layers) sum_s += timeOfValue_s(layer.family);
+      return sum_s;
+    }
+  };
+  return std::visit(Ask{}, static_cast<const std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily,
+                                                          MappedFamily, LayeredFamily, GrownFamily>&>(family));
+}
+
+}  // namespace
+
+Price& Price::operator+=(const Price& next) noexcept {
+  time_s += next.time_s;
+  kept_bytes += next.kept_bytes;
+  working_bytes = std::max(working_bytes, next.working_bytes);
+  return *this;
+}
+
+Result<void> checkPrice(const Price& price) {
+  if (price.time_s <= kMaxTime_s && price.memory_bytes() <= kMaxMemory_bytes) return {};
+  std::ostringstream text;
+  text.precision(3);
+  text << "take up to " << price.time_s << " s of a processor and " << price.memory_bytes() / 1e9
+       << " GB together; one edit may take " << kMaxTime_s << " s and " << kMaxMemory_bytes / 1e9
+       << " GB: give less detail, or send them in several";
+  return refused("operations", text.str());
+}
+
+MeshNumbers numbersOf(const MeshAsset& mesh) {
+  const Vec3 size = mesh.surface ? mesh.surface->high() - mesh.surface->low() : Vec3(0);
+  return {.triangles = static_cast<double>(mesh.mesh->triangles.size()),
+          .vertices = static_cast<double>(mesh.mesh->vertices.size()),
+          .longest_m = std::max({size.x, size.y, size.z}),
+          .closedAndPlain = mesh.surface && mesh.surface->closed() && !mesh.surface->anySelfIntersecting()};
+}
+
+MeshNumbers numbersOf(const MeshRecipe& recipe) noexcept {
+  constexpr std::uint32_t kFewAround = 64;
+  const double triangles = trianglesOf(recipe);
+  const auto* torus = std::get_if<TorusSource>(&recipe);
+  const bool areLong = std::holds_alternative<CylinderSource>(recipe) || (torus && torus->majorSegments < kFewAround);
+  return {.triangles = triangles,
+          .vertices = triangles / 2 + 2,
+          .longest_m = std::visit(LongestSide{}, recipe),
+          .longTriangles = areLong ? triangles : 0};
+}
+
+double areaOf_m2(const MeshRecipe& recipe) noexcept { return std::visit(Area{}, recipe); }
+
+Price priceOfMesh(const MeshNumbers& mesh) noexcept {
+  constexpr double kMostForLong_s = 3;
+  return {.time_s = 2.9e-6 * mesh.triangles + std::min(2e-4 * mesh.longTriangles, kMostForLong_s),
+          .kept_bytes = 118 * mesh.triangles,
+          .working_bytes = 35 * mesh.triangles};
+}
+
+Price priceOfSimplifying(const MeshNumbers& mesh, double stiffness_N_per_m) noexcept {
+  const double places = std::min(kMaxPlaces, placesOfStrokes(mesh.longest_m, stiffness_N_per_m));
+  const double slower = mesh.closedAndPlain ? 1 : 4;
+  return {.time_s = 0.02 + slower * (2.5e-5 * mesh.triangles + 5e-6 * places),
+          .kept_bytes = 150 * mesh.triangles,
+          .working_bytes = 300 * mesh.triangles + 200 * places};
+}
+
+Price priceOf(const FieldSource& source) noexcept {
+  struct Made {
+    Price operator()(const FileSource&) const { return {}; }
+    Price operator()(const AssetSource&) const { return {}; }
+    Price operator()(const ReactionDiffusionSource& source) const {
+      const double samples = squared(source.resolution), cells = squared(source.cells);
+      return {.time_s = 1e-7 * samples + 2.5e-3 * cells,
+              .kept_bytes = 20 * samples,
+              .working_bytes = 20 * samples + 4096 * cells};
+    }
+    Price operator()(const SpotNoiseSource& source) const {
+      const double samples = squared(source.resolution);
+      return {.time_s = 2e-7 * samples, .kept_bytes = 20 * samples, .working_bytes = 20 * samples};
+    }
+  };
+  return std::visit(Made{}, source);
+}
+
+Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbers& mesh, double area_m2) noexcept {
+  const double samples = std::min(samplesToGrow(source, area_m2), static_cast<double>(PointField::kMaxSamples));
+  return {.time_s = 3e-4 * samples + 5e-8 * mesh.triangles,
+          .kept_bytes = 2000 * samples,
+          .working_bytes = 2000 * samples + 40 * mesh.triangles};
+}
+
+Price priceOfShape(const MeshNumbers& mesh, double latticePoints) noexcept {
+  constexpr double kMostTests = 0x1p25, kTestsEach = 64;  // of triangles that pass through each other
+  const double tests = std::min(mesh.triangles * mesh.triangles / 2, kMostTests + kTestsEach * mesh.triangles);
+  return {.time_s = (2e-8 * latticePoints) * mesh.vertices + 1e-6 * mesh.triangles + 2e-8 * tests,
+          .kept_bytes = 150 * mesh.triangles,
+          .working_bytes = 60 * mesh.triangles};
+}
+
+Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexcept {
+  Price price{.time_s = 1e-7 * mesh.triangles, .kept_bytes = 1e6};
+  if (!motion.planes.empty()) price += {.time_s = 1e-9 * kSupportDirections * mesh.vertices};
+  if (motion.collision) price += {.time_s = 0.1 + 1e-6 * mesh.triangles, .working_bytes = 60 * mesh.triangles};
+  return price;
+}
+
+Price priceOfTool(const MeshNumbers& mesh, double area_m2, double spacing_m) noexcept {
+  constexpr double kDartsPerDisk = 32, kMaxDarts = 4e6;  // tool_shell.cpp's
+  const double darts = std::min(kDartsPerDisk * area_m2 / (spacing_m * spacing_m), kMaxDarts);
+  return {.time_s = 0.25 + 1e-6 * darts + 2e-6 * mesh.triangles,
+          .kept_bytes = 1e6,
+          .working_bytes = 60 * darts + 60 * mesh.triangles};
+}
+
+Price priceOfShading(const MeshNumbers& mesh, std::size_t creases) noexcept {
+  return {.time_s = (1e-6 + 3e-8 * std::log2(1.0 + static_cast<double>(creases))) * mesh.triangles,
+          .kept_bytes = 80 * mesh.triangles,
+          .working_bytes = 60 * mesh.triangles};
+}
+
+Price priceOfLooking(const MeshNumbers& mesh) noexcept {
+  return {.time_s = 1e-3 + 1e-7 * mesh.triangles, .kept_bytes = 1e5, .working_bytes = 20 * mesh.triangles};
+}
+
+Price priceOfSharpPoints(const MeshNumbers& mesh) noexcept { return {.time_s = 2e-7 * mesh.triangles}; }
+
+Price priceOf(const Texture& texture) noexcept {
+  constexpr double kValues = 2 * 5 * 4096;
+  return {.time_s = kValues * timeOfValue_s(texture.family)};
+}
+
+Price priceOfDeciding(std::size_t operations, std::size_t objects) noexcept {
+  const auto n = static_cast<double>(operations), all = static_cast<double>(objects);
+  return {.time_s = 0.1 + 5e-5 * n + 1e-7 * n * all + 1e-5 * all, .kept_bytes = 64e6 + 1e4 * n};
+}
+
+}  // namespace haptics
