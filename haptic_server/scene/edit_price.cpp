@@ -8,6 +8,7 @@
 
 #include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/point_field.h"
+#include "haptic_server/engine/motion/support_points.h"
 #include "haptic_server/simplification/probe_strokes.h"
 #include "haptic_server/simplification/simplify.h"
 
