@@ -12,7 +12,7 @@ namespace {
 
 using shapes::Shape;
 
-constexpr double kHalf = 0.05;
+constexpr double kHalfEdge_m = 0.05;
 
 struct Defect {
   void (*make)(Shape& cube);
@@ -21,13 +21,13 @@ struct Defect {
   double reach;  ///< Metres from the middle of each side to where it is felt as if nothing were wrong.
 };
 
-Shape cube() { return shapes::box(Vec3(2 * kHalf), 8); }
+Shape cube() { return shapes::box(Vec3(2 * kHalfEdge_m), 8); }
 
 /// A triangle at the cube's corner (+, +, +).
 std::size_t atCorner(const Shape& shape) {
   const auto t = std::find_if(shape.triangles.begin(), shape.triangles.end(), [&](const TriangleIndices& triangle) {
     return std::any_of(triangle.begin(), triangle.end(),
-                       [&](std::uint32_t v) { return shape.vertices[v] == Vec3f(static_cast<float>(kHalf)); });
+                       [&](std::uint32_t v) { return shape.vertices[v] == Vec3f(static_cast<float>(kHalfEdge_m)); });
   });
   return static_cast<std::size_t>(t - shape.triangles.begin());
 }
@@ -106,14 +106,14 @@ int wrongTicks(Stage& stage, double reach, Random& random) {
     const double end = side < 3 ? 1.0 : -1.0;
     const auto at = [&](double a, double b, double height) {
       Vec3 p;
-      p[axis] = end * (kHalf + height);
+      p[axis] = end * (kHalfEdge_m + height);
       p[(axis + 1) % 3] = a;
       p[(axis + 2) % 3] = b;
       return p;
     };
     const auto check = [&](const Felt& felt, Vec3 hip) {
       Vec3 expected = hip;
-      expected[axis] = end * kHalf;
+      expected[axis] = end * kHalfEdge_m;
       wrong += felt.touching && glm::distance(felt.ihip, expected) < kInside_m ? 0 : 1;
     };
     Vec3 from = at(0.001, 0.002, -kDepth);
@@ -124,7 +124,7 @@ int wrongTicks(Stage& stage, double reach, Random& random) {
       stage.lead(from, to, 0.0013, check);
       from = to;
     }
-    from[axis] = end * (kHalf + kDepth);
+    from[axis] = end * (kHalfEdge_m + kDepth);
     wrong += stage.tick(from).touching ? 1 : 0;
   }
   return wrong;
@@ -146,7 +146,7 @@ SceneResult strokeBadMeshes(Renderer& method, Random& random) {
     }
     Stage stage(method, random);
     stage.add(buildCollisionMesh(imported->mesh.vertices, imported->mesh.triangles));
-    stage.begin(Vec3(0, 0, 4 * kHalf));
+    stage.begin(Vec3(0, 0, 4 * kHalfEdge_m));
     wrong += wrongTicks(stage, defect.reach, random);
     ticks += stage.ticks();
   }
