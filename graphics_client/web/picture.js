@@ -21,7 +21,7 @@ import {hex} from './scene.js';
 // As the viewer's (palette.h).
 const BACKGROUND = [0.93, 0.94, 0.96], HIP = [0.86, 0.16, 0.2], IHIP = [0.05, 0.42, 0.9];
 const FORCES = [[0.1, 0.62, 0.3], [0.95, 0.6, 0.05], [0.85, 0.1, 0.1]], FLOOR = [0.74, 0.76, 0.785];
-const FLOOR_MARGIN = 0.12, MOST_LINES = 40, USUAL_FORCE_N = 5;
+const FLOOR_MARGIN = 0.12, MOST_LINES = 80, USUAL_FORCE_N = 5;
 const LEAST_FPS = 25, LEAST_SCALE = 0.4, SETTLED_MS = 2500;
 const PIT_BRIGHTNESS = 0.72, PEAK_BRIGHTNESS = 1.06;  // of the viewer, too
 const BALL_M = 0.004, METRES_PER_NEWTON = 0.01, LEAST_FORCE_N = 0.02;

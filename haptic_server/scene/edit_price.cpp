@@ -1,6 +1,7 @@
 #include "haptic_server/scene/edit_price.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -95,8 +96,8 @@ MeshNumbers numbersOf(const MeshRecipe& recipe) noexcept {
 double areaOf_m2(const MeshRecipe& recipe) noexcept { return std::visit(Area{}, recipe); }
 
 Price priceOfMesh(const MeshNumbers& mesh) noexcept {
-  constexpr double kMostForLong_s = 3;
-  return {.time_s = 2.9e-6 * mesh.triangles + std::min(2e-4 * mesh.longTriangles, kMostForLong_s),
+  constexpr double kMaxForLong_s = 3;
+  return {.time_s = 2.9e-6 * mesh.triangles + std::min(2e-4 * mesh.longTriangles, kMaxForLong_s),
           .kept_bytes = 118 * mesh.triangles,
           .working_bytes = 35 * mesh.triangles};
 }
@@ -135,8 +136,8 @@ Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbe
 }
 
 Price priceOfShape(const MeshNumbers& mesh, double latticePoints) noexcept {
-  constexpr double kMostTests = 0x1p25, kTestsEach = 64;  // of triangles that pass through each other
-  const double tests = std::min(mesh.triangles * mesh.triangles / 2, kMostTests + kTestsEach * mesh.triangles);
+  constexpr double kMaxTests = 0x1p25, kTestsEach = 64;  // of triangles that pass through each other
+  const double tests = std::min(mesh.triangles * mesh.triangles / 2, kMaxTests + kTestsEach * mesh.triangles);
   return {.time_s = (2e-8 * latticePoints) * mesh.vertices + 1e-6 * mesh.triangles + 2e-8 * tests,
           .kept_bytes = 150 * mesh.triangles,
           .working_bytes = 60 * mesh.triangles};
@@ -158,7 +159,7 @@ Price priceOfTool(const MeshNumbers& mesh, double area_m2, double spacing_m) noe
 }
 
 Price priceOfShading(const MeshNumbers& mesh, std::size_t creases) noexcept {
-  return {.time_s = (1e-6 + 3e-8 * std::log2(1.0 + static_cast<double>(creases))) * mesh.triangles,
+  return {.time_s = (1e-6 + 3e-8 * static_cast<double>(std::bit_width(creases))) * mesh.triangles,
           .kept_bytes = 80 * mesh.triangles,
           .working_bytes = 60 * mesh.triangles};
 }

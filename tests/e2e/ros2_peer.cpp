@@ -5,6 +5,8 @@
 //        ros2_peer move DOMAIN NAMESPACE OBJECT HZ SECONDS MOTION      MOTION: circle, nan, zero_rotation, frame
 //        ros2_peer disturb DOMAIN NAMESPACE SECONDS                    publishes other types under the bridge's topics
 
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -92,9 +94,14 @@ void print(const visualization_msgs::msg::dds_::MarkerArray_& m, const std::stri
 
 class Node {
  public:
+  /// On this machine alone, as ROS 2 makes it where ROS_LOCALHOST_ONLY is 1.
   explicit Node(unsigned domain) {
-    participant_ =
-        dds::DomainParticipantFactory::get_instance()->create_participant(domain, dds::PARTICIPANT_QOS_DEFAULT);
+    dds::DomainParticipantQos qos;
+    const auto loopback = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    loopback->interfaceWhiteList.emplace_back("127.0.0.1");
+    qos.transport().use_builtin_transports = false;
+    qos.transport().user_transports.push_back(loopback);
+    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
     if (participant_ == nullptr) throw std::runtime_error("no participant");
     subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
     publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);

@@ -15,7 +15,7 @@ from slow_link import SlowLink
 from viewer_window import Window
 
 BAD_LINK = {"rtt_s": 0.2, "jitter_s": 0.025, "loss": 0.05}
-FOREHEAD, CHEEK = ((784, 361), (857, 366)), ((721, 491), (731, 564))  # strokes on the head, in pixels
+FOREHEAD, CHEEK = ((763, 250), (830, 252)), ((711, 397), (716, 450))  # strokes on the head, in pixels
 
 
 class TouchWithMouse(harness.EndToEnd):
@@ -66,7 +66,7 @@ class TouchWithMouse(harness.EndToEnd):
         return contact_N
 
     def stroke_ground(self):
-        self.assertAlmostEqual(self.stroke((760, 400), (900, 440)), 1, delta=0.1)
+        self.assertAlmostEqual(self.stroke((736, 352), (938, 407)), 1, delta=0.1)
 
     def start_with_head(self, slow=None):
         # A device with fine encoders: one count of the Omni's (55 um) at the head's 800 N/m is 0.044 N.

@@ -121,7 +121,7 @@ class ViewerSession(harness.EndToEnd):
         window.press("Delete")
         window.wait_for(r"^[^ ]+ warning delete \w+: .*(edit|role)")
         self.assertEqual(server.ctl("status").json()["revision"], 1)
-        window.do("mousemove", 800, 400, "mousedown", 1)
+        window.do("mousemove", 700, 330, "mousedown", 1)
         self.addCleanup(window.do, "mouseup", 1)
         window.wait_for(r"^[^ ]+ warning hand: .*(edit|role)")
         self.assertEqual(server.ctl("status").json()["hand_leader"], "")

@@ -36,7 +36,7 @@ void editAtRandom(Editor& editor, const EditServer& server, unsigned seed, int e
     ++accepted;
     for (const auto& operation : edit.transaction.operations()) ++kinds[operation.op_case()];
   }
-  EXPECT_EQ(kinds.size(), 7U) << "not every kind of operation was accepted";
+  EXPECT_EQ(kinds.size(), 8U) << "not every kind of operation was accepted";
 }
 
 class RandomlyEdited : public ::testing::TestWithParam<unsigned> {};

@@ -217,7 +217,7 @@ TEST_F(SceneFile, OfEveryDemoSceneHasItsRootEverywhere) {
   EXPECT_GT(saved, 15U);
 }
 
-TEST(SceneFile, SaysOperationsByTheirNumbersInTheFile) {
+TEST_F(SceneFile, SaysOperationsByTheirNumbersInTheFile) {
   Edit edit;
   for (int i = 0; i < 3; ++i) edit.transaction.add_operations()->mutable_remove()->mutable_object()->set_id(i + 1);
   edit.transaction.add_operations()->mutable_add()->set_name("a b");

@@ -467,7 +467,7 @@ TEST_F(SceneServiceTest, DropsEditsThatNobodyWaitsFor) {
 }
 
 /// Takes minutes to build where nobody interrupts it.
-const SphereSource kHugeSphere{0.1, 1500};
+const SphereSource kHugeSphere{0.1, 900};
 
 TEST_F(SceneServiceTest, EndsWhatItBuildsWhenNobodyWaitsForItAnyMore) {
   sceneService.start();
