@@ -340,7 +340,7 @@ class DevicePlugin(harness.EndToEnd):
         server.send(signal.SIGTERM)
         server.process.wait(10)
         self.assertLess(time.monotonic() - began, 2.2)
-        self.assertIn("something does not end", server.text())
+        harness.wait_until(lambda: "something does not end" in server.text(), 5, server.text)
 
     def test_what_it_forks_dies_with_the_server(self):
         noted = self.folder / "child"

@@ -90,8 +90,11 @@ class Ros2(harness.EndToEnd):
         self.start_bridge(env={"CYCLONEDDS_URI": LOOPBACK_WITH_LOSS})
         reports, _ = self.read(SECONDS)
         self.check_every_tick(reports)
-        reports, _ = self.read(2, "best_effort")
-        self.assertGreater(reports["/haptics/pose"]["lost"], 0, "it loses some of those that are not sent again")
+        for _ in range(5):  # packets of many messages
+            reports, _ = self.read(2, "best_effort")
+            if any(report["lost"] > 0 for report in reports.values()):
+                return
+        self.fail("it loses none of those that are not sent again, either")
 
     def test_the_scene_is_there_for_who_comes_late(self):
         self.start_bridge()

@@ -213,7 +213,8 @@ class WebPage(audience.PublishedSession):
         self.assertGreaterEqual(frames_per_s * CORES / min(cores, CORES), LEAST_FPS)
         self.assertEqual(set(self.names(page)), {"head", "torus", "box"})
         self.assertRegex(page.evaluate("document.getElementById('grid').textContent"), r"lines 1 cm apart")
-        page.evaluate("document.getElementById('picture').dispatchEvent(new PointerEvent('pointerdown'))")  # as who turns it
+        for act in "mousePressed", "mouseReleased":
+            page.call("Input.dispatchMouseEvent", type=act, x=300, y=300, button="left", clickCount=1)
         page.resize(*PHONE, phone=True)
         harness.time.sleep(1)
         for name, (x, y) in self.names(page).items():
