@@ -334,8 +334,10 @@ class DevicePlugin(harness.EndToEnd):
         self.assertTrue(any(tick.force[2] > 1 for tick in ticks[-3000:]))
 
     def test_a_call_that_never_returns_does_not_keep_the_server_from_ending(self):
-        server = self.start_server(device=f"plugin:{self.build_plugin(THROW='for (;;) pause()')}")
-        harness.wait_until(lambda: "the device's position is old" in server.text(), 20, server.text)
+        noted = self.folder / "in_it"
+        block = f'{{ fclose(fopen("{noted}", "w")); for (;;) pause(); }}'
+        server = self.start_server(device=f"plugin:{self.build_plugin(THROW=block)}")
+        harness.wait_until(noted.exists, 20, server.text)
         began = time.monotonic()
         server.send(signal.SIGTERM)
         server.process.wait(10)
