@@ -173,9 +173,9 @@ bool NearPoints::find(const CollisionPoints& points, const CollisionMesh& surfac
 
 void NearPoints::lowerClearance(const CollisionMesh& smaller, const CollisionMesh& other, const Pose& pose,
                                 Allowance& allowance) noexcept {
-  const ClosestPoint nearest =
-      nearestWithin(other, toWorld(pose, smaller.centre()), smaller.radius_m() + search_.clear_m, allowance);
-  const bool isHeld = isDeep() && isInside(other, toWorld(pose, smaller.centre()), nearest, allowance);
+  const Vec3 centre = toWorld(pose, smaller.centre());
+  const ClosestPoint nearest = nearestWithin(other, centre, smaller.radius_m() + search_.clear_m, allowance);
+  const bool isHeld = isDeep() && isInside(other, centre, nearest, allowance);
   const double distance_m = isHeld || allowance.isSpent() ? 0 : std::sqrt(nearest.squaredDistance);
   search_.clear_m = std::max(distance_m - smaller.radius_m(), search_.range_m);
 }

@@ -247,7 +247,7 @@ struct PricedEdit {
   }
 };
 
-std::string told(const v1::Transaction& transaction) {
+std::string textOf(const v1::Transaction& transaction) {
   std::string text = std::to_string(transaction.operations_size()) + " x " +
                      transaction.operations(0).ShortDebugString().substr(0, 1500);
   std::ranges::replace(text, ',', ';');
@@ -268,7 +268,7 @@ std::vector<PricedEdit> editsOf(std::uint64_t seed) {
     if (!transaction) continue;
     const auto price = scenes.priceOf(*transaction);
     if (!price) continue;
-    PricedEdit edit{.what = told(wire), .price = *price};
+    PricedEdit edit{.what = textOf(wire), .price = *price};
     const auto answer = [&edit](const EditOutcome& outcome) {
       edit.accepted = std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome);
       const auto* error = std::get_if<Error>(&outcome);

@@ -111,8 +111,6 @@ class World {
   double stiffness_N_per_m_ = 0;
 };
 
-std::unique_ptr<World> world;
-
 }  // namespace
 }  // namespace haptics::eval::peers
 
@@ -120,20 +118,5 @@ const haptics_method_functions* haptics_method() {
   using namespace haptics::eval::peers;
   static const std::string version = "Bullet " + std::to_string(btGetVersion() / 100) + '.' +
                                      std::to_string(btGetVersion() % 100) + ", swept sphere of 1 mm, 1 cm a unit";
-  static const haptics_method_functions functions{
-      HAPTICS_METHOD_ABI,
-      HAPTICS_MOVING_BODIES | HAPTICS_OPEN_MESHES | HAPTICS_EDITS,
-      "bullet",
-      version.c_str(),
-      [](const haptics_scene* scene) {
-        return whyNot([scene] {
-          world.reset();
-          world = std::make_unique<World>(*scene);
-        });
-      },
-      [](const double* hip) { world->place(toVec3(hip)); },
-      [](const haptics_pose* poses, const double* hip, haptics_answer* answer) {
-        world->tick(poses, toVec3(hip), *answer);
-      }};
-  return &functions;
+  return functionsOf<World>(HAPTICS_MOVING_BODIES | HAPTICS_OPEN_MESHES | HAPTICS_EDITS, "bullet", version.c_str());
 }

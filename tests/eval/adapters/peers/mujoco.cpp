@@ -103,8 +103,6 @@ class World {
   double stiffness_N_per_m_ = 0;
 };
 
-std::unique_ptr<World> world;
-
 }  // namespace
 }  // namespace haptics::eval::peers
 
@@ -112,20 +110,5 @@ const haptics_method_functions* haptics_method() {
   using namespace haptics::eval::peers;
   static const std::string version =
       std::string("MuJoCo ") + mj_versionString() + ", sphere of 1 mm and 20 g on a spring, 4 kHz, convex hulls";
-  static const haptics_method_functions functions{
-      HAPTICS_METHOD_ABI,
-      HAPTICS_MOVING_BODIES | HAPTICS_EDITS,
-      "mujoco",
-      version.c_str(),
-      [](const haptics_scene* scene) {
-        return whyNot([scene] {
-          world.reset();
-          world = std::make_unique<World>(*scene);
-        });
-      },
-      [](const double* hip) { world->place(toVec3(hip)); },
-      [](const haptics_pose* poses, const double* hip, haptics_answer* answer) {
-        world->tick(poses, toVec3(hip), *answer);
-      }};
-  return &functions;
+  return functionsOf<World>(HAPTICS_MOVING_BODIES | HAPTICS_EDITS, "mujoco", version.c_str());
 }

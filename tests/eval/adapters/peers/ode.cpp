@@ -118,29 +118,13 @@ class World {
   int contacts_ = 0;
 };
 
-std::unique_ptr<World> world;
-
 }  // namespace
 }  // namespace haptics::eval::peers
 
 const haptics_method_functions* haptics_method() {
   using namespace haptics::eval::peers;
-  static const haptics_method_functions functions{
-      HAPTICS_METHOD_ABI,
-      HAPTICS_MOVING_BODIES | HAPTICS_OPEN_MESHES | HAPTICS_EDITS,
-      "ode",
-      "ODE " dODE_VERSION ", sphere of 1 mm and 20 g on a spring, 4 kHz",
-      [](const haptics_scene* scene) {
-        return whyNot([scene] {
-          static const bool begun = dInitODE2(0) != 0;
-          (void)begun;
-          world.reset();
-          world = std::make_unique<World>(*scene);
-        });
-      },
-      [](const double* hip) { world->place(toVec3(hip)); },
-      [](const haptics_pose* poses, const double* hip, haptics_answer* answer) {
-        world->tick(poses, toVec3(hip), *answer);
-      }};
-  return &functions;
+  static const bool begun = dInitODE2(0) != 0;
+  (void)begun;
+  return functionsOf<World>(HAPTICS_MOVING_BODIES | HAPTICS_OPEN_MESHES | HAPTICS_EDITS, "ode",
+                            "ODE " dODE_VERSION ", sphere of 1 mm and 20 g on a spring, 4 kHz");
 }

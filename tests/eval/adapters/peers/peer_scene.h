@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -50,6 +52,29 @@ const char* whyNot(Load load) {
     why = error.what();
   }
   return why.c_str();
+}
+
+/// The adapter of a World that is made from a scene, and has place(hip) and tick(poses, hip, answer).
+/// @param name, version  Outlive the library's use.
+template <class World>
+const haptics_method_functions* functionsOf(std::uint32_t abilities, const char* name, const char* version) {
+  static std::unique_ptr<World> world;
+  static const haptics_method_functions functions{
+      HAPTICS_METHOD_ABI,
+      abilities,
+      name,
+      version,
+      [](const haptics_scene* scene) {
+        return whyNot([scene] {
+          world.reset();
+          world = std::make_unique<World>(*scene);
+        });
+      },
+      [](const double* hip) { world->place(toVec3(hip)); },
+      [](const haptics_pose* poses, const double* hip, haptics_answer* answer) {
+        world->tick(poses, toVec3(hip), *answer);
+      }};
+  return &functions;
 }
 
 }  // namespace haptics::eval::peers
