@@ -11,7 +11,7 @@
 // takes; `haptic_eval fuzz prices` compares both.
 namespace haptics {
 
-/// At most.
+/// Meant as at most; some edits take more (tests/README.md).
 struct Price {
   double time_s = 0;         ///< Of one processor: all threads and importer processes together.
   double kept_bytes = 0;     ///< Of what is made, until the edit is decided.
