@@ -6,12 +6,16 @@
 
 namespace haptics {
 
-struct DeviceReading {
+/// Of a device's reading, what forces are computed from.
+struct DevicePose {
   Vec3 position{0};  ///< Metres, world frame.
   DeviceState state = DeviceState::kAbsent;
   /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
   DeviceStatus status{};
   Quat rotation{1, 0, 0, 0};  ///< Length 1, world frame: (1, 0, 0, 0) of a device that does not sense it.
+};
+
+struct DeviceReading : DevicePose {
   HandleReading handle{};
 };
 

@@ -69,7 +69,6 @@ struct TelemetrySample {
   double wait_s = 0;  ///< Until the force may come back, where missed ticks took it away again and again.
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;
-  HandleReading handle;
   std::uint64_t depenetrated = 0;      ///< Times that the IHIP was found inside a body and put outside, since start.
   std::uint64_t depenetratedFrom = 0;  ///< Id of the object that the IHIP was inside of the last time.
   std::uint64_t allowanceSpent =
@@ -77,6 +76,7 @@ struct TelemetrySample {
   std::uint64_t missedTicks = 0;     ///< Since start.
   std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
   double servoRate_Hz = 0;           ///< Ticks run in the last second.
+  HandleReading handle{};            ///< Of the device; not from the step.
 };
 
 static_assert(std::is_trivially_copyable_v<TelemetrySample>, "crosses threads by copy");

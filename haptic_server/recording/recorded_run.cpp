@@ -65,7 +65,7 @@ Result<RecordedTick> RecordedRun::nextOf(std::size_t hand) {
   if (left.handles.empty()) return tick;
   const auto handle = handleFrom(left.handles.substr(0, kHandleBytes));
   if (!handle) return tl::unexpected(handle.error());
-  tick->input.device.handle = *handle;
+  tick->handle = *handle;
   left.handles.remove_prefix(kHandleBytes);
   return tick;
 }

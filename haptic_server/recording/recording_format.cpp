@@ -191,7 +191,7 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
 }
 
 void appendTick(const RecordedTick& tick, std::string& bytes) {
-  const DeviceReading& device = tick.input.device;
+  const DevicePose& device = tick.input.device;
   const DeviceStatus& status = device.status;
   putWord(bytes, tick.input.tick);
   putWord(bytes, tick.input.time_ns);
@@ -210,7 +210,7 @@ void appendTick(const RecordedTick& tick, std::string& bytes) {
 
 Result<RecordedTick> tickFrom(std::string_view bytes) {
   RecordedTick tick;
-  DeviceReading& device = tick.input.device;
+  DevicePose& device = tick.input.device;
   tick.input.tick = takeWord(bytes);
   tick.input.time_ns = takeWord(bytes);
   tick.scene = takeWord(bytes);

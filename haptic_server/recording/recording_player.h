@@ -72,7 +72,8 @@ class RecordingPlayer final : public ReplaySource {
     /// As it was in the tick that next() gave last.
     [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override {
       torque_Nm_ = Vec3(0);  // a tick that writes none gives none
-      return player_.now_.recorded[hand_].input.device;
+      const RecordedTick& tick = player_.now_.recorded[hand_];
+      return {tick.input.device, tick.handle};
     }
     /// Compares force and torque with what was written then.
     void write(Vec3 force_N) noexcept override { player_.compare(hand_, force_N, torque_Nm_); }

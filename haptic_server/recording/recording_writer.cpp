@@ -50,8 +50,8 @@ void RecordingEncoder::Ticks::add(const RecordedTick& tick) {
   appendTick(tick, ticks);
   appendTurn(tick, turns);
   anyTurns = anyTurns || haptics::turns(tick);
-  appendHandle(tick.input.device.handle, handles);
-  anyHandles = anyHandles || tick.input.device.handle.measured != 0;
+  appendHandle(tick.handle, handles);
+  anyHandles = anyHandles || tick.handle.measured != 0;
 }
 
 void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {

@@ -66,10 +66,12 @@ ReplayedServo::Tick ReplayedServo::take(const RecordedRunTick& tick) {
   const HandTick ticked = first_.feel(tick.recorded[0].input);
   if (second_) {
     finishSteps(ticked, second_->feel(tick.recorded[1].input), made.sample, made.secondSample);
+    made.secondSample.handle = tick.recorded[1].handle;
     made.torque_Nm[1] = writtenTorque_Nm(second_->state());
   } else {
     made.sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
   }
+  made.sample.handle = tick.recorded[0].handle;
   made.torque_Nm[0] = writtenTorque_Nm(first_.state());
   return made;
 }

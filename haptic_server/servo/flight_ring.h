@@ -19,7 +19,8 @@ struct RecordedTick {
   std::uint64_t scene = 0;  ///< ServoScene::number of the one that came at its start; 0: none came.
   Vec3 force_N{0};          ///< As written to the device.
   Fault fault = Fault::kNone;
-  Vec3 torque_Nm{0};  ///< As written to the device.
+  Vec3 torque_Nm{0};       ///< As written to the device.
+  HandleReading handle{};  ///< As read with its pose.
 };
 static_assert(std::is_trivially_copyable_v<RecordedTick>, "crosses threads by copy");
 

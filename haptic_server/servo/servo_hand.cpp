@@ -35,7 +35,9 @@ bool ServoHand::adopt(const ServoScene* newest, std::uint64_t tick) noexcept {
 
 void ServoHand::computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept {
   std::construct_at(&result_);
-  input_ = {tick, now_ns, device_.read(tick)};
+  const DeviceReading reading = device_.read(tick);
+  input_ = {tick, now_ns, reading};
+  handle_ = reading.handle;
   haptics::computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
   if (state_.features.extras) [[unlikely]]
     device_.writeTorque(writtenTorque_Nm(state_));
@@ -44,7 +46,7 @@ void ServoHand::computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept 
 }
 
 RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& sample) const noexcept {
-  return {input_, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_)};
+  return {input_, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_), handle_};
 }
 
 void ServoHand::publish(const TelemetrySample& sample) noexcept {

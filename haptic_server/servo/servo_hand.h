@@ -71,6 +71,8 @@ class ServoHand {
   void stop() noexcept { device_.stop(); }
 
   [[nodiscard]] Device& device() noexcept { return device_; }
+  /// As read in the last tick.
+  [[nodiscard]] const HandleReading& handle() const noexcept { return handle_; }
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
   [[nodiscard]] const ServoScene& scene() const noexcept { return *scene_; }
   [[nodiscard]] StateMoment moment() const noexcept {
@@ -104,6 +106,7 @@ class ServoHand {
   const ServoScene* scene_ = &empty_;
   const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has faded out
   StepInput input_;
+  HandleReading handle_;
   ForceResult result_;
   HandStatistics statistics_;
   MotionState motion_;

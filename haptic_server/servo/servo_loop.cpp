@@ -162,6 +162,7 @@ void ServoLoop::finish(std::uint64_t newScene) noexcept {
 }
 
 void ServoLoop::publish(ServoHand& hand, TelemetrySample& sample) noexcept {
+  sample.handle = hand.handle();
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
   sample.droppedSamples = hand.statistics().droppedSamples.load(std::memory_order_relaxed);
   sample.servoRate_Hz = statistics_.rate_Hz.load(std::memory_order_relaxed);

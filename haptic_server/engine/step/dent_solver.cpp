@@ -150,8 +150,10 @@ bool DentSolver::yield() noexcept {
                                : seenOn(others, at, pressedDent.dent);
   const double yielded = tissue_.yield_m(seen * depth_m(pressedDent.dent), depth, pressed_.contact_N_per_m,
                                          config_.period_s, pressed_.softness);
-  const double stays =
-      std::max(remainingDepth_m(pressedDent.rest, at.point), remainingDepth_m(pressedDent.begun, at.point));
+  const auto remaining_m = [&](const Dent& mark) noexcept {
+    return mark.displacement == Vec3f(0) ? 0 : depth_m(mark) * tissue_.falloff.at(at.point - Vec3(mark.centre));
+  };
+  const double stays = std::max(remaining_m(pressedDent.rest), remaining_m(pressedDent.begun));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
   const double now_m = std::clamp(wanted, 0.0, room_m());
   pressedDent.dent.displacement = Vec3f(direction * now_m);
@@ -190,11 +192,6 @@ void DentSolver::remember(BodyDent& pressed) const noexcept {
   if (pressed.begun.displacement == Vec3f(0)) pressed.begun.centre = kept.centre;
   const double there = tissue_.falloff.at(Vec3(kept.centre) - Vec3(pressed.begun.centre));
   if (there * depth_m(kept) > depth_m(pressed.begun)) pressed.begun.displacement = scaled(kept, there).displacement;
-}
-
-double DentSolver::remainingDepth_m(const Dent& rest, Vec3 foot) const noexcept {
-  if (rest.displacement == Vec3f(0)) return 0;
-  return depth_m(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
 }
 
 /// How deep this dent may be, so that with those of the body that are going back it stays within maxDentDepth_m(). It may be

@@ -61,7 +61,6 @@ class DentSolver {
   void shadeFoot(ClosestPoint& foot, const BodyDents& others, Vec3& parts) noexcept;
   void moveOn(Vec3 foot) noexcept;
   void remember(BodyDent& pressed) const noexcept;
-  [[nodiscard]] double remainingDepth_m(const Dent& rest, Vec3 foot) const noexcept;
   [[nodiscard]] double room_m() const noexcept;
   [[nodiscard]] double seenOn(const BodyDents& others, const ClosestPoint& foot, const Dent& dent) const noexcept;
   [[nodiscard]] double seenOn(const TriangleRecord& triangle, const Vec3& parts, const Dent& dent) const noexcept;

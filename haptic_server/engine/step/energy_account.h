@@ -45,11 +45,11 @@ class EnergyAccount {
     written_ = written_N;
     heldParts_ = 0;
   }
-  /// What a feature has of it.
-  void setHeldPart(EnergyFeature feature, Vec3 force_N) noexcept {
+  /// What a feature has of it: a part, 0 to 1, of this force (N, world).
+  void setHeldPart(EnergyFeature feature, const Vec3& force_N, double part) noexcept {
     if (force_N.x == 0 && force_N.y == 0 && force_N.z == 0) return;
     heldParts_ |= std::uint64_t{1} << static_cast<unsigned>(feature);
-    parts_[static_cast<std::size_t>(feature)] = force_N;
+    parts_[static_cast<std::size_t>(feature)] = part * force_N;
   }
 
   /// Joules of an object's contact were, or will be, this feature's.

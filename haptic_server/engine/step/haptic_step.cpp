@@ -20,7 +20,7 @@ namespace {
 /// Older positions are not felt through: 5 ms at 0.2 m/s are a millimetre, several newtons on a stiff wall.
 constexpr std::uint32_t kStalePosition_us = 5'000;
 
-[[nodiscard]] Fault faultOf(const DeviceReading& device, bool turnsTool) noexcept {
+[[nodiscard]] Fault faultOf(const DevicePose& device, bool turnsTool) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
   if (device.status.fault != DeviceFault::kNone || !device.status.homed) return Fault::kDeviceLost;
   if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
@@ -28,8 +28,10 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
   return isWithinWorld(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
-/// While the hand moves its workspace the contact stays as it is, and the force goes and comes as by an edit.
-[[gnu::noinline, gnu::cold]] void moveClutch(HapticState& state, const StepInput& input) noexcept {
+/// While the hand moves its workspace the contact stays as it is, and the force goes and comes as by an edit, which lasts until
+/// the clutch is let go.
+void followClutch(HapticState& state, const StepInput& input) noexcept {
+  if (input.device.status.clutched == state.limits.clutched) return;
   state.limits.clutched = input.device.status.clutched;
   state.limits.slew.begin();
   state.now.clutchMoved = true;
@@ -120,11 +122,15 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
 /// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
 [[gnu::noinline]] void limitByStages(HapticState& state, const StepConfig& config, const StepInput& input,
                                      ForceResult& result) noexcept {
+  followClutch(state, input);
   Vec3 force = result.force.contact;
   if (!isFinite(force)) [[unlikely]]
     state.supervision.fault = Fault::kNonFiniteForce;
   if (state.supervision.fault == Fault::kNone) [[likely]] {
-    if (state.limits.clutched) force = Vec3(0);
+    if (state.limits.clutched) {
+      force = Vec3(0);
+      state.limits.slew.begin();
+    }
     const bool jumps = state.now.contactBroken || state.now.clutchMoved || result.contact.work.depenetrated ||
                        result.contact.work.allowanceSpent || state.now.effectsEdited ||
                        (state.now.adopted && (state.now.detailEdited || result.object != state.report.object));
@@ -154,7 +160,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
                                          ForceResult& result) noexcept {
   const Vec3& force = result.force.contact;
   const bool asItIs = state.supervision.fault == Fault::kNone && !state.now.adopted && !state.limits.slew.active() &&
-                      state.supervision.ramp.atOne() && !state.limits.clutched;
+                      state.supervision.ramp.atOne() && !input.device.status.clutched;
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]] {  // not for NaN
     result.force.written = state.limits.unlimited_N = force;
   } else {
@@ -271,6 +277,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 [[gnu::noinline, gnu::cold]] void computeForceWithExtras(const ServoScene& scene, HapticState& state,
                                                          const StepConfig& config, const StepInput& input,
                                                          ForceResult& result, const TriangleCache* cache) noexcept {
+  followClutch(state, input);
   followEdits(scene, state, config);
   if (state.features.tool) {
     computeToolForce(scene, state, config, input, result);
@@ -287,11 +294,11 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   const double part = writtenFraction(result.force.written, state.limits.unlimited_N);
   if (state.limits.slew.active()) {
     const Vec3 whole_N = limitMagnitude(result.force.contact, config.maxForce_N);
-    state.energy.setHeldPart(EnergyFeature::kEdit, part * (state.limits.unlimited_N - whole_N));
+    state.energy.setHeldPart(EnergyFeature::kEdit, state.limits.unlimited_N - whole_N, part);
   }
-  state.energy.setHeldPart(EnergyFeature::kShading, part * result.shadingForce_N);
-  state.energy.setHeldPart(EnergyFeature::kFriction, part * result.force.friction);
-  state.energy.setHeldPart(EnergyFeature::kTexture, part * result.force.texture);
+  state.energy.setHeldPart(EnergyFeature::kShading, result.shadingForce_N, part);
+  state.energy.setHeldPart(EnergyFeature::kFriction, result.force.friction, part);
+  state.energy.setHeldPart(EnergyFeature::kTexture, result.force.texture, part);
 }
 
 /// What the last force gave the hand on the way to here, and what may give it some from now on.
@@ -330,7 +337,6 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
       .wait_s = state.supervision.fault == Fault::kNone ? 0 : state.supervision.deadlines.wait_s(input.tick, period_s),
       .deviceState = input.device.state,
       .device = input.device.status,
-      .handle = input.device.handle,
       .depenetrated = state.report.depenetrated,
       .depenetratedFrom = state.report.depenetratedFrom,
       .allowanceSpent = state.report.allowanceSpent};
@@ -344,8 +350,6 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   supervise(state, config, input);
   if (state.moving.count > 0) [[unlikely]]
     takeMovedPoses(state);  // 5 (c)
-  if (input.device.status.clutched != state.limits.clutched) [[unlikely]]
-    moveClutch(state, input);
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);

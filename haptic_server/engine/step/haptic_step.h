@@ -13,7 +13,7 @@ namespace haptics {
 struct StepInput {
   std::uint64_t tick = 0;
   std::uint64_t time_ns = 0;  ///< Only passed on to telemetry.
-  DeviceReading device;
+  DevicePose device;
 };
 
 /// Goes over to another scene at a tick's start: contact and motion state is carried over by object id. An edit under
@@ -27,8 +27,8 @@ struct StepInput {
 /// One servo tick (paper 3.2): (scene, state, input) -> (state, sample). No clock, socket, lock, allocation or device
 /// inside; the server, the evaluation tools and replay run this same function, the server in its two halves, so that the
 /// device need not wait for more than the first. `scene` is the one that `state` adopted last.
-/// @return The tick's telemetry; `force.written` (N, world) is for the device. The counters of queue and loop are left
-/// to the loop.
+/// @return The tick's telemetry; `force.written` (N, world) is for the device. The counters of queue and loop, and what
+/// the device's handle measured, are left to the loop.
 [[nodiscard]] TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
                                          const StepInput& input) noexcept;
 

@@ -19,7 +19,7 @@ namespace {
 
 }  // namespace
 
-void attachTool(HapticState& state, const DeviceReading& device) noexcept {
+void attachTool(HapticState& state, const DevicePose& device) noexcept {
   ToolInHand& tool = state.tool;
   const Pose pose{device.rotation * state.objects[tool.body].scenePose.rotation, device.position};
   tool.isNew = false;
@@ -29,7 +29,7 @@ void attachTool(HapticState& state, const DeviceReading& device) noexcept {
   state.place(tool.body, pose, pose);
 }
 
-void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DeviceReading& measured,
+void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DevicePose& measured,
               ForceResult& result) noexcept {
   ToolInHand& tool = state.tool;
   if (tool.isNew) attachTool(state, measured);

@@ -11,12 +11,12 @@
 namespace haptics {
 
 /// The proxy is put where the device is.
-void attachTool(HapticState& state, const DeviceReading& device) noexcept;
+void attachTool(HapticState& state, const DevicePose& device) noexcept;
 
 /// Contact and force of the tool that the hand holds, in place of those of the point (paper 3.2 and 3, for each of its
 /// points; ToolContact), and its torque, as the device is given it. `result.contact` is where it is held most; its allowance is what the tool may spend. Bodies are met
 /// as the scene has them, rigid and smooth.
-void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DeviceReading& device,
+void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DevicePose& device,
               ForceResult& result) noexcept;
 
 /// The torque of a tick with a fault: it is ramped away.

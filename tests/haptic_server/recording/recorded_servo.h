@@ -122,8 +122,8 @@ class RecordedServo {
     finishSteps({*scene_, *state_, config_, input, result},
                 {*secondScene_, *second_, config_, secondInput, secondResult}, last_, lastOfSecond_);
     const std::uint64_t given = newest != nullptr ? newest->number : 0;
-    ring_.add(std::array{RecordedTick{input, given, last_.force.written, last_.fault, {}},
-                         RecordedTick{secondInput, given, lastOfSecond_.force.written, lastOfSecond_.fault, {}}});
+    ring_.add(std::array{RecordedTick{input, given, last_.force.written, last_.fault, {}, {}},
+                         RecordedTick{secondInput, given, lastOfSecond_.force.written, lastOfSecond_.fault, {}, {}}});
     contactTicks_ += last_.object != 0 && lastOfSecond_.object != 0 ? 1 : 0;
   }
   void tick(const DeviceReading& reading) {
@@ -144,7 +144,7 @@ class RecordedServo {
     if (twin) judge(hapticStep(*scene_, *twin, config_, input));
     contactTicks_ += last_.object != 0 ? 1 : 0;
     ring_.add(std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
-                                      writtenTorque_Nm(*state_)}});
+                                      writtenTorque_Nm(*state_), reading.handle}});
   }
   /// From here on each tick is also computed from the image of the state before it.
   void computeTwice() { hasTwin_ = true; }
