@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kMaxRate_Hz = 1e6;
 
-static_assert(sizeof(StepInput) == 152,
-              "what is new in it goes into appendTick() and tickFrom(), or appendHandle() and handleFrom()");
+static_assert(sizeof(StepInput) == 88, "what is new in it goes into appendTick() and tickFrom()");
+static_assert(sizeof(HandleReading) == 64, "what is new in it goes into appendHandle() and handleFrom()");
 static_assert(sizeof(StepConfig) == 208, "what is new in it goes into toMessage() and factsFrom()");
 
 void putWord(std::string& bytes, std::uint64_t word) {

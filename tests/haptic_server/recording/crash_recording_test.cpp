@@ -154,7 +154,7 @@ TEST(FlightRecorder, RecordsNoFaultSoonAfterOneOfALargeScene) {
     return std::distance(std::filesystem::directory_iterator(folder), {});
   };
   const auto fault = [&] {
-    servo.tick({{}, DeviceState::kAbsent, {}});
+    servo.tick({{{}, DeviceState::kAbsent, {}}});
     servo.run(600);
   };
   fault();

@@ -26,7 +26,7 @@ class PutDevice final : public Device {
   void write(Vec3) noexcept override {}
   void stop() noexcept override {}
 
-  DeviceReading reading{.position = {0, 0, 0.02}, .state = DeviceState::kReady};
+  DeviceReading reading{{.position = {0, 0, 0.02}, .state = DeviceState::kReady}};
 
  private:
   DeviceInfo info_;
