@@ -22,7 +22,7 @@ class PutDevice final : public Device {
   void write(Vec3 written_N) noexcept override { force_N = written_N; }
   void stop() noexcept override {}
 
-  DeviceReading reading{.state = DeviceState::kReady};
+  DeviceReading reading{{.state = DeviceState::kReady}};
   Vec3 force_N{0}, torque_Nm{0};
 
  private:
