@@ -25,7 +25,7 @@ inline constexpr int kMaxSolverRounds = 64;
 inline constexpr double kSkin = 0x1p-20;
 /// How far above the surface that holds it the path of an IHIP is tested against other bodies: it can be so deep inside
 /// of a body that rises from that surface. Smaller shows misfits; larger leaves more of the IHIP inside.
-inline constexpr double kPathOffset = 0x1p-22;
+inline constexpr double kPathOffset = 0x1p-23;
 /// Of a mesh's extent: a segment that passes beside a triangle by less meets it where another surface may be beside, so that a
 /// gap of two rims is closed. Less than the skin, or the IHIP could not go down a wall at its skin; and than the padding of
 /// the hierarchy's boxes (kBoxPad).
