@@ -7,6 +7,7 @@
 #include <limits>
 #include <span>
 
+#include "haptic_server/engine/contact/neighborhood_watch.h"
 #include "haptic_server/engine/step/held_planes.h"
 #include "haptic_server/engine/step/held_springs.h"
 
@@ -213,6 +214,7 @@ class JointDentSolver {
     };
     if (obstructed_) {
       ihip = inRounds(kObstructedRounds, ihip, nearestOnPlanes);
+      if (!(planeParts[0] > 0)) ihip = followObstruction();
       putFeetAtRest();
       ihip = clearOfDents(begin, ihip);
     } else {
@@ -229,6 +231,20 @@ class JointDentSolver {
     contact_.ihip = ihip;
     contact_.normal = (ihip - state_.estimate.hip) / contact_.penetration_m;
     if (obstructed_ && !(planeParts[0] > 0)) meet(parts_[1].held);
+  }
+
+  /// The place nearest to the HIP around what is in the way, which alone holds the IHIP and is no plane.
+  [[nodiscard]] Vec3 followObstruction() noexcept {
+    Part& met = parts_[1];
+    const Body& body = state_.bodies[bodyOf(met)];
+    Allowance& allowance = contact_.work.allowance;
+    int spent = 0;
+    const Vec3 hip = body.frame.toLocal(state_.estimate.hip);
+    const ClosestPoint foot =
+        neighborhoodWatch(*body.surface, met.held.triangle, hip, nullptr, spent, searchBudget(allowance)).foot;
+    allowance.spend(Allowance::kNearTriangle * spent);
+    met.held.triangle = foot.triangle;
+    return body.frame.toWorld(foot.point);
   }
 
   /// At least so many rounds, and more while they move it.
