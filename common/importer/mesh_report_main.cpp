@@ -46,6 +46,7 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"vertices_in_file", r.verticesInFile},
               {"vertices", mesh->vertices.size()},
               {"vertices_welded", r.verticesWelded},
+              {"vertices_joined", r.verticesJoined},
               {"vertices_unused", r.verticesUnused},
               {"meshes_taken", r.meshesTaken},
               {"meshes_left", r.meshesLeft},

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/mesh/import.h"
+#include "common/mesh/joined_edges.h"
 #include "common/mesh/topology.h"
 
 // Canonical order is a function of the triangles' geometry alone. Vertices at one place (equal float32 coordinates
@@ -153,6 +154,20 @@ TriMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIn
   return mesh;
 }
 
+/// Vertices that only rounding keeps apart, so that the surface has a crack that nobody can feel, are one.
+void closeCracks(TriMesh& mesh, MeshReport& report) {
+  constexpr double kRounding = 0x1p-20;  // of the largest coordinate: as narrow as a gap that the contact closes
+  if (report.boundaryEdges == 0) return;
+  const Vec3 farthest_m = glm::max(glm::abs(report.boxMin_m), glm::abs(report.boxMax_m));
+  const JoinedVertices vertices = joinOpenEdges(mesh, kRounding * std::max({farthest_m.x, farthest_m.y, farthest_m.z}));
+  if (vertices.joined == 0) return;
+  TriMesh closed = ordered(mesh.vertices, mesh.triangles, vertices.becomes);
+  if (closed.triangles.empty()) return;
+  mesh = std::move(closed);
+  report.verticesJoined = vertices.joined;
+  describeTopology(mesh, report);
+}
+
 }  // namespace
 
 Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector<TriangleIndices> triangles,
@@ -178,16 +193,18 @@ Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector
 
   result.mesh = ordered(metres->metres, triangles, first);
   if (result.mesh.triangles.empty()) return refused("", "no triangle has area; nothing could be felt");
+  describeTopology(result.mesh, report);
+  closeCracks(result.mesh, report);
   if (result.mesh.vertices.size() > kMaxVertices) {
     return refused("", "holds more than " + number(kMaxVertices) + " vertices");
   }
   report.kept = result.mesh.triangles.size();
   report.droppedDegenerate = triangles.size() - report.kept;
-  report.verticesUnused = report.verticesInFile - report.verticesWelded - result.mesh.vertices.size();
+  report.verticesUnused =
+      report.verticesInFile - report.verticesWelded - report.verticesJoined - result.mesh.vertices.size();
   report.scale_m = scaling->scale;
   report.isUnitKnown = options.unit_m || options.largestExtent_m;
   report.rounding_m = metres->rounding_m;
-  describeTopology(result.mesh, report);
   return result;
 }
 

@@ -28,6 +28,7 @@ struct MeshReport {
   std::uint64_t duplicateFaces = 0;        ///< Same three vertices; kept.
   std::uint64_t verticesInFile = 0;
   std::uint64_t verticesWelded = 0;      ///< Merged into another at the same place.
+  std::uint64_t verticesJoined = 0;      ///< Made one with another that only rounding kept apart: see joinOpenEdges().
   std::uint64_t verticesUnused = 0;      ///< Left out: no kept triangle names them.
   std::uint64_t shapesSkipped = 0;       ///< Of an Inventor file: see gatherInventor().
   std::uint64_t headerLinesSkipped = 0;  ///< PolygonSoup::headerLinesSkipped.

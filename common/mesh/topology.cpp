@@ -213,6 +213,7 @@ std::string MeshReport::text() const {
   mention(droppedOutOfRange, "triangles dropped for naming a vertex that is not there");
   mention(duplicateFaces, "duplicate faces kept");
   mention(verticesWelded, "vertices welded");
+  mention(verticesJoined, "vertices joined that only rounding kept apart");
   mention(verticesUnused, "unused vertices left out");
   mention(boundaryEdges, "boundary edges");
   mention(tJunctions, "of them T-junctions");

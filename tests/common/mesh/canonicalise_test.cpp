@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <random>
 
@@ -63,6 +66,59 @@ TEST(CanonicalOrder, DoesNotDependOnWhetherVerticesAreShared) {
   EXPECT_EQ(welded.mesh, canonical(cube).mesh);
   EXPECT_EQ(welded.report.verticesInFile, 3 * cube.triangles.size());
   EXPECT_EQ(welded.report.verticesWelded, 3 * cube.triangles.size() - cube.vertices.size());
+}
+
+/// A sphere of stripes between two poles, each triangle with corners of its own; every one of them is off its place by as much
+/// as float64 rounds, or by less than the skin.
+Soup stripes(double off_m, unsigned seed) {
+  constexpr int kAround = 12, kUp = 6;
+  constexpr double kRadius_m = 0.03;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> some(-off_m, off_m);
+  const auto at = [&](int u, int v) {
+    const double a = 2 * std::numbers::pi * u / kAround, b = std::numbers::pi * v / kUp;
+    const Vec3 exact = kRadius_m * Vec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
+    return exact + Vec3(some(random), some(random), some(random));
+  };
+  Soup soup;
+  const auto add = [&](Vec3 a, Vec3 b, Vec3 c) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+    soup.vertices.insert(soup.vertices.end(), {a, b, c});
+    soup.triangles.push_back({first, first + 1, first + 2});
+  };
+  for (int u = 0; u < kAround; ++u) {
+    for (int v = 0; v < kUp; ++v) {
+      if (v > 0) add(at(u, v), at(u, v + 1), at(u + 1, v));
+      if (v < kUp - 1) add(at(u + 1, v), at(u, v + 1), at(u + 1, v + 1));
+    }
+  }
+  return soup;
+}
+
+TEST(Cracks, OfRoundingAreClosed) {
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const double off_m = std::array{0.0, 1e-18, 5e-9}.at(seed % 3);
+    const ImportedMesh imported =
+        canonical(stripes(off_m, seed), {.unit_m = std::pow(10, static_cast<int>(seed) % 7 - 3)});
+    EXPECT_TRUE(imported.report.closed()) << seed << ": " << imported.report.text();
+    EXPECT_EQ(imported.mesh.vertices.size(), 12 * 5 + 2) << seed;
+    EXPECT_EQ(imported.report.closedParts, 1) << seed;
+    EXPECT_EQ(imported.report.verticesInFile,
+              imported.report.verticesWelded + imported.report.verticesJoined + imported.mesh.vertices.size());
+    EXPECT_TRUE(checkMesh(imported.mesh)) << seed;
+    const TriMesh& mesh = imported.mesh;
+    EXPECT_EQ(canonicalise({mesh.vertices.begin(), mesh.vertices.end()}, mesh.triangles, {})->mesh, mesh) << seed;
+  }
+  EXPECT_GT(canonical(stripes(5e-9, 1)).report.verticesJoined, 12U);
+}
+
+TEST(Cracks, ThatAreMeantStay) {
+  EXPECT_GT(canonical(stripes(1e-6, 1)).report.boundaryEdges, 100U);
+  // Two sheets 10 nm apart, whose rims run the same way.
+  Soup sheets{{{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}}, {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}}};
+  for (std::size_t v = 0; v < 4; ++v) sheets.vertices.push_back(sheets.vertices[v] + Vec3(0, 0, 1e-8));
+  EXPECT_EQ(canonical(sheets).report.boundaryEdges, 8U);
+  EXPECT_EQ(canonical(sheets).report.verticesJoined, 0U);
 }
 
 TEST(CanonicalOrder, DoesNotDependOnUnusedVerticesOrTheSignOfZero) {
