@@ -86,7 +86,7 @@ class SidesByPlace {
  private:
   /// In lengths looked within: larger looks at more sides, smaller into more cells.
   static constexpr double kCell = 4;
-  static constexpr int kMostInACell = 64;
+  static constexpr int kMostInACell = 16;
   struct Entry {
     std::uint64_t key;
     std::uint32_t side;
