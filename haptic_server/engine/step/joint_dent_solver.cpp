@@ -247,14 +247,15 @@ class JointDentSolver {
     return body.frame.toWorld(foot.point);
   }
 
-  /// At least so many rounds, and more while they move it.
+  /// At least so many rounds, and more while they move it: half of the way where that goes to and fro.
   template <class Round>
   [[nodiscard]] Vec3 inRounds(int rounds, Vec3 at, const Round& next) noexcept {
-    double moved_m = 0;
+    double moved_m = std::numeric_limits<double>::infinity();
     for (int round = 0; round < rounds || (round < kMaxJointRounds && moved_m > kOnSurface_m); ++round) {
-      const Vec3 from = at;
-      at = next(from);
-      moved_m = glm::distance(from, at);
+      const Vec3 from = at, to = next(from);
+      const double way_m = glm::distance(from, to);
+      at = round >= rounds && way_m > moved_m / 2 ? glm::mix(from, to, 0.5) : to;
+      moved_m = way_m;
     }
     return at;
   }
