@@ -92,6 +92,11 @@ class SecondHand final : public HandHost {
   [[nodiscard]] Result<void> moveWorkspace(const WorkspaceCommand& command) override {
     return workspace_ != nullptr ? workspace_->move(command) : HandHost::moveWorkspace(command);
   }
+  [[nodiscard]] Result<void> addWrench(const Wrench& wrench) override {
+    if (workspace_ == nullptr) return HandHost::addWrench(wrench);
+    workspace_->add(wrench);
+    return {};
+  }
   void fillStatus(v1::HandStatus& status) const {
     fillHandStatus(servo_.statistics(), status);
     status.set_device(servo_.device().info().name);
@@ -352,6 +357,11 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
   [[nodiscard]] bool commandHand(const HandCommand& command) override { return attached_->commandHand(command); }
   [[nodiscard]] Result<void> moveWorkspace(const WorkspaceCommand& command) override {
     return workspace_ ? workspace_->move(command) : ServerHost::moveWorkspace(command);
+  }
+  [[nodiscard]] Result<void> addWrench(const Wrench& wrench) override {
+    if (!workspace_) return ServerHost::addWrench(wrench);
+    workspace_->add(wrench);
+    return {};
   }
   [[nodiscard]] bool requestDump(const DumpAnswer& answer) override {
     if (!recorder_) {

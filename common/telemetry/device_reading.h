@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/maths/vec.h"
+#include "common/telemetry/added_wrench.h"
 #include "common/telemetry/handle_reading.h"
 #include "common/telemetry/telemetry_sample.h"
 
@@ -17,6 +18,7 @@ struct DevicePose {
 
 struct DeviceReading : DevicePose {
   HandleReading handle{};
+  AddedWrench added{};
 };
 
 }  // namespace haptics

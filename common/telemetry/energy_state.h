@@ -20,8 +20,9 @@ enum class EnergyFeature : std::uint8_t {
   kTexture = 3,
   kMotion = 4,  ///< Work of a moving body's surface on the hand that touches it.
   kEdit = 5,    ///< Of an adopted edit under the stylus: what it put into the spring, or did by moving the surface.
+  kWrench = 6,  ///< What a client added (AddedWrench): of no object.
 };
-inline constexpr std::size_t kEnergyFeatures = 6;
+inline constexpr std::size_t kEnergyFeatures = 7;
 
 /// Joules given to the hand since the servo started, by feature: together the work of the force as written.
 using EnergyByFeature = std::array<double, kEnergyFeatures>;
@@ -71,7 +72,7 @@ struct EnergySource {
 }
 
 [[nodiscard]] constexpr const char* nameOf(EnergyFeature feature) noexcept {
-  constexpr std::array kNames{"contact", "shading", "friction", "texture", "motion", "edit"};
+  constexpr std::array kNames{"contact", "shading", "friction", "texture", "motion", "edit", "wrench"};
   static_assert(kNames.size() == kEnergyFeatures);
   return kNames[static_cast<std::size_t>(feature)];
 }

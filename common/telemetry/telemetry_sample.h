@@ -76,6 +76,7 @@ struct TelemetrySample {
   std::uint64_t missedTicks = 0;     ///< Since start.
   std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
   double servoRate_Hz = 0;           ///< Ticks run in the last second.
+  Vec3 added_N{0};                   ///< By a client, on the hand, beside the contact's force; before the limits.
   HandleReading handle{};            ///< Of the device; not from the step.
 };
 

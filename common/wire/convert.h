@@ -5,6 +5,7 @@
 
 #include "common/error/error.h"
 #include "common/scene/scene.h"
+#include "common/telemetry/added_wrench.h"
 #include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
@@ -44,6 +45,7 @@ inline constexpr std::size_t kMaxLayers = 4;  ///< Of a field: each costs the ti
 /// Of a client that leads: position, normal and force are checked.
 [[nodiscard]] Result<HandCommand> fromWire(const v1::HandTarget& message);
 [[nodiscard]] Result<WorkspaceCommand> fromWire(const v1::SetWorkspace& message);
+[[nodiscard]] Result<Wrench> fromWire(const v1::AddWrench& message);
 [[nodiscard]] Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field);
 [[nodiscard]] Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field);
 /// Unknown enum values in telemetry are ignored (kNone); numbers are taken as they are, also non-finite ones.

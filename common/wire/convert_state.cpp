@@ -236,6 +236,15 @@ Result<WorkspaceCommand> fromWire(const v1::SetWorkspace& message) {
   return command;
 }
 
+Result<Wrench> fromWire(const v1::AddWrench& message) {
+  constexpr Range kForce{-100, 100, " N"}, kTorque{-10, 10, " Nm"};
+  if (auto wrong = checkVector(message.force_n(), kForce, "add_wrench.force_N"))
+    return tl::unexpected(*std::move(wrong));
+  if (auto wrong = checkVector(message.torque_nm(), kTorque, "add_wrench.torque_Nm"))
+    return tl::unexpected(*std::move(wrong));
+  return Wrench{vectorFrom(message.force_n()), vectorFrom(message.torque_nm())};
+}
+
 TelemetrySample fromWire(const v1::Telemetry& message) {
   TelemetrySample sample;
   sample.tick = message.tick();
@@ -256,6 +265,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   const v1::ForceComponents& force = message.force();
   sample.force = {vectorFrom(force.spring()),  vectorFrom(force.damping()), vectorFrom(force.friction()),
                   vectorFrom(force.texture()), vectorFrom(force.contact()), vectorFrom(force.written())};
+  sample.added_N = vectorFrom(force.added());
   takeEnergy(message, sample);
   sample.fault = enumFrom(message.fault(), Fault::kDeviceLost);
   sample.deviceState = enumFrom(message.device_state(), DeviceState::kStopped);
@@ -302,6 +312,8 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   toWire(sample.force.texture, *force.mutable_texture());
   toWire(sample.force.contact, *force.mutable_contact());
   toWire(sample.force.written, *force.mutable_written());
+  force.clear_added();
+  if (sample.added_N != Vec3(0)) toWire(sample.added_N, *force.mutable_added());
   message.clear_energy();
   constexpr std::uint64_t kAllObjects = 0;
   for (std::size_t i = 0; i < kEnergyFeatures; ++i) {

@@ -67,14 +67,15 @@ class CsvSink final : public SessionSink {
   void addHead(const std::string& hand) {
     static constexpr std::array kOfVector{".x", ".y", ".z"};
     static constexpr std::array kOfQuaternion{".w", ".x", ".y", ".z"};
-    static constexpr std::array kOfEnergy{".contact", ".shading", ".friction", ".texture", ".motion", ".edit"};
+    static constexpr std::array kOfEnergy{".contact", ".shading", ".friction", ".texture",
+                                          ".motion",  ".edit",    ".wrench"};
     static_assert(kOfEnergy.size() == kEnergyFeatures);
     for (const TickColumn& column : tickColumns()) {
       for (std::size_t i = 0; i < column.width; ++i) {
-        const char* component = column.width == 3   ? kOfVector[i]
-                                : column.width == 4 ? kOfQuaternion[i]
-                                : column.width == 6 ? kOfEnergy[i]
-                                                    : "";
+        const char* component = column.width == 3                 ? kOfVector[i]
+                                : column.width == 4               ? kOfQuaternion[i]
+                                : column.width == kEnergyFeatures ? kOfEnergy[i]
+                                                                  : "";
         buffer_ += hand + column.name + component;
         if (std::string_view(column.unit) != "1") buffer_ += std::string(" [") + column.unit + "]";
         buffer_ += ',';

@@ -16,7 +16,7 @@ struct TickValues {
 
 /// One quantity of a tick, for tables. Either reals or a whole number.
 struct TickColumn {
-  static constexpr std::size_t kMaxWidth = 6;
+  static constexpr std::size_t kMaxWidth = 7;
 
   const char* name;   ///< "force.written".
   const char* unit;   ///< "N"; "1": a number without.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/wire/convert.h"
+#include "common/wire/parts.h"
 
 // Connections, timers and what is sent. What is received: client_session_receive.cpp.
 namespace haptics {
@@ -188,6 +189,17 @@ void ClientSession::leadHand(bool lead, std::uint64_t now_ns) {
 void ClientSession::commandHand(const HandCommand& command, std::uint64_t now_ns) {
   hand_.command(command);
   pumpHand(now_ns);
+}
+
+void ClientSession::addWrench(std::size_t hand, const Wrench& wrench) {
+  const std::size_t hands = welcome_.second_device().empty() ? 1 : 2;
+  if (phase_ != Phase::kLive || !welcome_.may_edit() || hand >= hands) return;
+  v1::Envelope envelope;
+  v1::AddWrench& message = *envelope.mutable_add_wrench();
+  message.set_hand(static_cast<std::uint32_t>(hand));
+  toWire(wrench.force_N, *message.mutable_force_n());
+  toWire(wrench.torque_Nm, *message.mutable_torque_nm());
+  send(envelope);
 }
 
 MirrorView ClientSession::view(std::uint64_t now_ns) const {

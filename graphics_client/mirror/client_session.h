@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/clock/clock_offset.h"
+#include "common/telemetry/added_wrench.h"
 #include "common/wire/framing.h"
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/asset_fetcher.h"
@@ -99,6 +100,9 @@ class ClientSession {
   void leadHand(bool lead, std::uint64_t now_ns);
   /// Ignored while another leads.
   void commandHand(const HandCommand& command, std::uint64_t now_ns);
+  /// Added to the force of hand 0 or 1 for 0.1 s at most: to be called again and again. Without a connection, of who may not
+  /// edit, or of a hand that the server does not have it is ignored.
+  void addWrench(std::size_t hand, const Wrench& wrench);
 
   [[nodiscard]] const Mirror& mirror() const noexcept { return mirror_; }
   [[nodiscard]] MirrorView view(std::uint64_t now_ns) const;

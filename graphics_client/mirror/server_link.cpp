@@ -247,4 +247,9 @@ void ServerLink::commandHand(const HandCommand& command) {
   worker_->ask(&ClientSession::commandHand, command, monotonicNow_ns());
 }
 
+void ServerLink::addWrench(std::size_t hand, const Wrench& wrench) {
+  const std::shared_lock lock(mutex_);
+  worker_->ask(&ClientSession::addWrench, hand, wrench);
+}
+
 }  // namespace haptics

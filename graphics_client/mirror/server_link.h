@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "common/credentials/credentials.h"
+#include "common/telemetry/added_wrench.h"
 #include "common/telemetry/hand_command.h"
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
@@ -76,9 +77,10 @@ class ServerLink {
   void requestStatus(StatusCallback callback, bool deformed = false);
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
-  /// As ClientSession::leadHand() and commandHand().
+  /// As ClientSession::leadHand(), commandHand() and addWrench().
   void leadHand(bool lead);
   void commandHand(const HandCommand& command);
+  void addWrench(std::size_t hand, const Wrench& wrench);
 
  private:
   struct Worker;

@@ -42,7 +42,8 @@ class Device {
   [[nodiscard]] virtual bool hasNewSample() noexcept { return true; }
   /// The newest position. `tick` counts servo periods and may skip: missed ticks.
   [[nodiscard]] virtual DeviceReading read(std::uint64_t tick) noexcept = 0;
-  /// Newton metres on the hand, world frame, from the next write() on. Only where a tool is held: zero until then.
+  /// Newton metres on the hand, world frame, from the next write() on. Only where a tool is held, or
+  /// a client adds one: zero until then.
   virtual void writeTorque(Vec3 /*torque_Nm*/) noexcept {}
   /// Newtons on the hand, world frame, held until the next write.
   virtual void write(Vec3 force_N) noexcept = 0;

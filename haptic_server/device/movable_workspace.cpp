@@ -11,6 +11,7 @@ Result<void> MovableWorkspace::move(const WorkspaceCommand& command) {
 
 DeviceReading MovableWorkspace::read(std::uint64_t tick) noexcept {
   DeviceReading reading = device_.read(tick);
+  reading.added = wrench_.next();
   for (WorkspaceCommand command; commands_.pop(command);) take(command, reading);
   if (!isMoved_) return reading;
   if (isFinite(reading.position) && isRotation(reading.rotation)) moveClutch(reading);

@@ -7,6 +7,7 @@
 #include "common/error/error.h"
 #include "common/telemetry/hand_command.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/device/wrench_follower.h"
 
 namespace haptics {
 
@@ -20,15 +21,20 @@ namespace haptics {
 ///
 /// A force F of the world is R^-1 F / max(1, scale) on the hand. Where scale > 1 the hand feels the impedance that it felt at scale 1,
 /// and moves in the world as its mass does: what is known of its stability holds. Where it is below, surfaces are softer.
+///
+/// Clients also add a wrench to the scene's.
 class MovableWorkspace final : public Device {
  public:
   static constexpr double kGlide_m_per_s = 0.1;
 
   /// The device outlives it.
-  MovableWorkspace(Device& device, double period_s) noexcept : device_(device), glide_m_(kGlide_m_per_s * period_s) {}
+  MovableWorkspace(Device& device, double period_s) noexcept
+      : device_(device), glide_m_(kGlide_m_per_s * period_s), wrench_(period_s) {}
 
   /// From the next read() on; one thread besides the servo's. Refused: commands come faster than the servo takes them.
   [[nodiscard]] Result<void> move(const WorkspaceCommand& command);
+  /// Added to what the scene gives the hand (DeviceReading::added); the same thread.
+  void add(const Wrench& wrench) noexcept { wrench_.command(wrench); }
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return device_.info(); }
   [[nodiscard]] bool hasNewSample() noexcept override { return device_.hasNewSample(); }
@@ -56,6 +62,7 @@ class MovableWorkspace final : public Device {
   Device& device_;
   const double glide_m_;
   boost::lockfree::spsc_queue<WorkspaceCommand, boost::lockfree::capacity<64>> commands_;
+  WrenchFollower wrench_;
   // The servo's.
   bool isMoved_ = false;  // a command came
   std::uint32_t clutchButtons_ = 0;

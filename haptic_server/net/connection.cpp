@@ -7,6 +7,12 @@
 #include "haptic_server/net/connections.h"
 
 namespace haptics {
+namespace {
+
+/// After which another client's wrench is felt.
+constexpr std::uint64_t kWrenchHeld_ns = 100'000'000;
+
+}  // namespace
 
 Connection::Connection(Connections& all, SharedByConnections& shared, const ServerIdentity& identity,
                        std::uint64_t number, std::unique_ptr<Transport> transport)
@@ -69,6 +75,17 @@ Result<void> Connection::moveWorkspace(std::size_t hand, const WorkspaceCommand&
   HandHost* const moved = hand < kMaxLedHands ? shared_.hand(hand) : nullptr;
   if (moved == nullptr) return SessionHost::moveWorkspace(hand, command);
   return moved->moveWorkspace(command);
+}
+
+Result<void> Connection::addWrench(std::size_t hand, const Wrench& wrench) {
+  HandHost* const felt = hand < kMaxLedHands ? shared_.hand(hand) : nullptr;
+  if (felt == nullptr) return SessionHost::addWrench(hand, wrench);
+  auto& giver = shared_.wrenchGiver[hand];
+  const std::uint64_t now = now_ns();
+  if (giver && giver->connection != number_ && now < giver->until_ns) return {};
+  giver = {number_, now + kWrenchHeld_ns};
+  if (wrench == Wrench{}) giver.reset();
+  return felt->addWrench(wrench);
 }
 
 std::optional<SessionHost::Leader> Connection::handLeader(std::size_t hand) const { return all_.handLeader(hand); }

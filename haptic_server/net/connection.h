@@ -55,6 +55,7 @@ class Connection final : public SessionHost {
   [[nodiscard]] Result<void> leadHand(std::size_t hand, bool lead) override;
   void commandHand(std::size_t hand, const HandCommand& command) override;
   [[nodiscard]] Result<void> moveWorkspace(std::size_t hand, const WorkspaceCommand& command) override;
+  [[nodiscard]] Result<void> addWrench(std::size_t hand, const Wrench& wrench) override;
   [[nodiscard]] std::optional<Leader> handLeader(std::size_t hand) const override;
 
   [[nodiscard]] std::uint64_t now_ns() const override { return monotonicNow_ns(); }

@@ -189,6 +189,10 @@ void Connections::setHandLeader(std::size_t hand, std::optional<std::uint64_t> n
 void Connections::remove(std::uint64_t number) {
   for (std::size_t hand = 0; hand < kMaxLedHands; ++hand) {
     if (shared_.handLeader[hand] == number) setHandLeader(hand, std::nullopt);
+    if (auto& giver = shared_.wrenchGiver[hand]; giver && giver->connection == number) {
+      giver.reset();
+      static_cast<void>(shared_.hand(hand)->addWrench({}));
+    }
   }
   connections_.erase(number);
   shared_.paths.remove(number);

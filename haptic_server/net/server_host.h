@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/error/error.h"
+#include "common/telemetry/added_wrench.h"
 #include "common/telemetry/energy_state.h"
 #include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
@@ -30,6 +31,10 @@ class HandHost {
   /// Of the hand's device. Refused, as by default: its workspace cannot be moved.
   [[nodiscard]] virtual Result<void> moveWorkspace([[maybe_unused]] const WorkspaceCommand& command) {
     return refused("set_workspace.hand", "its device is a recording");
+  }
+  /// Refused, as by default: nothing can be added to its force.
+  [[nodiscard]] virtual Result<void> addWrench([[maybe_unused]] const Wrench& wrench) {
+    return refused("add_wrench.hand", "its device is a recording");
   }
 };
 

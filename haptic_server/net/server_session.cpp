@@ -220,6 +220,8 @@ void ServerSession::handleLive(const v1::Envelope& envelope) {
       return handle(envelope.hand_target());
     case v1::Envelope::kSetWorkspace:
       return handle(envelope.set_workspace());
+    case v1::Envelope::kAddWrench:
+      return handle(envelope.add_wrench());
     default:
       return refuse("body", "is a message that a client does not send, or not after Hello");
   }
@@ -370,6 +372,13 @@ void ServerSession::handle(const v1::SetWorkspace& message) {
   const auto moved = fromWire(message).and_then(
       [&](const WorkspaceCommand& command) { return host_.moveWorkspace(message.hand(), command); });
   if (!moved) refuse(moved.error().field, moved.error().reason);
+}
+
+void ServerSession::handle(const v1::AddWrench& message) {
+  if (role_ != Role::kEdit) return refuse("add_wrench", notAnEditor().reason);
+  const auto added =
+      fromWire(message).and_then([&](const Wrench& wrench) { return host_.addWrench(message.hand(), wrench); });
+  if (!added) refuse(added.error().field, added.error().reason);
 }
 
 void ServerSession::handTargetByDatagram(const v1::HandTarget& target) {

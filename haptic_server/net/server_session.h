@@ -146,6 +146,7 @@ class ServerSession {
   void handle(const v1::LeadHand& request);
   void handle(const v1::HandTarget& target);
   void handle(const v1::SetWorkspace& message);
+  void handle(const v1::AddWrench& message);
   void sendHandLeader(std::size_t hand, const std::string& refused);
   void reportStatus(bool deformed);
   void dump();

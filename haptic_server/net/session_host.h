@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/credentials/credentials.h"
+#include "common/telemetry/added_wrench.h"
 #include "common/telemetry/energy_state.h"
 #include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
@@ -86,6 +87,11 @@ class SessionHost : public SceneHost, public UploadHost {
   [[nodiscard]] virtual Result<void> moveWorkspace([[maybe_unused]] std::size_t hand,
                                                    [[maybe_unused]] const WorkspaceCommand& command) {
     return haptics::refused("set_workspace.hand", "this server has no such hand whose workspace could be moved");
+  }
+  /// Ignored while another session's is felt. Refused: as by default, nothing can be added to this hand's force.
+  [[nodiscard]] virtual Result<void> addWrench([[maybe_unused]] std::size_t hand,
+                                               [[maybe_unused]] const Wrench& wrench) {
+    return haptics::refused("add_wrench.hand", "this server has no such hand to which a force could be added");
   }
   struct Leader {
     std::string name;

@@ -96,6 +96,12 @@ struct SharedByConnections {
   [[nodiscard]] HandHost* hand(std::size_t index) { return index == 0 ? &host : host.secondHand(); }
   /// Number of the connection whose client leads the simulated hand, of each hand.
   std::array<std::optional<std::uint64_t>, kMaxLedHands> handLeader;
+  struct WrenchGiver {
+    std::uint64_t connection;  ///< Its number.
+    std::uint64_t until_ns;    ///< From then on another may be.
+  };
+  /// Whose client adds to the force of each hand.
+  std::array<std::optional<WrenchGiver>, kMaxLedHands> wrenchGiver;
   Admission admission;
   UploadBudget uploads{Admission::kUploads_bytes, admission.uploadsOfToken_bytes()};
   std::unique_ptr<DatagramSocket> datagrams;  ///< Null: no telemetry by datagram.

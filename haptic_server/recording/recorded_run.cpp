@@ -62,6 +62,10 @@ Result<RecordedTick> RecordedRun::nextOf(std::size_t hand) {
     takeTurn(left.turns.substr(0, kTurnBytes), *tick);
     left.turns.remove_prefix(kTurnBytes);
   }
+  if (!left.wrenches.empty()) {
+    tick->added = wrenchFrom(left.wrenches.substr(0, kWrenchBytes));
+    left.wrenches.remove_prefix(kWrenchBytes);
+  }
   if (left.handles.empty()) return tick;
   const auto handle = handleFrom(left.handles.substr(0, kHandleBytes));
   if (!handle) return tl::unexpected(handle.error());
@@ -171,7 +175,9 @@ Result<void> RecordedRun::take(const v1::RecordedTicks& message) {
       return refused("ticks.turns", "is not of as many ticks");
     if (!ofHand->handles().empty() && ofHand->handles().size() != ticks * kHandleBytes)
       return refused("ticks.handles", "is not of as many ticks");
-    left_[hand] = {ofHand->ticks(), ofHand->turns(), ofHand->handles()};
+    if (!ofHand->wrenches().empty() && ofHand->wrenches().size() != ticks * kWrenchBytes)
+      return refused("ticks.wrenches", "is not of as many ticks");
+    left_[hand] = {ofHand->ticks(), ofHand->turns(), ofHand->handles(), ofHand->wrenches()};
     ofHand = &message.second_hand();
   }
   return {};

@@ -272,6 +272,16 @@ Result<HandleReading> handleFrom(std::string_view bytes) {
   return handle;
 }
 
+void appendWrench(const Wrench& wrench, std::string& bytes) {
+  putVector(bytes, wrench.force_N);
+  putVector(bytes, wrench.torque_Nm);
+}
+
+Wrench wrenchFrom(std::string_view bytes) {
+  const Vec3 force_N = takeVector(bytes);
+  return {force_N, takeVector(bytes)};
+}
+
 bool sameBits(Vec3 a, Vec3 b) noexcept {
   const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
   return bits(a.x) == bits(b.x) && bits(a.y) == bits(b.y) && bits(a.z) == bits(b.z);

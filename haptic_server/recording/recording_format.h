@@ -17,7 +17,8 @@ namespace haptics {
 inline constexpr std::string_view kRecordingHead = "haptics recording 1\n";
 inline constexpr std::size_t kTickBytes = 88;    ///< Of one tick in RecordedTicks.ticks,
 inline constexpr std::size_t kTurnBytes = 56;    ///< and in RecordedTicks.turns,
-inline constexpr std::size_t kHandleBytes = 64;  ///< and in RecordedTicks.handles.
+inline constexpr std::size_t kHandleBytes = 64;  ///< and in RecordedTicks.handles,
+inline constexpr std::size_t kWrenchBytes = 48;  ///< and in RecordedTicks.wrenches.
 
 /// A hand of a recording.
 struct HandFacts {
@@ -62,6 +63,10 @@ void takeTurn(std::string_view bytes, RecordedTick& tick);
 void appendHandle(const HandleReading& handle, std::string& bytes);
 /// `bytes` are kHandleBytes long. Refused: measurements that there are not. Numbers are taken as they are.
 [[nodiscard]] Result<HandleReading> handleFrom(std::string_view bytes);
+
+void appendWrench(const Wrench& wrench, std::string& bytes);
+/// `bytes` are kWrenchBytes long. Numbers are taken as they are.
+[[nodiscard]] Wrench wrenchFrom(std::string_view bytes);
 
 /// Bit for bit, where == would have a zero equal to one of the other sign, and no NaN to itself.
 [[nodiscard]] bool sameBits(Vec3 a, Vec3 b) noexcept;

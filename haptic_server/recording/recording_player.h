@@ -73,7 +73,7 @@ class RecordingPlayer final : public ReplaySource {
     [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override {
       torque_Nm_ = Vec3(0);  // a tick that writes none gives none
       const RecordedTick& tick = player_.now_.recorded[hand_];
-      return {tick.input.device, tick.handle};
+      return {tick.input.device, tick.handle, AddedWrench(tick.added)};
     }
     /// Compares force and torque with what was written then.
     void write(Vec3 force_N) noexcept override { player_.compare(hand_, force_N, torque_Nm_); }

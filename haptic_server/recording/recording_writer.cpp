@@ -52,6 +52,8 @@ void RecordingEncoder::Ticks::add(const RecordedTick& tick) {
   anyTurns = anyTurns || haptics::turns(tick);
   appendHandle(tick.handle, handles);
   anyHandles = anyHandles || tick.handle.measured != 0;
+  appendWrench(tick.added, wrenches);
+  anyWrenches = anyWrenches || !(tick.added == Wrench{});
 }
 
 void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {
@@ -60,6 +62,8 @@ void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {
   turns.clear();
   if (std::exchange(anyHandles, false)) message.set_handles(handles);
   handles.clear();
+  if (std::exchange(anyWrenches, false)) message.set_wrenches(wrenches);
+  wrenches.clear();
 }
 
 void RecordingEncoder::putTicks() {

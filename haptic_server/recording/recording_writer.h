@@ -50,8 +50,10 @@ class RecordingEncoder {
     std::string ticks;
     std::string turns;
     std::string handles;
-    bool anyTurns = false;    // some are not as of a device without rotation
-    bool anyHandles = false;  // some are not as of one that measures its pose only
+    std::string wrenches;
+    bool anyTurns = false;     // some are not as of a device without rotation
+    bool anyHandles = false;   // some are not as of one that measures its pose only
+    bool anyWrenches = false;  // a client added some
 
     void add(const RecordedTick& tick);
     void moveTo(v1::RecordedTicks& message);

@@ -29,10 +29,15 @@ void ReplayedHand::adopt(const RemadeScene* given, std::uint64_t tick) {
   if (next_ != nullptr && adoptScene(*next_, *state_, tick)) scene_ = std::exchange(next_, nullptr);
 }
 
-HandTick ReplayedHand::feel(const StepInput& input) {
+HandTick ReplayedHand::feel(const RecordedTick& tick) {
   result_ = {};
-  computeForce(*scene_, *state_, config_, input, result_);
-  return {*scene_, *state_, config_, input, result_};
+  if (const AddedWrench added(tick.added); added.acts) result_.add(added.force_N);
+  computeForce(*scene_, *state_, config_, tick.input, result_);
+  return {*scene_, *state_, config_, tick.input, result_};
+}
+
+Vec3 ReplayedHand::torque_Nm(const RecordedTick& tick) const noexcept {
+  return writtenTorque_Nm(*state_, config_, AddedWrench(tick.added));
 }
 
 const MotionState* ReplayedHand::describe(std::uint64_t tick) {
@@ -63,16 +68,16 @@ ReplayedServo::Tick ReplayedServo::take(const RecordedRunTick& tick) {
   first_.adopt(tick.given, number);
   if (second_) second_->adopt(tick.given, number);
   Tick made;
-  const HandTick ticked = first_.feel(tick.recorded[0].input);
+  const HandTick ticked = first_.feel(tick.recorded[0]);
   if (second_) {
-    finishSteps(ticked, second_->feel(tick.recorded[1].input), made.sample, made.secondSample);
+    finishSteps(ticked, second_->feel(tick.recorded[1]), made.sample, made.secondSample);
     made.secondSample.handle = tick.recorded[1].handle;
-    made.torque_Nm[1] = writtenTorque_Nm(second_->state());
+    made.torque_Nm[1] = second_->torque_Nm(tick.recorded[1]);
   } else {
     made.sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
   }
   made.sample.handle = tick.recorded[0].handle;
-  made.torque_Nm[0] = writtenTorque_Nm(first_.state());
+  made.torque_Nm[0] = first_.torque_Nm(tick.recorded[0]);
   return made;
 }
 

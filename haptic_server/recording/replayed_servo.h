@@ -21,11 +21,14 @@ class ReplayedHand {
   /// Goes on from a state of the recording, where it holds one.
   void begin(const RecordedBeginning& beginning);
   void adopt(const RemadeScene* given, std::uint64_t tick);
-  [[nodiscard]] HandTick feel(const StepInput& input);
+  /// @param tick  Stays until it is finished.
+  [[nodiscard]] HandTick feel(const RecordedTick& tick);
   /// Null: as at the last call.
   [[nodiscard]] const MotionState* describe(std::uint64_t tick);
 
   [[nodiscard]] HapticState& state() noexcept { return *state_; }
+  /// As written to the device in this tick.
+  [[nodiscard]] Vec3 torque_Nm(const RecordedTick& tick) const noexcept;
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
   /// ServoScene::number of the one adopted; 0: the empty one.
   [[nodiscard]] std::uint64_t scene() const noexcept { return scene_->number; }

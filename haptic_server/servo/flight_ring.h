@@ -21,6 +21,7 @@ struct RecordedTick {
   Fault fault = Fault::kNone;
   Vec3 torque_Nm{0};       ///< As written to the device.
   HandleReading handle{};  ///< As read with its pose.
+  Wrench added{};          ///< By a client.
 };
 static_assert(std::is_trivially_copyable_v<RecordedTick>, "crosses threads by copy");
 

@@ -38,15 +38,19 @@ void ServoHand::computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept 
   const DeviceReading reading = device_.read(tick);
   input_ = {tick, now_ns, reading};
   handle_ = reading.handle;
+  const bool added = added_.acts;
+  if (reading.added.acts || added) added_ = reading.added;
+  if (added_.acts) result_.add(added_.force_N);
   haptics::computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
-  if (state_.features.extras) [[unlikely]]
-    device_.writeTorque(writtenTorque_Nm(state_));
+  if (state_.features.extras || added_.acts || added) [[unlikely]]
+    device_.writeTorque(writtenTorque_Nm(state_, config_, added_));
   device_.write(result_.force.written);
   if (cacheWarmer_) cacheWarmer_->note(result_.contact.work.allowance);
 }
 
 RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& sample) const noexcept {
-  return {input_, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_), handle_};
+  return {input_,  newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_, config_, added_),
+          handle_, added_};
 }
 
 void ServoHand::publish(const TelemetrySample& sample) noexcept {

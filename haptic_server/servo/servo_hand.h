@@ -107,6 +107,7 @@ class ServoHand {
   const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has faded out
   StepInput input_;
   HandleReading handle_;
+  AddedWrench added_;
   ForceResult result_;
   HandStatistics statistics_;
   MotionState motion_;

@@ -10,6 +10,7 @@ import unittest
 
 import harness
 from haptic_client import Client, NotLeading
+from haptics.v1 import telemetry_pb2
 
 GROUND = """
 operations { add { name: "ground" mesh { box { size_m { x: 0.3 y: 0.3 z: 0.04 } segments: 8 } }
@@ -29,6 +30,16 @@ with Client(sys.argv[1], "leader", telemetry_hz=100) as client, client.hand() as
     while True:
         hand.stroke([(-0.05, 0, 0), (0.05, 0, 0), (-0.05, 0, 0)], UP, 2)
 """.replace("UP", str(UP))
+
+PUSHER = """
+import sys, time
+from haptic_client import Client
+with Client(sys.argv[1], "pusher") as client:
+    client.wait_live()
+    client.add_wrench((0, 0, 1))
+    print("pushes", flush=True)
+    time.sleep(60)
+"""
 
 
 def force_N(sample):
@@ -109,6 +120,36 @@ class LedHand(harness.EndToEnd):
               end="", flush=True)
         self.assertLess(free.time_ns - killed, 600e6)
         self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
+
+    def test_what_a_client_adds_comes_goes_and_is_one_clients(self):
+        first, second, watcher = self.client("first"), self.client("second"), self.client("watcher")
+
+        def added(seconds):
+            return [(s.tick, s.force.added.x, s.force.added.y) for s in watcher.samples(seconds)]
+
+        first.add_wrench((1, 0, 0))
+        added(0.3)
+        second.add_wrench((0, 1, 0))
+        self.assertEqual({(x, y) for _, x, y in added(0.5)}, {(1, 0)}, "the other's is not felt")
+        self.assertTrue(any(energy.feature == telemetry_pb2.FEATURE_WRENCH for energy in next(watcher.samples(1)).energy))
+        first.close()
+        felt = added(1.0)
+        self.assertLess(max(abs(b[1] - a[1]) for a, b in zip(felt, felt[1:]) if b[0] == a[0] + 1), 0.0301)
+        self.assertEqual(felt[-1][1:], (0, 1))
+        second.add_wrench((0, 0, 0))
+        added(0.3)
+        self.assertEqual({(x, y) for _, x, y in added(0.2)}, {(0, 0)})
+
+    def test_what_a_killed_client_adds_goes(self):
+        watcher = self.client("watcher")
+        pusher = subprocess.Popen([sys.executable, "-B", "-c", PUSHER, self.server.address], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(pusher.stdout.close)
+        self.assertEqual(pusher.stdout.readline(), "pushes\n")
+        self.assertEqual(list(watcher.samples(0.5))[-1].force.added.z, 1)
+        os.kill(pusher.pid, signal.SIGSTOP)
+        self.assertEqual(list(watcher.samples(0.5))[-1].force.added.z, 0)
+        os.kill(pusher.pid, signal.SIGKILL)
+        pusher.wait()
 
     def status(self):
         return self.server.ctl("status").output

@@ -242,6 +242,15 @@ class Client:
                   for name, value in changes.items()}
         self._hands[which - 1].move_workspace(envelope_pb2.SetWorkspace(hand=which - 1, **values))
 
+    def add_wrench(self, force_N, torque_Nm=(0, 0, 0), which=1):
+        """Adds a force, and to a device that gives torques a torque (x, y, z; world frame), to what the scene gives hand 1 or 2
+        (AddWrench in envelope.proto), a real device's or a simulated one's, from now on: sent again and again until another one
+        is given; zero takes it away, as the end of the connection does. It comes and goes at 30 N/s. Not answered: a sample's
+        force.added shows it. A number that is refused ends the connection."""
+        if which not in (1, 2):
+            raise ValueError(f"there are hands 1 and 2, no hand {which}")
+        self._hands[which - 1].add_wrench(force_N, torque_Nm)
+
     # ---- the client's thread ----
 
     def _run(self):

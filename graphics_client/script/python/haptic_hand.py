@@ -39,6 +39,7 @@ class HandLead:
         self.leader = None    # the server's last word since the client asked
         self._request = self._target = None
         self._moves = []      # of the workspace
+        self._wrench, self._wrench_due = None, 0.0
         self._asks = None     # for the lead, or to give it back; None: answered
         self._due = 0.0       # of the target's next repetition
 
@@ -70,6 +71,12 @@ class HandLead:
             self._moves.append(move)
         self._wake()
 
+    def add_wrench(self, force_N, torque_Nm):
+        wrench = envelope_pb2.AddWrench(hand=self.hand, force_N=vector(force_N), torque_Nm=vector(torque_Nm))
+        with self._changed:
+            self._wrench, self._wrench_due = wrench, 0.0
+        self._wake()
+
     def where(self, timeout_s=5.0):
         with self._changed:
             if not self._changed.wait_for(lambda: self.position or self._end(), timeout_s):
@@ -96,7 +103,7 @@ class HandLead:
             self._target = None
 
     def connection_lost(self):
-        self.leader = self._target = None
+        self.leader = self._target = self._wrench = None
 
     def take_unsent(self):
         """Bodies of envelopes."""
@@ -108,6 +115,11 @@ class HandLead:
         if self._target and now >= self._due:
             bodies.append({"hand_target": self._target})
             self._due = now + REPEAT_S
+        if self._wrench and now >= self._wrench_due:
+            bodies.append({"add_wrench": self._wrench})
+            self._wrench_due = now + REPEAT_S
+            if not any(xyz(self._wrench.force_N) + xyz(self._wrench.torque_Nm)):
+                self._wrench = None
         return bodies
 
 

@@ -10,7 +10,7 @@ import argparse
 import sys
 
 COLOURS = {"x": "tab:red", "y": "tab:green", "z": "tab:blue"}
-CAUSES = ("contact", "shading", "friction", "texture", "motion", "edit")
+CAUSES = ("contact", "shading", "friction", "texture", "motion", "edit", "wrench")
 MAX_POINTS = 4000  # of a curve: more make a vector file slow, and are not seen
 SPECTRUM_S = 1.0   # of a part of the signal whose spectrum is averaged
 
@@ -114,8 +114,8 @@ def _spectrum(axes, ticks, period_s):
 
 
 def _energy(axes, time_s, energy_J):
-    for i, cause in enumerate(CAUSES):
-        given = 1e3 * (energy_J[:, i] - energy_J[0, i])
+    for cause, energy in zip(CAUSES, energy_J.T):
+        given = 1e3 * (energy - energy[0])
         if abs(given).max() > 0:
             axes.plot(*_thinned(time_s, given), linewidth=0.8, label=cause)
     axes.set(xlabel="time (s)", ylabel="energy given to the hand (mJ)")

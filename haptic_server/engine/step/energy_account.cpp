@@ -56,7 +56,7 @@ void EnergyAccount::giveParts(Vec3 way) noexcept {
   for (std::uint64_t rest = heldParts_; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const double given_J = glm::dot(parts_[i], way);
-    row.given_J[i] += given_J;
+    if (i != static_cast<std::size_t>(EnergyFeature::kWrench)) row.given_J[i] += given_J;
     row.given_J[0] -= given_J;
     all_[i] += given_J;
     all_[0] -= given_J;

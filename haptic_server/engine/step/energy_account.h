@@ -17,7 +17,7 @@ namespace haptics {
 ///
 /// Deviation: one port, the device, but several sources behind it. What shading, friction, texture and an edit's
 /// slew add to the force is theirs; what a surface does that moves is its motion's, or its edit's; the contact's is the rest.
-/// So the sources sum up to the port's. noexcept, no allocation.
+/// So the sources sum up to the port's. What a client adds to the force is no object's. noexcept, no allocation.
 class EnergyAccount {
  public:
   /// The HIP is put here (m): no force was felt on the way.

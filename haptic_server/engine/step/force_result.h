@@ -12,6 +12,12 @@ namespace haptics {
 struct ForceResult {
   ForceResult() noexcept {}  // no aggregate: the compiler would clear those in a loop, which takes longer
 
+  /// To be told before the force is computed.
+  void add(Vec3 force_N) noexcept {
+    adds = true;
+    added_N = force_N;
+  }
+
   bool followed = false;     ///< No fault stood in the way: the position was felt.
   std::uint64_t object = 0;  ///< Id of the touched one, 0 when free.
   ContactResult contact;     ///< As it is felt: on dented triangles, with shading and texture.
@@ -21,6 +27,8 @@ struct ForceResult {
   double height_m = 0;     ///< Of the texture.
   Vec3 shadingForce_N{0};  ///< What shading changed of the force.
   ForceComponents force;
+  bool adds = false;               ///< A client adds something to the force:
+  Vec3 added_N{0};                 ///< this, before the limits.
   std::int64_t keptForMotion = 0;  ///< Of the tick's allowance, units (Allowance).
 };
 

@@ -123,7 +123,8 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
 [[gnu::noinline]] void limitByStages(HapticState& state, const StepConfig& config, const StepInput& input,
                                      ForceResult& result) noexcept {
   followClutch(state, input);
-  Vec3 force = result.force.contact;
+  if (state.limits.clutched) result.added_N = Vec3(0);
+  Vec3 force = result.adds ? result.force.contact + result.added_N : result.force.contact;
   if (!isFinite(force)) [[unlikely]]
     state.supervision.fault = Fault::kNonFiniteForce;
   if (state.supervision.fault == Fault::kNone) [[likely]] {
@@ -143,7 +144,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
           input.device.position, state.estimate.hip, std::max(carried_m(state, result.contact), effects.carried_m),
           {touched.spring_N_per_m + effects.stiffness.spring_N_per_m,
            touched.damping_Ns_per_m + effects.stiffness.damping_Ns_per_m},
-          jumps, config.period_s, effects.byTime_N);
+          jumps, config.period_s, effects.byTime_N + (result.adds ? EditSlew::kRate_N_per_s * config.period_s : 0));
     }
     state.limits.unlimited_N = force;
   } else {
@@ -160,7 +161,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
                                          ForceResult& result) noexcept {
   const Vec3& force = result.force.contact;
   const bool asItIs = state.supervision.fault == Fault::kNone && !state.now.adopted && !state.limits.slew.active() &&
-                      state.supervision.ramp.atOne() && !input.device.status.clutched;
+                      state.supervision.ramp.atOne() && !input.device.status.clutched && !result.adds;
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]] {  // not for NaN
     result.force.written = state.limits.unlimited_N = force;
   } else {
@@ -289,16 +290,17 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   concludeForce(scene, state, config, input, result);
 }
 
-/// What an edit and the surface's features have of the force that is now held.
+/// What an edit, the surface's features and a client have of the force that is now held.
 [[gnu::noinline]] void holdParts(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
   const double part = writtenFraction(result.force.written, state.limits.unlimited_N);
   if (state.limits.slew.active()) {
-    const Vec3 whole_N = limitMagnitude(result.force.contact, config.maxForce_N);
+    const Vec3 whole_N = limitMagnitude(result.force.contact + result.added_N, config.maxForce_N);
     state.energy.setHeldPart(EnergyFeature::kEdit, state.limits.unlimited_N - whole_N, part);
   }
   state.energy.setHeldPart(EnergyFeature::kShading, result.shadingForce_N, part);
   state.energy.setHeldPart(EnergyFeature::kFriction, result.force.friction, part);
   state.energy.setHeldPart(EnergyFeature::kTexture, result.force.texture, part);
+  state.energy.setHeldPart(EnergyFeature::kWrench, result.added_N, part);
 }
 
 /// What the last force gave the hand on the way to here, and what may give it some from now on.
@@ -307,7 +309,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   if (result.followed) [[likely]]
     state.energy.integrate(state.estimate.measured);
   state.energy.setHeldForce(result.object, result.force.written);
-  if (state.features.detail || state.limits.slew.active()) [[unlikely]]
+  if (state.features.detail || state.limits.slew.active() || result.adds) [[unlikely]]
     holdParts(state, config, result);
 }
 
@@ -339,7 +341,8 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
       .device = input.device.status,
       .depenetrated = state.report.depenetrated,
       .depenetratedFrom = state.report.depenetratedFrom,
-      .allowanceSpent = state.report.allowanceSpent};
+      .allowanceSpent = state.report.allowanceSpent,
+      .added_N = result.added_N};
 }
 
 }  // namespace
@@ -384,8 +387,9 @@ TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const St
 }
 
 TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                           const StepInput& input) noexcept {
+                           const StepInput& input, const Vec3* added_N) noexcept {
   ForceResult result;
+  if (added_N != nullptr) result.add(*added_N);
   computeForce(scene, state, config, input, result);
   return finishStep(scene, state, config, input, result);
 }

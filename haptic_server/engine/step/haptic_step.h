@@ -29,11 +29,12 @@ struct StepInput {
 /// device need not wait for more than the first. `scene` is the one that `state` adopted last.
 /// @return The tick's telemetry; `force.written` (N, world) is for the device. The counters of queue and loop, and what
 /// the device's handle measured, are left to the loop.
+/// @param added_N  By a client; null: nothing.
 [[nodiscard]] TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                         const StepInput& input) noexcept;
+                                         const StepInput& input, const Vec3* added_N = nullptr) noexcept;
 
 /// The half of hapticStep() that the device waits for, from its position to its force.
-/// @param[out] result  Pass it as constructed. Then `result.force.written` (N, world) is for the device, the rest for
+/// @param[in,out] result  Pass it as constructed, with what a client adds. Then `result.force.written` (N, world) is for the device, the rest for
 /// finishStep().
 /// @param cache  Triangles that a rehearsal computed ahead, which saves time and changes no bit; null: none.
 void computeForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,

@@ -135,6 +135,11 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
   return isWhole;
 }
 
+/// Of the contact's force: that was written.
+[[nodiscard]] double writtenPart(const HapticState& state, const ForceResult& result) noexcept {
+  return writtenFraction(result.force.written, result.adds ? state.limits.unlimited_N : result.force.contact);
+}
+
 }  // namespace
 
 void takeMovedPoses(HapticState& state) noexcept {
@@ -167,7 +172,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
   const Reaction reaction(state, contact, force.contact);
   const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
-  const double part = writtenFraction(force.written, force.contact);
+  const double part = writtenPart(state, result);
   if (state.collidingCount > 0 && !moveCollidingBodies(state, config, reaction, part, allowance) &&
       !contact.work.allowanceSpent)
     ++state.report.allowanceSpent;
@@ -214,9 +219,8 @@ void takePushes(HapticState& first, const HapticState& second, const ForceResult
 }
 
 void followMovedBodies(const HapticState& first, HapticState& second, const ForceResult& secondResult) noexcept {
-  const ForceComponents& force = secondResult.force;
   const Reaction reaction(second, secondResult.contact, contactForce_N(second, secondResult));
-  const double part = writtenFraction(force.written, force.contact);
+  const double part = writtenPart(second, secondResult);
   for (std::size_t k = 0; k < second.moving.count; ++k) second.moving[k].moved = false;
   forEachShared(first, second, [&](std::size_t i, std::size_t k) {
     const MovingBody& leads = first.moving[i];

@@ -25,9 +25,18 @@ void limitTorque(HapticState& state, const ForceResult& result) noexcept;
 /// The torque of a tool that is not held any more: it goes at the rate of an edit.
 void fadeTorque(HapticState& state, const ForceResult& result) noexcept;
 
-/// For the device, of this tick.
+/// The tool's, for the device, of this tick.
 [[nodiscard]] inline Vec3 writtenTorque_Nm(const HapticState& state) noexcept {
   return state.features.tool || state.features.torqueFades ? state.tool.torque.written_Nm() : Vec3(0);
+}
+
+/// With what a client adds, within the device's limit; the tool's observer does not know of that.
+[[nodiscard]] inline Vec3 writtenTorque_Nm(const HapticState& state, const StepConfig& config,
+                                           const AddedWrench& added) noexcept {
+  const Vec3 own_Nm = writtenTorque_Nm(state);
+  if (!added.acts || state.limits.clutched || !isFinite(added.torque_Nm)) [[likely]]
+    return own_Nm;
+  return limitMagnitude(own_Nm + state.supervision.ramp.gain() * added.torque_Nm, config.rotation.maxTorque_Nm);
 }
 
 /// What the tool gives a body.

@@ -180,6 +180,7 @@ TelemetrySample sample() {
   s.stickingPoint = {1, 2, 3};
   s.height_m = 0.8;
   s.force = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {6, 7, 8}};
+  s.added_N = {7, 8, 9};
   s.energyGiven_J = {-0.9, 0.01, -0.4, 0.02, 0.3, -0.05};
   s.largestEnergySource = {9, EnergyFeature::kMotion, 0.31};
   s.fault = Fault::kDeviceLost;
@@ -223,6 +224,7 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.force.texture, b.force.texture);
   EXPECT_EQ(a.force.contact, b.force.contact);
   EXPECT_EQ(a.force.written, b.force.written);
+  EXPECT_EQ(a.added_N, b.added_N);
   EXPECT_EQ(a.energyGiven_J, b.energyGiven_J);
   EXPECT_EQ(a.largestEnergySource, b.largestEnergySource);
   EXPECT_EQ(a.fault, b.fault);

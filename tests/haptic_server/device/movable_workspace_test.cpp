@@ -55,6 +55,30 @@ TEST_F(MovableWorkspaceTest, IsWhereTheDeviceIsUntilItIsMoved) {
   EXPECT_EQ(device_.force_N, Vec3(1, 2, 3));
 }
 
+TEST_F(MovableWorkspaceTest, WhatIsAddedComesAndGoesSlowly) {
+  EXPECT_FALSE(read().added.acts);
+  const Wrench wanted{{0, 0.9, 0}, {0, 0, -0.006}};
+  workspace_.add(wanted);
+  for (int i = 1; i <= 30; ++i) {
+    const AddedWrench added = read().added;
+    EXPECT_NEAR(added.force_N.y, 0.03 * i, 1e-12);
+    EXPECT_NEAR(added.torque_Nm.z, -3e-4 * std::min(i, 20), 1e-15);
+  }
+  for (int i = 31; i <= 100; ++i) EXPECT_EQ(static_cast<const Wrench&>(read().added), wanted) << "0.1 s after the last";
+  for (int i = 1; i < 30; ++i) EXPECT_NEAR(read().added.force_N.y, 0.9 - 0.03 * i, 1e-12);
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(read().added.acts);
+  workspace_.add(wanted);
+  for (int i = 0; i < 50; ++i) (void)read();
+  workspace_.add({});
+  EXPECT_NEAR(read().added.force_N.y, 0.87, 1e-12);
+}
+
+TEST_F(MovableWorkspaceTest, WhatIsAddedIsTheWorlds) {
+  move({.scale = 2, .rotation = rotationBy({0, 0, 1})});
+  workspace_.add({{0.03, 0, 0}, {}});
+  EXPECT_EQ(read().added.force_N, Vec3(0.03, 0, 0));
+}
+
 TEST_F(MovableWorkspaceTest, GlidesToItsOffset) {
   move({.offset = Vec3(0.01, 0, 0)});
   for (int i = 1; i <= 99; ++i) EXPECT_NEAR(read().position.x, 1e-4 * i, 1e-12);

@@ -344,6 +344,17 @@ class SessionHand : public SessionLive {
     client.send(envelope);
     link.settle();
   }
+  [[nodiscard]] Result<void> addWrench(std::size_t hand, const Wrench& wrench) override {
+    if (hand > 0) return SessionLive::addWrench(hand, wrench);
+    wrenches.push_back(wrench);
+    return {};
+  }
+  void add(const v1::AddWrench& message) {
+    v1::Envelope envelope;
+    *envelope.mutable_add_wrench() = message;
+    client.send(envelope);
+    link.settle();
+  }
   [[nodiscard]] std::optional<Leader> handLeader(std::size_t /*hand*/) const override {
     if (otherLeads) return Leader{"other", session.id() + 1};
     return leads ? std::optional(Leader{session.name(), session.id()}) : std::nullopt;
@@ -367,7 +378,37 @@ class SessionHand : public SessionLive {
   bool leads = false, otherLeads = false;
   std::vector<HandCommand> commands;
   std::vector<WorkspaceCommand> moves;
+  std::vector<Wrench> wrenches;
 };
+
+TEST_F(SessionHand, TakesWhatIsToBeAddedToItsForce) {
+  v1::AddWrench message;
+  message.mutable_force_n()->set_x(-100);
+  message.mutable_torque_nm()->set_z(10);
+  add(message);
+  add({});
+  ASSERT_EQ(wrenches.size(), 2U);
+  EXPECT_EQ(wrenches[0], (Wrench{{-100, 0, 0}, {0, 0, 10}}));
+  EXPECT_EQ(wrenches[1], Wrench{});
+  message.mutable_force_n()->set_y(std::numeric_limits<double>::quiet_NaN());
+  add(message);
+  EXPECT_EQ(client.refusal().field(), "add_wrench.force_N");
+  EXPECT_EQ(wrenches.size(), 2U);
+}
+
+TEST_F(SessionHand, RefusesATorqueThatNoHandBears) {
+  v1::AddWrench message;
+  message.mutable_torque_nm()->set_y(10.1);
+  add(message);
+  EXPECT_EQ(client.refusal().field(), "add_wrench.torque_Nm");
+}
+
+TEST_F(SessionHand, RefusesToAddToAHandThatIsNotThere) {
+  v1::AddWrench message;
+  message.set_hand(1);
+  add(message);
+  EXPECT_EQ(client.refusal().field(), "add_wrench.hand");
+}
 
 TEST_F(SessionHand, ItsWorkspaceIsMovedByWhatIsGivenAlone) {
   v1::SetWorkspace message;

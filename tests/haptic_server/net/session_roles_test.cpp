@@ -51,6 +51,16 @@ TEST_F(SessionRoles, AViewerDoesNotLeadTheHand) {
   EXPECT_FALSE(answer.led());
 }
 
+TEST_F(SessionRoles, AViewerAddsNoForce) {
+  role = Role::kView;
+  hello("");
+  v1::Envelope envelope;
+  envelope.mutable_add_wrench()->mutable_force_n()->set_x(1);
+  client.send(envelope);
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "add_wrench");
+}
+
 TEST_F(SessionRoles, AViewerDoesNotMoveTheWorkspace) {
   role = Role::kView;
   hello("");

@@ -97,6 +97,15 @@ class RecordedServo {
       tick(reading);
     }
   }
+  /// While a client adds something now and then.
+  void runAdding(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      DeviceReading reading{hand(), DeviceState::kReady, {}};
+      const auto number = static_cast<double>(tick_);
+      if (i % 300 >= 100) reading.added = AddedWrench({{0.001 * number, -0.3, 0.2}, {0, 1e-6 * number, 0}});
+      tick(reading);
+    }
+  }
   /// With the second hand there where the first will be a little later.
   void runBoth(int ticks) {
     for (int i = 0; i < ticks; ++i) {
@@ -140,11 +149,13 @@ class RecordedServo {
       mailbox_.adopted();
     }
     const StepInput input{tick_++, 0, reading};
-    last_ = hapticStep(*scene_, *state_, config_, input);
-    if (twin) judge(hapticStep(*scene_, *twin, config_, input));
+    const Vec3* const added_N = reading.added.acts ? &reading.added.force_N : nullptr;
+    last_ = hapticStep(*scene_, *state_, config_, input, added_N);
+    if (twin) judge(hapticStep(*scene_, *twin, config_, input, added_N));
     contactTicks_ += last_.object != 0 ? 1 : 0;
-    ring_.add(std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
-                                      writtenTorque_Nm(*state_), reading.handle}});
+    ring_.add(
+        std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
+                                writtenTorque_Nm(*state_, config_, reading.added), reading.handle, reading.added}});
   }
   /// From here on each tick is also computed from the image of the state before it.
   void computeTwice() { hasTwin_ = true; }

@@ -135,6 +135,23 @@ TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
   EXPECT_EQ(outcome->largestDifference_Nm, 0);
 }
 
+TEST(Replay, GivesWhatAClientAddedAgain) {
+  RecordedServo servo;
+  servo.run(100);
+  servo.runAdding(kWhile);
+  servo.run(100);
+  int added = 0;
+  const auto outcome = replay(servo.recording(), [&](const ReplayedTick& replayed) {
+    added += replayed.sample.added_N != Vec3(0);
+    return true;
+  });
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->ticks, 200U + kWhile);
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_NEAR(added, 2 * kWhile / 3, 100);
+}
+
 /// States between ticks let parts of a recording be computed at the same time: nothing else may come of them.
 TEST(Replay, GivesWhatTheHandleMeasuredAndTheForcesThatAClutchTookAwayAgain) {
   RecordedServo servo;

@@ -47,7 +47,7 @@ class VirtualServo {
   TelemetrySample stepWith(const DeviceReading& reading) {
     tryToAdopt();
     const StepInput input{tick_++, 0, reading};
-    return hapticStep(*scene_, state_, config_, input);
+    return hapticStep(*scene_, state_, config_, input, reading.added.acts ? &reading.added.force_N : nullptr);
   }
   TelemetrySample run(std::uint64_t ticks) {
     TelemetrySample sample;
