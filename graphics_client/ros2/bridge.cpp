@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <thread>
 #include <vector>
 
 #include "common/clock/monotonic.h"
 #include "common/clock/unix_time.h"
 #include "common/telemetry/tick_gaps.h"
 #include "common/wire/convert.h"
+#include "graphics_client/mirror/object_poses.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/mirror/tick_queue.h"
 #include "graphics_client/ros2/hand_topics.h"
 #include "graphics_client/ros2/message_parts.h"
-#include "graphics_client/ros2/object_poses.h"
 #include "graphics_client/ros2/scene_topics.h"
 #include "graphics_client/ros2/stamp_clock.h"
+#include "graphics_client/ros2/wrench_topic.h"
 
 namespace haptics {
 namespace {
@@ -25,36 +25,21 @@ constexpr std::chrono::milliseconds kLongestWait{20};  // for ticks; the scene m
 constexpr std::uint64_t kBetweenLosses_ns = 5'000'000'000;
 constexpr const char* kNothing = "";
 
-/// Objects' poses as other programs publish them, on a thread of its own.
+/// Objects' poses as other programs publish them.
 class PoseReader {
  public:
   PoseReader(const dds::Participant& participant, const std::string& name, ServerLink& link, ObjectPoses::Say say)
       : prefix_(name.substr(1) + "/"),
         poses_(link, std::move(say)),
-        reader_(participant, name + "/set_objects", {dds::Reliability::kBestEffort, kDepth}),
-        waitset_(dds_create_waitset(participant.get())),
-        thread_([this](const std::stop_token& stop) { run(stop); }) {}
+        subscription_(participant, name + "/set_objects", {dds::Reliability::kBestEffort, kDepth},
+                      [this](const ros2::TFMessage& message) { take(message); }) {}
 
  private:
   static constexpr int kDepth = 100;  // of ROS 2's /tf
-  static constexpr dds_duration_t kLook = DDS_MSECS(100);
 
   std::string prefix_;
   ObjectPoses poses_;
-  dds::Reader<ros2::TFMessage> reader_;
-  dds::Entity waitset_;
-  std::jthread thread_;  // ends first
-
-  void run(const std::stop_token& stop) {
-    const dds::Entity some(dds_create_readcondition(reader_.get(), DDS_ANY_STATE));
-    dds_waitset_attach(waitset_.get(), some.get(), 0);
-    while (!stop.stop_requested()) {
-      if (dds_waitset_wait(waitset_.get(), nullptr, 0, kLook) < 0)
-        std::this_thread::sleep_for(std::chrono::nanoseconds(kLook));
-      reader_.takeAll([this](const ros2::TFMessage& message) { take(message); });
-    }
-    dds_waitset_detach(waitset_.get(), some.get());
-  }
+  dds::Subscription<ros2::TFMessage> subscription_;  // its thread ends first
 
   void take(const ros2::TFMessage& message) {
     for (std::uint32_t i = 0; i < message.transforms._length; ++i) {
@@ -84,7 +69,7 @@ class Bridge {
                .onTicks = [this](const v1::TelemetryBatch& batch) { queue_.put(batch); }}),
         scene_(participant, options.name),
         poses_(participant, options.name, link_, say) {
-    hands_.push_back(makeHand(options.name));
+    addHand(options.name);
   }
 
   void run(const std::atomic<bool>& stop) {
@@ -107,7 +92,8 @@ class Bridge {
   TickQueue queue_;
   ServerLink link_;  // its thread ends before the queue
   SceneTopics scene_;
-  std::vector<std::unique_ptr<HandTopics>> hands_;  // the second one's from when it is there
+  std::vector<std::unique_ptr<HandTopics>> hands_;      // the second one's from when it is there
+  std::vector<std::unique_ptr<WrenchTopic>> wrenches_;  // likewise
   PoseReader poses_;
   StampClock clock_;
   TickGaps gaps_;
@@ -115,8 +101,11 @@ class Bridge {
   std::string linkText_;
   std::uint64_t lost_ = 0, unwritten_ = 0, quietUntil_ns_ = 0;
 
-  [[nodiscard]] std::unique_ptr<HandTopics> makeHand(const std::string& name) const {
-    return std::make_unique<HandTopics>(participant_, HandTopicOptions{name, options_.crtkNames, options_.reliability});
+  void addHand(const std::string& name) {
+    hands_.push_back(
+        std::make_unique<HandTopics>(participant_, HandTopicOptions{name, options_.crtkNames, options_.reliability}));
+    wrenches_.push_back(std::make_unique<WrenchTopic>(
+        participant_, name + (options_.crtkNames ? "/servo_cf" : "/add_wrench"), wrenches_.size(), link_, say_));
   }
 
   void learnClock(const MirrorView& view, const v1::Telemetry* newest) {
@@ -139,7 +128,7 @@ class Bridge {
     publish(*hands_[0], view, first, stamp_ns, tool_);
     const auto second = secondHandFromWire(tick.sample);
     if (!second) return;
-    if (hands_.size() < 2) hands_.push_back(makeHand(options_.name + "/second"));
+    if (hands_.size() < 2) addHand(options_.name + "/second");
     TelemetrySample with = *second;
     with.tick = first.tick;
     publish(*hands_[1], view, with, stamp_ns, std::nullopt);

@@ -2,11 +2,14 @@
 
 #include <dds/dds.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "common/error/error.h"
@@ -122,6 +125,43 @@ class Reader {
 
  private:
   Entity entity_;
+};
+
+/// Gives each message that comes to a function, on a thread of its own.
+template <class Message>
+class Subscription {
+ public:
+  using Take = std::function<void(const Message&)>;
+
+  /// @param between  Messages are taken no more often; those that the reader has no room for are lost meanwhile.
+  Subscription(const Participant& participant, const std::string& topic, const Qos& qos, Take take,
+               std::chrono::nanoseconds between = {})
+      : take_(std::move(take)),
+        between_(between),
+        reader_(participant, topic, qos),
+        waitset_(dds_create_waitset(participant.get())),
+        thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+ private:
+  static constexpr dds_duration_t kLook = DDS_MSECS(100);
+
+  const Take take_;
+  const std::chrono::nanoseconds between_;
+  Reader<Message> reader_;
+  Entity waitset_;
+  std::jthread thread_;  // ends first
+
+  void run(const std::stop_token& stop) {
+    const Entity some(dds_create_readcondition(reader_.get(), DDS_ANY_STATE));
+    dds_waitset_attach(waitset_.get(), some.get(), 0);
+    while (!stop.stop_requested()) {
+      if (dds_waitset_wait(waitset_.get(), nullptr, 0, kLook) < 0)
+        std::this_thread::sleep_for(std::chrono::nanoseconds(kLook));
+      reader_.takeAll(take_);
+      std::this_thread::sleep_for(between_);
+    }
+    dds_waitset_detach(waitset_.get(), some.get());
+  }
 };
 
 }  // namespace haptics::dds

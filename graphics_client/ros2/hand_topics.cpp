@@ -24,6 +24,7 @@ HandTopics::HandTopics(const dds::Participant& participant, const HandTopicOptio
       wrench_(participant, named(options, "wrench", "measured_cf"), everyTick(options)),
       contact_(participant, options.name + "/contact", everyTick(options)),
       joy_(participant, options.name + "/joy", everyTick(options)),
+      gripper_(participant, named(options, "gripper", "gripper/measured_js"), everyTick(options)),
       touched_(participant, options.name + "/touched", {.depth = 1, .transientLocal = true}) {}
 
 void HandTopics::publish(std::int64_t stamp_ns, double period_s, const TelemetrySample& sample,
@@ -40,6 +41,12 @@ void HandTopics::publish(std::int64_t stamp_ns, double period_s, const Telemetry
   for (int i = 0; i < kButtons; ++i)
     buttons[static_cast<std::size_t>(i)] = static_cast<std::int32_t>((sample.device.buttons >> i) & 1);
   count(joy_.write({header, {}, ros2::sequenceOf<dds_sequence_long>(buttons)}));
+  if (sample.handle.has(HandleReading::kGripper)) {
+    std::vector<char*> names{ros2::text("gripper")};
+    std::vector<double> angles{sample.handle.gripper_rad};
+    count(gripper_.write(
+        {header, ros2::sequenceOf<dds_sequence_string>(names), ros2::sequenceOf<dds_sequence_double>(angles), {}, {}}));
+  }
   if (touched != lastTouched_) {
     count(touched_.write({ros2::text(touched)}));
     lastTouched_ = touched;
@@ -53,6 +60,7 @@ void HandTopics::flush() {
   wrench_.flush();
   contact_.flush();
   joy_.flush();
+  gripper_.flush();
   touched_.flush();
 }
 
@@ -66,7 +74,7 @@ Vec3 HandTopics::velocityAt(const TelemetrySample& sample, double period_s) {
     velocity_.update(sample.hip);
   }
   lastTick_ = sample.tick;
-  return velocity_.velocity();
+  return sample.handle.has(HandleReading::kVelocity) ? sample.handle.velocity : velocity_.velocity();
 }
 
 }  // namespace haptics

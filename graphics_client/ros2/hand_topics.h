@@ -20,7 +20,7 @@ struct HandTopicOptions {
   dds::Reliability reliability = dds::Reliability::kReliable;
 };
 
-/// What a hand does and feels in each tick, in six topics (README.md).
+/// What a hand does and feels in each tick, in seven topics (README.md).
 class HandTopics {
  public:
   /// Ticks that are kept for a reader that lost some: two seconds. More is sent again to who stood still so long, and holds up what is new.
@@ -41,6 +41,7 @@ class HandTopics {
   dds::Writer<ros2::TwistStamped> twist_;
   dds::Writer<ros2::WrenchStamped> wrench_, contact_;
   dds::Writer<ros2::Joy> joy_;
+  dds::Writer<ros2::JointState> gripper_;
   dds::Writer<ros2::String> touched_;
   VelocityEstimator velocity_;
   std::uint64_t lastTick_ = 0;  // 0: none yet

@@ -19,6 +19,7 @@ using TwistStamped = geometry_msgs_msg_dds__TwistStamped_;
 using WrenchStamped = geometry_msgs_msg_dds__WrenchStamped_;
 using TransformStamped = geometry_msgs_msg_dds__TransformStamped_;
 using Joy = sensor_msgs_msg_dds__Joy_;
+using JointState = sensor_msgs_msg_dds__JointState_;
 using TFMessage = tf2_msgs_msg_dds__TFMessage_;
 using Marker = visualization_msgs_msg_dds__Marker_;
 using MarkerArray = visualization_msgs_msg_dds__MarkerArray_;
@@ -46,6 +47,10 @@ inline const dds_topic_descriptor_t& descriptorOf<ros2::WrenchStamped>() {
 template <>
 inline const dds_topic_descriptor_t& descriptorOf<ros2::Joy>() {
   return sensor_msgs_msg_dds__Joy__desc;
+}
+template <>
+inline const dds_topic_descriptor_t& descriptorOf<ros2::JointState>() {
+  return sensor_msgs_msg_dds__JointState__desc;
 }
 template <>
 inline const dds_topic_descriptor_t& descriptorOf<ros2::TFMessage>() {

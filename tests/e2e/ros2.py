@@ -129,6 +129,23 @@ class Ros2(harness.EndToEnd):
                 self.assertGreater(max(y for _, y in places) - min(y for _, y in places), 0.03)
         self.assertEqual(self.server.status()["fault"], "FAULT_NONE")
 
+    def test_a_wrench_from_ros_is_added_to_the_hands_force(self):
+        bridge = self.start_bridge("--crtk")
+        for rate_hz in (50, 10_000):
+            with self.subTest(rate_hz=rate_hz), Client(self.server.address, telemetry_hz=100) as client:
+                adder = self.peer("add", "/haptics/servo_cf", 0.5, 0, -0.25, rate_hz, 2)
+                felt = [(s.force.added.x, s.force.added.y, s.force.added.z) for s in client.samples(2)]
+                self.assertEqual(adder.wait(), 0, adder.text())
+                self.assertIn((0.5, 0, -0.25), felt)
+                self.assertEqual(list(client.samples(1))[-1].force.added.x, 0)
+        for wrench, word in ((("nan", 0, 0), "force_N"), ((0, 0, 101), "force_N"), ((1, 0, 0), 'its frame has to be "world"')):
+            with self.subTest(wrench=wrench):
+                frame = ["base"] if "frame" in word else []
+                self.assertEqual(self.peer("add", "/haptics/servo_cf", *wrench, 1000, 1.5, *frame).wait(), 0)
+                harness.wait_until(lambda word=word: word in bridge.text(), 5, bridge.text)
+        self.assertLess(len(bridge.text().splitlines()), 20, "a flood is not a flood of words")
+        self.assertTrue(bridge.alive(), bridge.text())
+
     def test_what_is_no_pose_is_refused_and_said(self):
         bridge = self.start_bridge()
         for thing, motion, word in (("haptics/box", "nan", "finite numbers"), ("box", "zero_rotation", "a rotation other than 0"),

@@ -3,6 +3,7 @@
 //
 // usage: ros2_peer read DOMAIN NAMESPACE SECONDS [crtk] [best_effort]  prints a line of JSON for each topic, poses before it
 //        ros2_peer move DOMAIN NAMESPACE OBJECT HZ SECONDS MOTION      MOTION: circle, nan, zero_rotation, frame
+//        ros2_peer add DOMAIN TOPIC X Y Z HZ SECONDS [FRAME]           a force
 //        ros2_peer disturb DOMAIN NAMESPACE SECONDS                    publishes other types under the bridge's topics
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -74,6 +75,10 @@ void print(const geometry_msgs::msg::dds_::TwistStamped_& m, const std::string& 
               m.twist().linear().y(), m.twist().linear().z());
 }
 void print(const sensor_msgs::msg::dds_::Joy_&, const std::string&) {}
+void print(const sensor_msgs::msg::dds_::JointState_& m, const std::string& topic) {
+  std::printf("{\"joint_of\": \"%s\", \"name\": \"%s\", \"position\": %.17g}\n", topic.c_str(), m.name().at(0).c_str(),
+              m.position().at(0));
+}
 void print(const std_msgs::msg::dds_::String_& m, const std::string& topic) {
   std::printf("{\"text_of\": \"%s\", \"text\": \"%s\"}\n", topic.c_str(), m.data().c_str());
 }
@@ -213,6 +218,8 @@ void read(const std::vector<std::string>& arguments) {
   add(name + (crtk ? "/measured_cf" : "/wrench"), true, false, static_cast<WrenchStamped_PubSubType*>(nullptr));
   add(name + "/contact", true, false, static_cast<WrenchStamped_PubSubType*>(nullptr));
   add(name + "/joy", true, false, static_cast<sensor_msgs::msg::dds_::Joy_PubSubType*>(nullptr));
+  add(name + (crtk ? "/gripper/measured_js" : "/gripper"), true, false,
+      static_cast<sensor_msgs::msg::dds_::JointState_PubSubType*>(nullptr));
   add(name + "/touched", false, true, static_cast<std_msgs::msg::dds_::String_PubSubType*>(nullptr));
   add("/tf", false, false, static_cast<tf2_msgs::msg::dds_::TFMessage_PubSubType*>(nullptr));
   add("/tf_static", false, true, static_cast<tf2_msgs::msg::dds_::TFMessage_PubSubType*>(nullptr));
@@ -245,10 +252,29 @@ void move(const std::vector<std::string>& arguments) {
   }
 }
 
+void add(const std::vector<std::string>& arguments) {
+  Node node(static_cast<unsigned>(std::stoul(arguments.at(1))));
+  auto* writer = node.write<geometry_msgs::msg::dds_::WrenchStamped_PubSubType>(arguments.at(2));
+  geometry_msgs::msg::dds_::WrenchStamped_ message;
+  message.header().frame_id(arguments.size() > 8 ? arguments[8] : "world");
+  auto& force = message.wrench().force();
+  force.x(std::stod(arguments.at(3)));
+  force.y(std::stod(arguments.at(4)));
+  force.z(std::stod(arguments.at(5)));
+  const double rate_Hz = std::stod(arguments.at(6)), seconds = std::stod(arguments.at(7));
+  const auto began = Clock::now();
+  for (double t = 0; t < seconds; t += 1 / rate_Hz) {
+    std::this_thread::sleep_until(began +
+                                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(t)));
+    writer->write(&message);
+  }
+}
+
 void disturb(const std::vector<std::string>& arguments) {
   const std::string& name = arguments.at(2);
   Node node(static_cast<unsigned>(std::stoul(arguments.at(1))));
   auto* poses = node.write<std_msgs::msg::dds_::String_PubSubType>(name + "/set_objects");
+  auto* wrench = node.write<std_msgs::msg::dds_::String_PubSubType>(name + "/add_wrench");
   auto* pose = node.write<geometry_msgs::msg::dds_::TwistStamped_PubSubType>(name + "/pose");
   std_msgs::msg::dds_::String_ text;
   text.data(std::string(10'000, 'x'));
@@ -256,6 +282,7 @@ void disturb(const std::vector<std::string>& arguments) {
   const auto end = Clock::now() + std::chrono::duration<double>(std::stod(arguments.at(3)));
   while (Clock::now() < end) {
     poses->write(&text);
+    wrench->write(&text);
     pose->write(&twist);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -269,8 +296,9 @@ int main(int argc, char** argv) {
     const std::string& verb = arguments.at(0);
     if (verb == "read") return read(arguments), 0;
     if (verb == "move") return move(arguments), 0;
+    if (verb == "add") return add(arguments), 0;
     if (verb == "disturb") return disturb(arguments), 0;
-    std::fprintf(stderr, "ros2_peer: read, move or disturb\n");
+    std::fprintf(stderr, "ros2_peer: read, move, add or disturb\n");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ros2_peer: %s\n", error.what());
   }

@@ -1,4 +1,4 @@
-#include "graphics_client/ros2/object_poses.h"
+#include "graphics_client/mirror/object_poses.h"
 
 #include <cmath>
 #include <cstdint>
