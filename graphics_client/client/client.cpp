@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <future>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "common/telemetry/tick_gaps.h"
 #include "common/wire/convert.h"
 #include "graphics_client/mirror/edit_reply.h"
+#include "graphics_client/mirror/object_poses.h"
 #include "graphics_client/mirror/server_link.h"
 
 namespace haptics {
@@ -62,6 +64,12 @@ struct Client::Impl {
 
   std::chrono::nanoseconds timeout;
   ServerLink link;
+  std::mutex mutex;  // guards what was said of poses
+  std::string poseRefused;
+  ObjectPoses poses{link, [this](const std::string& why) {
+                      const std::lock_guard lock(mutex);
+                      poseRefused = why;
+                    }};
 
   [[noreturn]] void noConnection(const std::string& what) const { throw NoConnection(what + link.latest()->linkText); }
 
@@ -131,6 +139,15 @@ Client::Applied Client::apply(const std::string& edit) {
   const auto felt = heard.get();
   if (!felt) throw NoConnection(revision + ", but the server has restarted without its state");
   return {accepted->revision(), felt->tick(), {accepted->report().begin(), accepted->report().end()}};
+}
+
+void Client::drive(const std::string& body, const Vector& position_m, const std::array<double, 4>& rotation) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    if (!impl_->poseRefused.empty()) throw Refused(std::exchange(impl_->poseRefused, {}));
+  }
+  const auto& [w, x, y, z] = rotation;
+  impl_->poses.set(body, {Quat(w, x, y, z), Vec3(position_m[0], position_m[1], position_m[2])});
 }
 
 }  // namespace haptics

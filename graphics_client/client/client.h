@@ -95,6 +95,12 @@ class Client {
   /// whether it was applied.
   Applied apply(const std::string& edit);
 
+  /// Moves a body without a motion to a pose, as one of a stream of 50 to 1,000 a second (SetPose.kinematic): it pushes the hand on
+  /// its way. Returns at once; the newest pose counts, and what comes faster than the server answers is left out.
+  /// @param rotation  w, x, y, z, not 0.
+  /// @throws Refused an earlier pose, whichever it was: not finite, of no body of the scene, of one that moves by itself.
+  void drive(const std::string& body, const Vector& position_m, const std::array<double, 4>& rotation);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
