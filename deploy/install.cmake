@@ -28,7 +28,7 @@ install(FILES ${scenes} DESTINATION ${CMAKE_INSTALL_DATADIR}/haptics/scenes COMP
 
 install_programs(viewer STARTED graphics_client)
 
-install_programs(tools STARTED hapticctl haptic_relay mesh_report)
+install_programs(tools STARTED hapticctl haptic_igtl haptic_relay mesh_report)
 if(TARGET haptic_ros2)
   install_programs(tools STARTED haptic_ros2)
 endif()

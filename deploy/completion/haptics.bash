@@ -14,4 +14,4 @@ _haptics() {
   elif [ ${#command[@]} -eq 1 ] && [ -n "$subcommands" ]; then
     mapfile -t COMPREPLY < <(compgen -W "$subcommands" -- "$current")
   fi
-} && complete -o bashdefault -o default -F _haptics haptic_server graphics_client hapticctl haptic_relay haptic_ros2 haptic_eval mesh_report
+} && complete -o bashdefault -o default -F _haptics haptic_server graphics_client hapticctl haptic_relay haptic_igtl haptic_ros2 haptic_eval mesh_report

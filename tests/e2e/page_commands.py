@@ -64,6 +64,9 @@ class PageCommands(Page):
     def test_ros2(self):
         self.follow("graphics_client/ros2/README.md")
 
+    def test_openigtlink(self):
+        self.follow("graphics_client/openigtlink/README.md")
+
     def test_analyse_a_session(self):
         self.follow("graphics_client/export/README.md")
 
