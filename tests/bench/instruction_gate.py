@@ -1,5 +1,5 @@
 """How many instructions does a tick take? Counted by callgrind, so the same on every run and under any load, and
-compared with the committed figures: fails when a tick takes more than 5 % above its figure.
+compared with the committed figures: fails when a tick takes more than 2 % above its figure.
 
 usage: instruction_gate.py COUNT_INSTRUCTIONS [--update]    (--update writes the figures anew)
 """
@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 FIGURES = Path(__file__).with_name("instructions_per_tick.json")
-ALLOWED = 1.05
+ALLOWED = 1.02
 SKIPPED = 77  # as CMake is told
 
 
@@ -42,7 +42,7 @@ def main():
         worse = instructions > ALLOWED * figures[trajectory] and not update
         failed = failed or worse
         print(f"{trajectory:14} {instructions:8} instructions a tick, committed {figures[trajectory]}"
-              + (": more than 5 % above" if worse else ""))
+              + (": more than 2 % above" if worse else ""))
     return 1 if failed else 0
 
 

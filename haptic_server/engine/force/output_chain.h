@@ -152,6 +152,11 @@ class DeadlineWatch {
 
   /// Ticks missed since the last one. A lower number than the last is a new count.
   [[nodiscard]] std::uint64_t missed(std::uint64_t tick) noexcept {
+    if (tick == last_ + 1) [[likely]] {  // kNone + 1 is 0
+      last_ = tick;
+      inARow_ = 0;
+      return 0;
+    }
     const std::uint64_t missed = tick > last_ + 1 && last_ != kNone ? tick - last_ - 1 : 0;
     inARow_ = missed > 0 ? inARow_ + missed : 0;
     if (tick < last_) returns_ = 0;

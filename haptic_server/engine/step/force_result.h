@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "common/maths/fields.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/engine/contact/contact.h"
 
@@ -27,8 +28,8 @@ struct ForceResult {
   double height_m = 0;     ///< Of the texture.
   Vec3 shadingForce_N{0};  ///< What shading changed of the force.
   ForceComponents force;
-  bool adds = false;               ///< A client adds something to the force:
-  Vec3 added_N{0};                 ///< this, before the limits.
+  Word<bool> adds = false;         ///< A client adds something to the force:
+  Vec3 added_N;                    ///< this, before the limits; else anything.
   std::int64_t keptForMotion = 0;  ///< Of the tick's allowance, units (Allowance).
 };
 

@@ -119,12 +119,17 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   return glm::distance(toWorld(body.current, toLocal(body.previous, contact.ihip) + body.shift), contact.ihip);
 }
 
+/// The contact's force, with what a client adds.
+[[nodiscard]] Vec3 allOf(const ForceResult& result) noexcept {
+  return result.adds ? result.force.contact + result.added_N : result.force.contact;
+}
+
 /// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
 [[gnu::noinline]] void limitByStages(HapticState& state, const StepConfig& config, const StepInput& input,
                                      ForceResult& result) noexcept {
   followClutch(state, input);
-  if (state.limits.clutched) result.added_N = Vec3(0);
-  Vec3 force = result.adds ? result.force.contact + result.added_N : result.force.contact;
+  if (result.adds && state.limits.clutched) result.added_N = Vec3(0);
+  Vec3 force = allOf(result);
   if (!isFinite(force)) [[unlikely]]
     state.supervision.fault = Fault::kNonFiniteForce;
   if (state.supervision.fault == Fault::kNone) [[likely]] {
@@ -161,7 +166,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
                                          ForceResult& result) noexcept {
   const Vec3& force = result.force.contact;
   const bool asItIs = state.supervision.fault == Fault::kNone && !state.now.adopted && !state.limits.slew.active() &&
-                      state.supervision.ramp.atOne() && !input.device.status.clutched && !result.adds;
+                      state.supervision.ramp.atOne() && !input.device.status.clutched;
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]] {  // not for NaN
     result.force.written = state.limits.unlimited_N = force;
   } else {
@@ -266,14 +271,11 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   }
 }
 
-/// Names what is touched, and limits the force.
-[[gnu::always_inline]] inline void concludeForce(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                                 const StepInput& input, ForceResult& result) noexcept {
+[[gnu::always_inline]] inline void nameTouched(const ServoScene& scene, ForceResult& result) noexcept {
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
-  limit(state, config, input, result);
 }
 
-/// To the end, where objects are on their way or leave, a tool is held, or there are effects. Apart, so that the compiler keeps
+/// To the end, where objects are on their way or leave, a tool is held, there are effects, or a client adds a force. Apart, so that the compiler keeps
 /// nothing for it in a tick without.
 [[gnu::noinline, gnu::cold]] void computeForceWithExtras(const ServoScene& scene, HapticState& state,
                                                          const StepConfig& config, const StepInput& input,
@@ -287,20 +289,21 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
     computeSurfaceForces(scene, state, config, result, cache);
   }
   if (state.features.effects) addEffectForces(scene, state, config, input, result);
-  concludeForce(scene, state, config, input, result);
+  nameTouched(scene, result);
+  result.adds ? limitByStages(state, config, input, result) : limit(state, config, input, result);
 }
 
 /// What an edit, the surface's features and a client have of the force that is now held.
 [[gnu::noinline]] void holdParts(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
   const double part = writtenFraction(result.force.written, state.limits.unlimited_N);
   if (state.limits.slew.active()) {
-    const Vec3 whole_N = limitMagnitude(result.force.contact + result.added_N, config.maxForce_N);
+    const Vec3 whole_N = limitMagnitude(allOf(result), config.maxForce_N);
     state.energy.setHeldPart(EnergyFeature::kEdit, state.limits.unlimited_N - whole_N, part);
   }
   state.energy.setHeldPart(EnergyFeature::kShading, result.shadingForce_N, part);
   state.energy.setHeldPart(EnergyFeature::kFriction, result.force.friction, part);
   state.energy.setHeldPart(EnergyFeature::kTexture, result.force.texture, part);
-  state.energy.setHeldPart(EnergyFeature::kWrench, result.added_N, part);
+  if (result.adds) state.energy.setHeldPart(EnergyFeature::kWrench, result.added_N, part);
 }
 
 /// What the last force gave the hand on the way to here, and what may give it some from now on.
@@ -309,7 +312,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   if (result.followed) [[likely]]
     state.energy.integrate(state.estimate.measured);
   state.energy.setHeldForce(result.object, result.force.written);
-  if (state.features.detail || state.limits.slew.active() || result.adds) [[unlikely]]
+  if ((state.features.detail | result.adds) || state.limits.slew.active()) [[unlikely]]
     holdParts(state, config, result);
 }
 
@@ -341,30 +344,13 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
       .device = input.device.status,
       .depenetrated = state.report.depenetrated,
       .depenetratedFrom = state.report.depenetratedFrom,
-      .allowanceSpent = state.report.allowanceSpent,
-      .added_N = result.added_N};
+      .allowanceSpent = state.report.allowanceSpent};
 }
 
-}  // namespace
-
-// The paper's section stands beside each stage.
-void computeForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
-                  ForceResult& result, const TriangleCache* cache) noexcept {
-  supervise(state, config, input);
-  if (state.moving.count > 0) [[unlikely]]
-    takeMovedPoses(state);  // 5 (c)
-  if (state.supervision.fault == Fault::kNone) [[likely]] {
-    result.followed = true;
-    estimateHip(state, input.device.position);
-    if (state.features.beingMoved | state.features.extras) [[unlikely]]
-      return computeForceWithExtras(scene, state, config, input, result, cache);
-    computeSurfaceForces(scene, state, config, result, cache);
-  }
-  concludeForce(scene, state, config, input, result);
-}
-
-TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                           const StepInput& input, const ForceResult& result) noexcept {
+/// finishStep(), in hapticStep() too without a call.
+[[gnu::always_inline]] inline TelemetrySample finish(const ServoScene& scene, HapticState& state,
+                                                     const StepConfig& config, const StepInput& input,
+                                                     const ForceResult& result) noexcept {
   const ContactResult& contact = result.contact;
   if (result.followed) [[likely]] {
     state.estimate.measured = input.device.position;
@@ -383,7 +369,34 @@ TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const St
                                   surfaceSpeed(state, contact.body, contact.ihip, result.geometricNormal, config));
   }
   state.now = {};
-  return describe(state, input, result, config.period_s);
+  TelemetrySample sample = describe(state, input, result, config.period_s);
+  if (result.adds) [[unlikely]]
+    sample.added_N = result.added_N;
+  return sample;
+}
+
+}  // namespace
+
+// The paper's section stands beside each stage.
+void computeForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
+                  ForceResult& result, const TriangleCache* cache) noexcept {
+  supervise(state, config, input);
+  if (state.moving.count > 0) [[unlikely]]
+    takeMovedPoses(state);  // 5 (c)
+  if (state.supervision.fault == Fault::kNone) [[likely]] {
+    result.followed = true;
+    estimateHip(state, input.device.position);
+    if (state.features.beingMoved | state.features.extras | result.adds) [[unlikely]]
+      return computeForceWithExtras(scene, state, config, input, result, cache);
+    computeSurfaceForces(scene, state, config, result, cache);
+    nameTouched(scene, result);
+  }
+  limit(state, config, input, result);
+}
+
+TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                           const StepInput& input, const ForceResult& result) noexcept {
+  return finish(scene, state, config, input, result);
 }
 
 TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
@@ -391,7 +404,7 @@ TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const St
   ForceResult result;
   if (added_N != nullptr) result.add(*added_N);
   computeForce(scene, state, config, input, result);
-  return finishStep(scene, state, config, input, result);
+  return finish(scene, state, config, input, result);
 }
 
 }  // namespace haptics
