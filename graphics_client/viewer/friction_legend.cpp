@@ -20,7 +20,6 @@ namespace {
 constexpr double kLegendPadding = 0.7, kLegendLine = 1.34, kLegendBar = 0.75, kLegendGap = 0.3;
 constexpr double kLegendHeight = 2 * kLegendPadding + 2 * kLegendLine + kLegendBar + kLegendGap;
 constexpr double kLegendRadius = 0.5;
-constexpr double kLegendOpacity = 0.82;
 constexpr int kSteps = 32;  // of the bar's colours
 
 void setNumber(vtkTextActor* actor, double value) {
@@ -31,7 +30,7 @@ void setNumber(vtkTextActor* actor, double value) {
 
 }  // namespace
 
-FrictionLegend::FrictionLegend(vtkRenderer* renderer) : background_(renderer, palette::kCard, kLegendOpacity) {
+FrictionLegend::FrictionLegend(vtkRenderer* renderer) : background_(renderer, palette::kCard, palette::kCardOpacity) {
   setUpText(title_, renderer, palette::kText);
   setUpText(least_, renderer, palette::kLabel);
   setUpText(most_, renderer, palette::kLabel);

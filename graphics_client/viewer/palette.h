@@ -51,12 +51,14 @@ inline constexpr Shade kFaded{0.62, 0.64, 0.66};  // what is shown but no longer
 inline constexpr std::array kAxes{Shade{0.85, 0.15, 0.15}, Shade{0.10, 0.60, 0.15}, Shade{0.15, 0.30, 0.90}};
 inline constexpr Shade kLitHandle{1.00, 0.75, 0.00};
 
+/// Words are read on a card over whatever is behind it: contrast 4.5 and more (WCAG 2.1, 1.4.3).
 inline constexpr Shade kCard{1, 1, 1};
+inline constexpr double kCardOpacity = 0.92;
 inline constexpr Shade kText{0.10, 0.12, 0.15};
-inline constexpr Shade kLabel{0.40, 0.44, 0.49};
-inline constexpr Shade kGood{0.05, 0.50, 0.22};
-inline constexpr Shade kWarning{0.72, 0.42, 0.00};
-inline constexpr Shade kBad{0.80, 0.08, 0.10};
+inline constexpr Shade kLabel{0.36, 0.40, 0.45};
+inline constexpr Shade kGood{0.04, 0.47, 0.20};
+inline constexpr Shade kWarning{0.60, 0.35, 0.00};
+inline constexpr Shade kBad{0.76, 0.06, 0.08};
 
 [[nodiscard]] inline Shade mix(Shade a, Shade b, double s) {
   return {a.red + (b.red - a.red) * s, a.green + (b.green - a.green) * s, a.blue + (b.blue - a.blue) * s};

@@ -17,7 +17,6 @@ namespace {
 constexpr double kPadding = 0.7, kCornerRadius = 0.5, kLineSpacing = 1.34, kDotRadius = 0.36, kDotColumn = 1.3;
 /// Rows are a little higher than their letters; this much of it belongs above the first row.
 constexpr double kDescent = 0.14;
-constexpr double kCardOpacity = 0.82;
 constexpr int kArcPoints = 6;  // of a rounded corner
 
 /// Of the values, by their tone.
@@ -70,7 +69,7 @@ void PanelBackground::setShade(palette::Shade shade) {
 void PanelBackground::setVisible(bool visible) { actor_->SetVisibility(visible); }
 
 TextPanel::TextPanel(vtkRenderer* renderer, Columns columns)
-    : renderer_(renderer), columns_(columns), background_(renderer, palette::kCard, kCardOpacity) {
+    : renderer_(renderer), columns_(columns), background_(renderer, palette::kCard, palette::kCardOpacity) {
   const auto setUp = [&](vtkTextActor* actor, palette::Shade shade) {
     setUpText(actor, renderer, shade);
     actor->GetTextProperty()->SetVerticalJustificationToTop();
