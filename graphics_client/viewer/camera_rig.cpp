@@ -49,6 +49,18 @@ void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea>
   camera->SetViewUp(place.up.x, place.up.y, place.up.z);
 }
 
+CameraRig::Look CameraRig::look() {
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
+  return {toVec(camera->GetPosition()), toVec(camera->GetFocalPoint())};
+}
+
+void CameraRig::lookAs(const Look& look) {
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
+  camera->SetPosition(look.eye.x, look.eye.y, look.eye.z);
+  camera->SetFocalPoint(look.focus.x, look.focus.y, look.focus.z);
+  camera->SetViewUp(0, 0, 1);
+}
+
 void CameraRig::orbit(double right_px, double up_px) {
   vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
   camera->SetViewUp(0, 0, 1);

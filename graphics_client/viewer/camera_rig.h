@@ -20,6 +20,15 @@ class CameraRig {
 
   explicit CameraRig(RenderWindow& renderWindow) : renderWindow_(renderWindow) {}
 
+  /// From where the world is seen, and the place that is orbited around, world frame; z is up.
+  struct Look {
+    Vec3 eye{0, -1, 0}, focus{0};
+    bool operator==(const Look&) const = default;
+  };
+  [[nodiscard]] Look look();
+  /// @param look  Its eye and focus differ.
+  void lookAs(const Look& look);
+
   /// A three-quarter view from the front that shows all the points (world frame) in one of those parts of the picture,
   /// the one where they are larger.
   /// @param direction  Of the look, unit; not quite vertical.

@@ -87,6 +87,12 @@ ObjectActors::ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared
     worldRenderer_->AddActor(part.world);
     closeUpRenderer_->AddActor(part.closeUp);
   }
+  if (renderMesh_->coarse) {
+    coarse_ = vtkSmartPointer<vtkActor>::New();
+    setUp(coarse_, renderMesh_->coarse, renderMesh_->faceted);
+    coarse_->VisibilityOff();
+    worldRenderer_->AddActor(coarse_);
+  }
   if (!renderMesh_->rims) return;
   setUpRims(rims_, renderMesh_->rims);
   worldRenderer_->AddActor(rims_);
@@ -99,6 +105,7 @@ ObjectActors::~ObjectActors() {
   }
   worldRenderer_->RemoveActor(shadow_);
   worldRenderer_->RemoveActor(rims_);
+  if (coarse_) worldRenderer_->RemoveActor(coarse_);
 }
 
 void ObjectActors::paint(const Paint& paint) {
@@ -131,6 +138,14 @@ void ObjectActors::paint(const Paint& paint) {
     lightVertices(part.world, fine && paint.vertexLighting && !paint.wireframe && !world->GetEdgeVisibility());
     const bool edged = part.closeUp->GetProperty()->GetEdgeVisibility();
     lightVertices(part.closeUp, fine && paint.vertexLighting && !edged);
+  }
+  if (coarse_) {
+    const palette::Shade drawn = paint.wireframe ? edgeOf(shade, kWireDarkening) : shade;
+    coarse_->GetProperty()->SetColor(drawn.red, drawn.green, drawn.blue);
+    coarse_->GetProperty()->SetRepresentation(paint.wireframe ? VTK_WIREFRAME : VTK_SURFACE);
+    coarse_->GetProperty()->SetLighting(!paint.wireframe);
+    lightVertices(coarse_, fine && paint.vertexLighting && !paint.wireframe);
+    cutBy(coarse_, paint.cut);
   }
   const palette::Shade rims = edgeOf(shade, kEdgeDarkening);
   rims_->GetProperty()->SetColor(rims.red, rims.green, rims.blue);
@@ -217,6 +232,7 @@ void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
     part.closeUp->SetUserMatrix(object);
   }
   rims_->SetUserMatrix(object);
+  if (coarse_) coarse_->SetUserMatrix(object);
   shadow_->SetUserMatrix(shadow);
 }
 
@@ -225,9 +241,10 @@ void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
     const auto isSeen = [&](Vec3 eye) {
       return !hidden_ && (cut_ || parts_[i].isDented || !facesAway(*renderMesh_, renderMesh_->pieces[i], eye));
     };
-    parts_[i].world->SetVisibility(isSeen(worldEye));
+    parts_[i].world->SetVisibility(!isCoarse_ && isSeen(worldEye));
     parts_[i].closeUp->SetVisibility(isSeen(closeUpEye));
   }
+  if (coarse_) coarse_->SetVisibility(isCoarse_ && !hidden_);
 }
 
 }  // namespace haptics

@@ -49,6 +49,8 @@ class ObjectActors {
   /// Shows a soft object with these dents. Its shadow stays that of the shape at rest: it would have to be drawn anew in every
   /// frame, for a few pixels of its outline.
   void dent(std::span<const Dent> dents, const Falloff& falloff);
+  /// The coarse copy in place of the mesh in the world, where there is one; from the next showFor() on.
+  void setCoarse(bool on) { isCoarse_ = on && coarse_; }
   /// Leaves out what cannot be seen by the world's and the close-up's camera; object frame.
   void showFor(Vec3 worldEye, Vec3 closeUpEye);
   [[nodiscard]] const RenderMesh& renderMesh() const { return *renderMesh_; }
@@ -66,8 +68,8 @@ class ObjectActors {
   };
   std::vector<Part> parts_;
   vtkNew<vtkActor> rims_;
-  vtkSmartPointer<vtkActor> shadow_;
-  bool hidden_ = false, cut_ = false;
+  vtkSmartPointer<vtkActor> shadow_, coarse_;  // there may be no coarse one
+  bool hidden_ = false, cut_ = false, isCoarse_ = false;
   std::unique_ptr<DentedPoints> dentedRims_;      // likewise
   std::optional<palette::Shade> displacementOn_;  // coloured by displacement, over this
   std::optional<Color> colored_;                  // what the points' colours were made of

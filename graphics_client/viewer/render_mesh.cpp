@@ -1,6 +1,7 @@
 #include "graphics_client/viewer/render_mesh.h"
 
 #include <vtkNew.h>
+#include <vtkPolyDataNormals.h>
 #include <vtkQuadricClustering.h>
 
 #include <algorithm>
@@ -55,19 +56,39 @@ std::vector<RenderMesh::Piece> piecesOf(const DisplayedSurface& surface) {
 constexpr std::size_t kTrianglesOfShadow = 10'000;
 constexpr double kShadowCells = 48;
 
-vtkSmartPointer<vtkPolyData> shadowOf(const TriMesh& mesh, Vec3 extent_m) {
-  vtkSmartPointer<vtkPolyData> shadow = trianglesOf(mesh.vertices, mesh.triangles);
-  if (mesh.triangles.size() <= kTrianglesOfShadow) return shadow;
-  const double cell_m = std::max({extent_m.x, extent_m.y, extent_m.z}) / kShadowCells;
+vtkSmartPointer<vtkPolyData> coarserOf(vtkPolyData* shape, Vec3 extent_m, double cellsAlong) {
+  const double cell_m = std::max({extent_m.x, extent_m.y, extent_m.z}) / cellsAlong;
   const auto cells = [&](double side_m) { return std::max(1, static_cast<int>(std::ceil(side_m / cell_m))); };
   vtkNew<vtkQuadricClustering> coarser;
-  coarser->SetInputData(shadow);
+  coarser->SetInputData(shape);
   coarser->AutoAdjustNumberOfDivisionsOff();
   coarser->SetNumberOfDivisions(cells(extent_m.x), cells(extent_m.y), cells(extent_m.z));
   coarser->UseInputPointsOn();
   coarser->CopyCellDataOff();
   coarser->Update();
   return coarser->GetOutput();
+}
+
+vtkSmartPointer<vtkPolyData> shadowOf(const TriMesh& mesh, Vec3 extent_m) {
+  vtkSmartPointer<vtkPolyData> shadow = trianglesOf(mesh.vertices, mesh.triangles);
+  return mesh.triangles.size() <= kTrianglesOfShadow ? shadow : coarserOf(shadow, extent_m, kShadowCells);
+}
+
+/// What software draws some 30 times a second. What has more is drawn in cells of so many along its longest side while the
+/// camera moves: a cell is some pixels then.
+constexpr std::size_t kTrianglesInMotion = 100'000;
+constexpr double kCellsInMotion = 72;
+
+vtkSmartPointer<vtkPolyData> inMotion(const DisplayedSurface& surface, Vec3 extent_m) {
+  if (surface.triangles.size() <= kTrianglesInMotion) return nullptr;
+  const auto coarse = coarserOf(trianglesOf(surface.points, surface.triangles), extent_m, kCellsInMotion);
+  if (surface.normals.empty()) return coarse;
+  vtkNew<vtkPolyDataNormals> shaded;
+  shaded->SetInputData(coarse);
+  shaded->SplittingOff();
+  shaded->ConsistencyOff();
+  shaded->Update();
+  return shaded->GetOutput();
 }
 
 }  // namespace
@@ -82,6 +103,7 @@ RenderMesh buildRenderMesh(const SurfaceRequest& request) {
   DisplayedSurface surface = displaySurface(request, mesh);
   RenderMesh renderMesh{.pieces = piecesOf(surface),
                         .shadow = {},
+                        .coarse = {},
                         .rims = {},
                         .heights = std::move(surface.heights),
                         .friction = std::move(surface.friction),
@@ -103,6 +125,7 @@ RenderMesh buildRenderMesh(const SurfaceRequest& request) {
     renderMesh.high = glm::max(renderMesh.high, p);
   }
   renderMesh.shadow = shadowOf(mesh, renderMesh.high - renderMesh.low);
+  renderMesh.coarse = inMotion(surface, renderMesh.high - renderMesh.low);
   if (!renderMesh.friction.empty()) {
     const auto [least, most] = std::ranges::minmax(renderMesh.friction);
     renderMesh.minFriction = least;

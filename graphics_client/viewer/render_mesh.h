@@ -19,7 +19,9 @@ struct RenderMesh {
     Patch patch;  ///< Its points are numbers of `heights` and `friction`; its triangles are `drawn`'s.
   };
   std::vector<Piece> pieces;
-  vtkSmartPointer<vtkPolyData> shadow;   ///< The mesh, coarser where its triangles are many.
+  vtkSmartPointer<vtkPolyData> shadow;  ///< The mesh, coarser where its triangles are many.
+  vtkSmartPointer<vtkPolyData>
+      coarse;  ///< Drawn while the camera moves; null where the triangles are no more than it has.
   vtkSmartPointer<vtkPolyData> rims;     ///< The polygons' edges; null where they are those of the pieces.
   std::vector<float> heights, friction;  ///< As in DisplayedSurface.
   float minFriction = 0, maxFriction = 0;

@@ -55,6 +55,8 @@ class RenderWindow {
   [[nodiscard]] int closeUpBottom_px() const;
 
   void render();
+  /// As StaticLayerCache has it.
+  void settle() { still_.settle(); }
   /// Frames in which all of the world was drawn (static_layer_cache.h).
   [[nodiscard]] std::uint64_t drawnAnew() const { return still_.drawnAnew(); }
   /// Anti-aliasing of the next pictures: free on a graphics card, five times the cost of a frame in software.

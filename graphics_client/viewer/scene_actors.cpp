@@ -110,6 +110,7 @@ bool SceneActors::takeRenderMesh(Shown& shown) {
   if (!shown.pending.valid() || !RenderMeshBuilder::isReady(shown.pending)) return false;
   shown.actors = std::make_unique<ObjectActors>(worldRenderer_, closeUpRenderer_, shown.pending.get());
   shown.pending = {};
+  shown.actors->setCoarse(coarse_);
   if (shown.record) paint(shown);
   return true;
 }
@@ -164,6 +165,19 @@ void SceneActors::placeFloor() {
   for (const auto& [id, shown] : shown_) {
     if (shown.actors) place(shown);
   }
+}
+
+void SceneActors::setCoarse(bool on) {
+  coarse_ = on;
+  for (const auto& [id, shown] : shown_) {
+    if (shown.actors) shown.actors->setCoarse(on);
+  }
+}
+
+bool SceneActors::isCoarse() const {
+  return coarse_ && std::ranges::any_of(shown_, [](const auto& entry) {
+           return entry.second.actors && entry.second.actors->renderMesh().coarse;
+         });
 }
 
 void SceneActors::hide(std::set<std::string> names) {

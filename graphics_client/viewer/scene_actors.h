@@ -59,6 +59,11 @@ class SceneActors {
   /// Lights fine surfaces at their vertices (vertex_lighting.h).
   void setVertexLighting(bool on) { paintWith(&ObjectActors::Paint::vertexLighting, on); }
 
+  /// Objects of very many triangles are drawn by coarse copies, from the next showFor() on.
+  void setCoarse(bool on);
+  /// Some object is drawn so.
+  [[nodiscard]] bool isCoarse() const;
+
   /// Points spread over the objects, world frame; empty when nothing is shown.
   [[nodiscard]] std::vector<Vec3> outline() const;
   /// Distance between the floor's grid lines; 0 without a floor.
@@ -98,6 +103,7 @@ class SceneActors {
   std::size_t maxTriangles_ = 0;
   std::set<std::string> hidden_;  // by name: an object that is removed and added again has another id
   ObjectActors::Paint paint_;     ///< For all objects, but for their colour.
+  bool coarse_ = false;
 
   bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t maxTriangles);
   bool takeRenderMesh(Shown& shown);

@@ -26,6 +26,8 @@ constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrow
 constexpr double kUsualForce_N = 3.3;
 /// Radius of the pointer's mark and of the line from it to the hand.
 constexpr double kPointer_px = 5, kPull_px = 1;
+/// A camera that has not moved for so long is at rest (seconds).
+constexpr double kRest_s = 0.15;
 constexpr float kSelection_px = 2, kMeasured_px = 9;
 /// Each edge of the box around the selected object is drawn this far from its ends.
 constexpr double kBracketShare = 0.25;
@@ -61,8 +63,9 @@ void SceneView::drawFrame(const std::shared_ptr<const MirrorView>& newest, doubl
   const double dt_s = now_s - now_s_;
   now_s_ = now_s;
   const std::uint64_t now_ns = monotonicNow_ns();
-  snapshot_.view = playback_.at(newest, now_ns);
-  snapshot_.age_s = newest->telemetryAgeAt_s(now_ns);
+  // Of a replay each moment is known.
+  snapshot_.view = newest->isReplay ? newest : playback_.at(newest, now_ns);
+  snapshot_.age_s = newest->isReplay ? 0 : newest->telemetryAgeAt_s(now_ns);
   noteChanges(*snapshot_.view);
   if (newest->sample) snapshot_.trail.add(*newest->sample, now_s_);
   if (newest->secondHand) snapshot_.secondTrail.add(*newest->secondHand, now_s_);
@@ -120,6 +123,7 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   }
   cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
   overlay_.label(objects_.boxes());
+  followCamera();
   objects_.showFor(cameras_.worldPosition(), cameras_.closeUpPosition());
   const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
   const auto showHand = [&](HandGlyphs& glyphs, const ShownHand& hand, const Trail& trail) {
@@ -133,6 +137,27 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   showMeasured();
   gizmoGlyphs_.update(gizmo_, cameras_.picture());
   renderWindow_.render();
+}
+
+/// On a graphics card nothing is left out.
+void SceneView::followCamera() {
+  if (const CameraRig::Look look = cameras_.look(); std::exchange(look_, look) != look) {
+    moved_s_ = now_s_;
+    objects_.setCoarse(mayBeCoarse_ && !smooth_);
+    moving_ = true;
+  } else if (moving_ && now_s_ - moved_s_ > kRest_s) {
+    moving_ = false;
+    objects_.setCoarse(false);
+    renderWindow_.settle();
+  }
+}
+
+/// Also while the camera moves.
+void SceneView::showWhole(const std::function<void()>& draw) {
+  mayBeCoarse_ = false;
+  objects_.setCoarse(false);
+  draw();
+  mayBeCoarse_ = true;
 }
 
 /// Stretched as the surface resists: the hand stays behind the pointer.
@@ -208,10 +233,21 @@ void SceneView::frameAll(Vec3 direction) {
   cameras_.frame(points, overlay_.freeAreas(), direction);
 }
 
+void SceneView::lookAs(const CameraRig::Look& look) {
+  cameras_.lookAs(look);
+  framed_ = true;
+}
+
+vtkSmartPointer<vtkImageData> SceneView::wholeFrame(const std::shared_ptr<const MirrorView>& view, double now_s) {
+  objects_.settle(*view, true);
+  showWhole([&] { drawFrame(view, now_s); });
+  return renderWindow_.grab();
+}
+
 vtkSmartPointer<vtkImageData> SceneView::picture(const FrameSnapshot& snapshot, double settle_s) {
   renderWindow_.smoothOutlines(true);
   overlay_.refresh();
-  show(snapshot, settle_s);
+  showWhole([&] { show(snapshot, settle_s); });
   vtkSmartPointer<vtkImageData> picture = renderWindow_.grab();
   renderWindow_.smoothOutlines(smooth_);
   return picture;

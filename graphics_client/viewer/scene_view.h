@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -66,10 +67,16 @@ class SceneView {
   /// Nothing: none.
   void showGizmo(const std::optional<GizmoPicture>& gizmo) { gizmo_ = gizmo; }
   [[nodiscard]] RunSummary& summary() { return summary_; }
+  /// The camera moved a moment ago: another frame is needed when it is over, with all that was left out meanwhile.
+  [[nodiscard]] bool isMoving() const { return moving_; }
   [[nodiscard]] double framesPerSecond() const { return framesPerSecond_; }
   /// Drawn last.
   [[nodiscard]] const FrameSnapshot& snapshot() const { return snapshot_; }
 
+  /// Shows the scene from there; also what comes first is not framed any more.
+  void lookAs(const CameraRig::Look& look);
+  /// A frame in which nothing is missing that is still being made; given in order of time.
+  [[nodiscard]] vtkSmartPointer<vtkImageData> wholeFrame(const std::shared_ptr<const MirrorView>& view, double now_s);
   /// A picture of it with smooth outlines. `settle_s` lets the close-up's camera come to rest.
   [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const FrameSnapshot& snapshot, double settle_s);
   /// The same with every surface as fine as it can be drawn.
@@ -106,6 +113,9 @@ class SceneView {
   std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet
   const std::size_t ledHand_;                 // by the pointer
   double resetAt_s_;
+  CameraRig::Look look_;  // of the last frame
+  double moved_s_ = 0;    // when the camera did
+  bool moving_ = false, mayBeCoarse_ = true;
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;
 
@@ -115,6 +125,8 @@ class SceneView {
   void showMeasured();
   void noteChanges(const MirrorView& view);
   void adaptToCard();
+  void followCamera();
+  void showWhole(const std::function<void()>& draw);
 };
 
 }  // namespace haptics

@@ -65,6 +65,7 @@ StaticLayerCache::Projection StaticLayerCache::projection() const {
 bool StaticLayerCache::followProps() {
   std::map<vtkProp*, Known> known;
   bool someChanged = false, someCame = false;
+  const int stillFrames = framesToSettle_ > 0 && --framesToSettle_ == 0 ? 1 : kStillFrames;
   vtkPropCollection* props = listed_->GetViewProps();
   vtkCollectionSimpleIterator at;
   props->InitTraversal(at);
@@ -75,7 +76,7 @@ bool StaticLayerCache::followProps() {
     const bool stays = changed == std::exchange(its.changed, changed) && !prop->HasTranslucentPolygonalGeometry();
     its.unchangedFrames = stays ? its.unchangedFrames + 1 : 0;
     someChanged |= !stays && std::exchange(its.isStill, false);
-    someCame |= !its.isStill && its.unchangedFrames >= kStillFrames;
+    someCame |= !its.isStill && its.unchangedFrames >= stillFrames;
   }
   known_ = std::move(known);
   std::vector<vtkProp*> still;
@@ -85,7 +86,7 @@ bool StaticLayerCache::followProps() {
   props->InitTraversal(at);
   while (vtkProp* prop = props->GetNextProp(at)) {
     Known& its = known_[prop];
-    if (someChanged || someCame) its.isStill = its.unchangedFrames >= kStillFrames;
+    if (someChanged || someCame) its.isStill |= its.unchangedFrames >= stillFrames;
     if (its.isStill) {
       still.push_back(prop);
     } else {

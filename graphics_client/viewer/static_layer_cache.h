@@ -25,6 +25,9 @@ class StaticLayerCache {
   [[nodiscard]] vtkRenderer* still() { return still_; }
   [[nodiscard]] vtkRenderer* moving() { return moving_; }
 
+  /// The camera has come to rest, and everything is as it will stay: what does not change from the next frame on is taken as
+  /// still at once. Later it takes longer.
+  void settle() { framesToSettle_ = 2; }
   /// Before each frame, when everything is in its place.
   void sort();
   /// Frames that drew the still part anew.
@@ -53,6 +56,7 @@ class StaticLayerCache {
   Projection projection_;
   bool isKept_ = false;    // kept_ holds the picture of stillProps_ by projection_
   bool isToKeep_ = false;  // the picture that comes
+  int framesToSettle_ = 0;
   std::uint64_t drawnAnew_ = 0;
 
   [[nodiscard]] Projection projection() const;

@@ -9,6 +9,7 @@
 #include "common/clock/monotonic.h"
 #include "common/mesh/generators.h"
 #include "graphics_client/viewer/palette.h"
+#include "graphics_client/viewer/scene_view.h"
 #include "graphics_client/viewer/viewer.h"
 #include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
@@ -86,6 +87,33 @@ struct Picture : testing::Test {
     mirror.view().sample = sample;
   }
 };
+
+TEST(SceneView, DrawsACoarseCopyWhileTheCameraMovesAndTheWholeMeshSoonAfter) {
+  FakeMirror mirror;
+  mirror.add("ball", makeSphere(0.05, 100).value(), {}, {.red = 0.5F, .green = 0.5F, .blue = 0.5F});
+  ViewerOptions options;
+  options.offscreen = true;
+  options.width_px = options.height_px = 300;
+  SceneView scene(options);
+  double now_s = 0;
+  const auto drawAfter = [&](double wait_s) { scene.drawFrame(mirror.now(), now_s += wait_s); };
+  do {
+    drawAfter(0.02);
+  } while (scene.objects().isSettling() || scene.isMoving());
+  EXPECT_FALSE(scene.objects().isCoarse());
+  for (int frame = 0; frame < 5; ++frame) {
+    scene.cameras().orbit(3, 0);
+    drawAfter(0.02);
+    EXPECT_TRUE(scene.objects().isCoarse());
+  }
+  static_cast<void>(scene.picture(scene.snapshot(), 0));
+  EXPECT_FALSE(scene.objects().isCoarse()) << "a picture that is saved has all";
+  scene.cameras().orbit(3, 0);
+  drawAfter(0.02);
+  drawAfter(0.2);
+  EXPECT_FALSE(scene.objects().isCoarse());
+  EXPECT_FALSE(scene.isMoving());
+}
 
 TEST(Display, AnswersHere) { EXPECT_TRUE(checkDisplay()) << checkDisplay().error().text(); }
 

@@ -41,6 +41,22 @@ TEST(RenderMesh, OfATexturedBoxLeavesOutItsFarSides) {
   EXPECT_EQ(hidden(renderMesh, {0, 0, 0}), 0);
 }
 
+TEST(RenderMesh, OfVeryManyTrianglesHasACoarseCopyOfTheSameShape) {
+  constexpr double kRadius_m = 0.05;
+  SurfaceRequest request = requestFor(makeSphere(kRadius_m, 100).value());
+  request.surface.shading = Shading{.crease_rad = 1, .creases = {}};
+  const RenderMesh renderMesh = buildRenderMesh(request);
+  ASSERT_EQ(renderMesh.triangles, 120'000U);
+  ASSERT_TRUE(renderMesh.coarse);
+  EXPECT_GT(renderMesh.coarse->GetNumberOfPolys(), 10'000);
+  EXPECT_LT(renderMesh.coarse->GetNumberOfPolys(), 60'000);
+  for (vtkIdType i = 0; i < renderMesh.coarse->GetNumberOfPoints(); ++i) {
+    const double* p = renderMesh.coarse->GetPoint(i);
+    EXPECT_NEAR(std::hypot(p[0], p[1], p[2]), kRadius_m, 1e-6);
+  }
+  EXPECT_FALSE(buildRenderMesh(texturedBox()).coarse);
+}
+
 TEST(RenderMesh, OfAnOpenSurfaceIsSeenFromBothSides) {
   SurfaceRequest request = texturedBox();
   TriMesh open = *request.triangles;

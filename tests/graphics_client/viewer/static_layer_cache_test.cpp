@@ -118,5 +118,21 @@ TEST(StaticLayerCache, FollowsWhatWasStillAndTheCamera) {
   EXPECT_GT(differing(scene.picture(), turned), 1000) << "what went is still seen";
 }
 
+TEST(StaticLayerCache, WhatChangedBeforeTheCameraCameToRestIsStillAtOnce) {
+  StillScene scene;
+  for (int frame = 0; frame < kLong; ++frame) {
+    scene.renderWindow.world().solid->GetActiveCamera()->Azimuth(1);
+    scene.box->SetVisibility(frame % 2 == 1);
+    scene.renderWindow.render();
+  }
+  scene.renderWindow.settle();
+  for (int frame = 0; frame < 3; ++frame) scene.renderWindow.render();
+  const std::uint64_t drawn = scene.renderWindow.drawnAnew();
+  const std::string atRest = scene.picture();
+  for (int frame = 0; frame < kLong; ++frame) scene.renderWindow.render();
+  EXPECT_EQ(scene.renderWindow.drawnAnew(), drawn);
+  EXPECT_EQ(differing(scene.picture(), atRest), 0);
+}
+
 }  // namespace
 }  // namespace haptics::static_layer_cache_test
