@@ -52,12 +52,9 @@ TextureGallery::TextureGallery(QFormLayout* form, const std::function<void(const
   gallery_->setIconSize({kPicture_px, kPicture_px});
   gallery_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   gallery_->addItem("none");
-  paint(0, [] { return Result<std::vector<std::uint8_t>>(std::vector<std::uint8_t>(kPicture_px * kPicture_px, 200)); });
   for (const TextureFamily& family : textureFamilies()) {
     gallery_->addItem(family.name);
-    const int entry = gallery_->count() - 1;
-    gallery_->setItemData(entry, family.tip, Qt::ToolTipRole);
-    paint(entry, [&family] { return texturePreview(family.make(), kPicture_px); });
+    gallery_->setItemData(gallery_->count() - 1, family.tip, Qt::ToolTipRole);
   }
   auto* image = new QPushButton("Image...");
   image->setObjectName("texture image");
@@ -75,6 +72,16 @@ TextureGallery::TextureGallery(QFormLayout* form, const std::function<void(const
     if (entry == ownEntry()) return;
     choose(entry == 0 ? nullptr : &textureFamilies()[static_cast<std::size_t>(entry - 1)]);
   });
+}
+
+/// Not before an object is looked at: some take a second of a processor, which the first pictures need.
+void TextureGallery::paintFamilies() {
+  if (std::exchange(isPainted_, true)) return;
+  paint(0, [] { return Result<std::vector<std::uint8_t>>(std::vector<std::uint8_t>(kPicture_px * kPicture_px, 200)); });
+  int entry = 0;
+  for (const TextureFamily& family : textureFamilies()) {
+    paint(++entry, [&family] { return texturePreview(family.make(), kPicture_px); });
+  }
 }
 
 void TextureGallery::paint(int entry, std::function<Result<std::vector<std::uint8_t>>()> preview) {
@@ -100,6 +107,7 @@ QString TextureGallery::nameOf(const FieldFamily& family) const {
 bool TextureGallery::isHeld() const { return gallery_->view()->isVisible(); }
 
 void TextureGallery::show(const ObjectRecord& object, const MirrorView& view) {
+  paintFamilies();
   const auto& texture = object.material.surface.texture;
   const auto family = texture ? textureFamilyOf(texture->family) : std::nullopt;
   const bool isOwn = texture && !family;

@@ -32,10 +32,12 @@ class TextureGallery : public PropertyRow {
  private:
   QComboBox* gallery_;
   int shown_ = 0;
+  bool isPainted_ = false;                // the families' pictures are, or are on their way
   std::optional<FieldFamily> own_;        // that the last entry is a picture of
   std::map<ContentHash, QString> names_;  // of images
   QThreadPool painters_;                  // waits for them when it goes
 
+  void paintFamilies();
   /// Gives the entry a picture once that is computed.
   void paint(int entry, std::function<Result<std::vector<std::uint8_t>>()> preview);
   [[nodiscard]] QString nameOf(const FieldFamily& family) const;
