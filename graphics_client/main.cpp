@@ -43,6 +43,8 @@ Examples:
       server and viewer in one process
   graphics_client --recording session.haptics
       shows a recording on a time line
+  graphics_client --recording session.haptics --video session.webm --size 1280x800
+      makes a video of it, with its curves
   xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
       draws for 20 s without a screen and writes a picture
 
@@ -52,7 +54,8 @@ Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there nev
 struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
-  std::string credentials, screenshot, sheet, summary, recording;
+  std::string credentials, screenshot, sheet, summary, recording, video;
+  double videoRate_Hz = 25;
   std::string nats, session, natsCredentials;
   bool isSizeGiven = false;
   bool offscreen = false, udp = false, displacement = false;
@@ -165,6 +168,16 @@ int run(const Arguments& arguments) {
 
   if (const Result<void> drawable = haptics::checkOpenGl(); !drawable) return fail(drawable.error(), kFailed);
 
+  if (!arguments.video.empty()) {
+    const Result<void> written = haptics::writeVideo(arguments.recording,
+                                                     {.file = arguments.video,
+                                                      .width_px = options->width_px,
+                                                      .height_px = options->height_px,
+                                                      .rate_Hz = arguments.videoRate_Hz},
+                                                     stopRequested);
+    return written ? kDone : fail(written.error(), kFailed);
+  }
+
   std::optional<haptics::EmbeddedServer> embedded;  // outlives the link
   if (arguments.embeddedServer) embedded.emplace(arguments.serverOptions, [] { stopRequested = true; });
   auto link = std::make_unique<haptics::ServerLink>(
@@ -239,6 +252,16 @@ int main(int argc, char** argv) {
                              .typeName("FILE")
                              .excludes(embedded)
                              .excludes(nats);
+  const auto video = app.option("--video", arguments.video,
+                                "Write a video of the recording there, scene and curves, without a window (WebM, VP8)")
+                         .typeName("FILE")
+                         .needs(recording)
+                         .excludes(connect);
+  app.option("--video-fps", arguments.videoRate_Hz, "Pictures of a second of it")
+      .typeName("HZ")
+      .range(1.0, 120.0)
+      .showDefault()
+      .needs(video);
   app.option("--hand", arguments.hand, "Which hand of a server with two the mouse leads")
       .typeName("1|2")
       .range(1, 2)
@@ -248,11 +271,14 @@ int main(int argc, char** argv) {
   app.flag("--displacement", arguments.displacement, "Colour soft objects by how far they are displaced (the d key)");
   app.flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)")
       .excludes(recording);
-  const auto seconds =
-      app.option("--seconds", arguments.seconds, "End by itself after this long").typeName("S").moreThanZero();
+  const auto seconds = app.option("--seconds", arguments.seconds, "End by itself after this long")
+                           .typeName("S")
+                           .moreThanZero()
+                           .excludes(video);
   app.option("--screenshot", arguments.screenshot,
              "Write the picture there at the end (PNG); offscreen the last in contact")
-      .typeName("FILE");
+      .typeName("FILE")
+      .excludes(video);
   app.option("--sheet", arguments.sheet, "Write six small pictures of the run there at the end, on one sheet (PNG)")
       .typeName("FILE")
       .needs(seconds);

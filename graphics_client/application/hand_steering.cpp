@@ -25,11 +25,13 @@ void HandSteering::changePress(double clicks) {
 
 void HandSteering::begin(Vec3 hip) {
   hand_ = hip;
+  rotation_ = {1, 0, 0, 0};
   wasPressed_ = touched_ = false;
 }
 
 HandCommand HandSteering::next(const Pointer& pointer, Vec3 hip, double dt_s) {
-  const HandCommand command = mapping_ == Mapping::kSurface ? onSurface(pointer, hip, dt_s) : inSpace(pointer);
+  HandCommand command = mapping_ == Mapping::kSurface ? onSurface(pointer, hip, dt_s) : inSpace(pointer);
+  command.rotation = rotation_;
   wasPressed_ = pointer.pressed;
   hand_ = command.position;
   return command;

@@ -34,6 +34,8 @@ class HandSteering {
   [[nodiscard]] double press_N() const { return press_N_; }
   /// In space: along the line of sight.
   void moveBy(Vec3 way_m) { hand_ += way_m; }
+  /// How it is held, of a device that senses it: turned on, about a world axis.
+  void turnBy(const Quat& turn) { rotation_ = glm::normalize(turn * rotation_); }
   /// The hand is led from here on.
   void begin(Vec3 hip);
 
@@ -47,6 +49,7 @@ class HandSteering {
   Mapping mapping_ = Mapping::kSurface;
   double press_N_ = 1;
   Vec3 hand_{0};
+  Quat rotation_{1, 0, 0, 0};
   Vec3 normal_{0, 0, 1};  // smoothed
   Vec3 place_{0};         // on the surface, last
   double clearance_m_ = kHover_m;

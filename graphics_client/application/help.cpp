@@ -21,6 +21,7 @@ constexpr const char* kMouse[][2] = {
     {"wheel", "nearer, farther; with the left button down: presses harder, more lightly"},
     {"right button", "turns the picture"},
     {"middle button", "moves the picture"},
+    {"Shift + left button", "turns the hand that touches, of a device that turns"},
     {"pen", "presses as hard as the pen does"},
 };
 

@@ -3,12 +3,10 @@
 #include <QAction>
 #include <QApplication>
 #include <QCloseEvent>
-#include <QDir>
 #include <QDockWidget>
 #include <QFileDialog>
 #include <QLabel>
 #include <QMenuBar>
-#include <QMessageBox>
 #include <QScreen>
 #include <QScrollArea>
 #include <QSettings>
@@ -16,13 +14,10 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "common/log/log.h"
 #include "graphics_client/application/file_drop.h"
-#include "graphics_client/application/measure.h"
-#include "graphics_client/application/picture_dialog.h"
 #include "graphics_client/application/plotted_sample.h"
 #include "graphics_client/application/printable_text.h"
 
@@ -61,6 +56,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       newest_(std::move(newest)),
       scene_(options),
       view_(new ViewWidget(scene_)),
+      hand_(link, scene_, view_, options.hand),
       objects_(new ObjectList),
       properties_(new PropertyPanel),
       plots_(new PlotPanel),
@@ -76,7 +72,9 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       replay_(new ReplayPanel),
       gizmo_(scene_, editor_, newest_),
       importer_(new MeshImporter(link, editor_)),
-      advisor_(new Advisor) {
+      advisor_(new Advisor),
+      tools_(scene_),
+      pictures_(new PictureFiles(view_, scene_, [this] { return replay_->session(); })) {
   setWindowTitle("Haptic viewer");
   auto* centre = new QWidget;
   auto* rows = new QVBoxLayout(centre);
@@ -96,6 +94,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   }
   statusBar()->addPermanentWidget(importer_);
   statusBar()->addPermanentWidget(advisor_);
+  statusBar()->addPermanentWidget(pictures_);
   connect(advisor_, &Advisor::said, [this](auto... words) { say(words...); });
   connect(importer_, &MeshImporter::failed, [this](auto file, auto why) { say("import " + file, why, true); });
   connect(importer_, &MeshImporter::imported, [this](const QString& object, const QString& report) {
@@ -112,16 +111,17 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(new FileDrop(this), &FileDrop::dropped, [this](auto files, auto place) { drop(files, place); });
   connect(view_, &ViewWidget::pressed, [this] {
     if (gizmo_.press(*view_->pointer())) return;
-    if (lead_ != Lead::kLed) lead_ = Lead::kNone;
+    hand_.press();
   });
   connect(view_, &ViewWidget::released, [this](bool moved) { clicked_ = !gizmo_.release() && !moved; });
   connect(view_, &ViewWidget::wheelTurned, [this](double clicks) {
-    if (steering_.mapping() == HandSteering::Mapping::kSurface) {
-      steering_.changePress(clicks);
+    if (hand_.steering().mapping() == HandSteering::Mapping::kSurface) {
+      hand_.steering().changePress(clicks);
     } else {
-      steering_.moveBy(scene_.cameras().direction() * (kStepPerClick_m * clicks));
+      hand_.steering().moveBy(scene_.cameras().direction() * (kStepPerClick_m * clicks));
     }
   });
+  connect(view_, &ViewWidget::turned, [this](double right_px, double up_px) { hand_.turn(right_px, up_px); });
   connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
           [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
@@ -139,10 +139,14 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
     view_shown_ = nullptr;
   });
   connect(&files_, &SceneFiles::said, [this](auto... words) { say(words...); });
-  connect(&connection_, &ConnectionControl::said, [this](const QString& what, const QString& words, bool isError) {
+  const auto sayLong = [this](const QString& what, const QString& words, bool isError) {
     say(what, words, isError);
     statusBar()->showMessage(what + ": " + words, kLongMessage_ms);
-  });
+  };
+  connect(&connection_, &ConnectionControl::said, sayLong);
+  connect(pictures_, &PictureFiles::said, sayLong);
+  connect(&tools_, &ViewTools::changed, [this] { view_shown_ = nullptr; });
+  connect(&tools_, &ViewTools::measuring, [this] { hand_.letGo(); });
   connect(&connection_, &ConnectionControl::replaced, [this] { showOtherServer(); });
   connect(replay_, &ReplayPanel::said, [this](auto... words) { say(words...); });
   connect(replay_, &ReplayPanel::changed, [this] { showOtherSource(); });
@@ -190,13 +194,14 @@ void MainWindow::frame() {
     scene_.drawFrame(view, now_s);
     if (std::exchange(clicked_, false)) {
       const auto place = scene_.probe().found();
-      if (place && measuring_) measureAt(*place);
-      if (place && !measuring_) select(QString::fromStdString(scene_.objects().objectAt(place->position)));
+      if (place && tools_.isMeasuring()) tools_.measureAt(*place);
+      if (place && !tools_.isMeasuring()) select(QString::fromStdString(scene_.objects().objectAt(place->position)));
     }
     import(std::exchange(dropped_, {}), surfaceUnderPointer());
     view_shown_ = view;
     drawn_s_ = now_s;
   }
+  pictures_->film(now_s);
   if (!replay_->isShown()) plot(*view, now_s);
   if (now_s - refreshed_s_ < kRefresh_s) return;
   refreshed_s_ = now_s;
@@ -217,7 +222,7 @@ bool MainWindow::changed(const MirrorView& view) const {
   if (!view_shown_) return true;
   const MirrorView& before = *view_shown_;
   if (view.link != before.link || view.scene != before.scene || view.meshes.size() != before.meshes.size() ||
-      view.sample.has_value() != before.sample.has_value() || scene_.objects().isSettling()) {
+      view.sample.has_value() != before.sample.has_value() || scene_.objects().isSettling() || scene_.isMoving()) {
     return true;
   }
   if (!view.sample) return false;
@@ -226,41 +231,12 @@ bool MainWindow::changed(const MirrorView& view) const {
          view.dents != before.dents;
 }
 
-/// Leads the hand where the pointer is, once the server gives it.
+/// Leads the hand where the pointer is, and has the next frame look what is there.
 void MainWindow::lead(const MirrorView& view, double dt_s) {
-  const TelemetrySample* felt = view.felt(options_.hand);
-  const bool isLed = view.hand.isSelf && felt != nullptr;
-  const bool isPressed = view_->isPressed() && !gizmo_.isDragging() && !measuring_;
-  const bool looks = measuring_ || isPressed || isLed || clicked_ || !dropped_.isEmpty();
+  const bool touches = view_->isPressed() && !gizmo_.isDragging() && !tools_.isMeasuring();
+  const bool looks = tools_.isMeasuring() || touches || hand_.isLed(view) || clicked_ || !dropped_.isEmpty();
   scene_.probe().aim(looks ? view_->pointer() : std::nullopt);
-  const auto surface = gizmo_.isDragging() ? std::nullopt : surfaceUnderPointer();
-  if (lead_ == Lead::kNone && isPressed && surface && view.link == LinkState::kLive && !view.isReplay) {
-    link_.leadHand(true);
-    lead_ = Lead::kAsked;
-  }
-  if (lead_ == Lead::kAsked && isLed) {
-    steering_.begin(felt->hip);
-    lead_ = Lead::kLed;
-  }
-  if (lead_ == Lead::kLed && !isLed) lead_ = Lead::kRefused;  // lost, with the connection or to another
-  const bool strokes = steering_.mapping() == HandSteering::Mapping::kSurface;
-  scene_.showPointer(lead_ == Lead::kLed && strokes ? surface : std::nullopt);
-  if (lead_ != Lead::kLed) return;
-  if (const auto pressure = view_->penPressure()) {
-    steering_.setPress_N(HandSteering::kMinPress_N +
-                         *pressure * (HandSteering::kMaxPress_N - HandSteering::kMinPress_N));
-  }
-  HandSteering::Pointer pointer{.pressed = isPressed, .surface = surface};
-  pointer.eye = scene_.cameras().worldPosition();
-  if (const auto pixel = view_->pointer()) {
-    pointer.onPicture = scene_.cameras().onPictureThrough(steering_.hand(), (*pixel)[0], (*pixel)[1]);
-  }
-  link_.commandHand(steering_.next(pointer, felt->hip, dt_s));
-}
-
-void MainWindow::letGo() {
-  lead_ = Lead::kRefused;
-  link_.leadHand(false);
+  hand_.lead(view, touches, gizmo_.isDragging() ? std::nullopt : surfaceUnderPointer(), dt_s);
 }
 
 /// Of an object: the floor is none.
@@ -274,6 +250,7 @@ void MainWindow::select(const QString& name) {
   selected_ = name;
   objects_->select(name);
   scene_.select(name.toStdString());
+  tools_.select(name.toStdString());
   view_shown_ = nullptr;
 }
 
@@ -303,6 +280,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   QString servo = scene_.framesPerSecond() < kIdleRate_Hz
                       ? QString("idle")
                       : QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
+  if (scene_.objects().isCoarse()) servo += ", coarser while the picture moves";
   if (view.sample && view.sample->fault != Fault::kNone) servo += ", no force: a fault of the servo";
   servoText_->setText(servo);
   sayHand(view);
@@ -310,36 +288,11 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
 
 void MainWindow::sayHand(const MirrorView& view) {
   if (replay_->isShown()) return handText_->setText("the hand is the recorded one");
-  if (measuring_) {
-    const auto place = scene_.probe().found();
-    return handText_->setText(
-        QString::fromStdString(measureText(measured_, place ? std::optional(place->position) : std::nullopt)));
-  }
-  const QString press = pressText(view);
-  if (!view.hand.refused.empty()) {
-    const QString words = "hand: " + text(view.hand.refused);
-    if (handText_->text() != words) logWarning(words.toStdString());
-    handText_->setText(words);
-  } else if (lead_ == Lead::kLed) {
-    handText_->setText("the hand is yours, " + (steering_.mapping() == HandSteering::Mapping::kSurface
-                                                    ? "presses with " + press
-                                                    : "in space: drag to move it, wheel: away and nearer"));
-  } else if (view.hand.led) {
-    handText_->setText("hand: led by " + text(view.hand.clientName));
-  } else {
-    handText_->setText(steering_.mapping() == HandSteering::Mapping::kSurface
-                           ? "press on an object to touch it with " + press
-                           : "drag in the picture to move the hand in space");
-  }
+  if (tools_.isMeasuring()) return handText_->setText(tools_.measured());
+  const QString words = hand_.words(view);
+  if (!view.hand.refused.empty() && handText_->text() != words) logWarning(words.toStdString());
+  handText_->setText(words);
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) label->setToolTip(label->text());
-}
-
-/// What is asked for, and what the device can give of it.
-QString MainWindow::pressText(const MirrorView& view) const {
-  const double wanted_N = steering_.press_N();
-  const double most_N = (options_.hand == 0 ? view.maxForce_N : view.secondMaxForce_N) / kForceReserve;
-  if (!(most_N > 0) || wanted_N <= most_N) return QString("%1 N").arg(wanted_N, 0, 'f', 1);
-  return QString("%1 of %2 N: the device's limit").arg(most_N, 0, 'f', 1).arg(wanted_N, 0, 'f', 1);
 }
 
 Vec3 MainWindow::placeOnFloor(const std::string& name, Vec3 size_m) {
@@ -372,6 +325,7 @@ void MainWindow::say(const QString& edit, const QString& words, bool isError) {
 }
 
 void MainWindow::finish() {
+  pictures_->finish();
   importer_->finish();
   advisor_->finish();
   editor_.finish();
@@ -419,8 +373,8 @@ void MainWindow::showOtherServer() {
 
 /// A server, or a recording.
 void MainWindow::showOtherSource() {
-  if (replay_->isShown()) letGo();
-  lead_ = Lead::kNone;
+  if (replay_->isShown()) hand_.letGo();
+  hand_.startAnew();
   select({});
   view_shown_ = nullptr;
   scene_.startAnew();
@@ -444,71 +398,6 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   }
   event->ignore();
   files_.askBeforeLoss("Quitting", [this] { end(); });
-}
-
-void MainWindow::measure(bool on) {
-  measuring_ = on;
-  measured_.clear();
-  scene_.showMeasured({});
-  if (on) letGo();
-  view_shown_ = nullptr;
-}
-
-void MainWindow::measureAt(const SurfacePoint& place) {
-  if (measured_.size() >= kMaxMeasured) measured_.clear();
-  measured_.push_back(place.position);
-  scene_.showMeasured(measured_);
-  logInfo(measureText(measured_, place.position));
-  view_shown_ = nullptr;
-}
-
-/// Through the middle of the selected object, else of all, across the line of sight.
-void MainWindow::cut(bool on) {
-  cut_.reset();
-  if (on) {
-    Vec3 low(std::numeric_limits<double>::infinity()), high = -low;
-    for (const NamedBox& box : scene_.objects().boxes()) {
-      if (!selected_.isEmpty() && box.name != selected_.toStdString()) continue;
-      for (const Vec3& corner : box.corners) {
-        low = glm::min(low, corner);
-        high = glm::max(high, corner);
-      }
-    }
-    if (low.x <= high.x) cut_ = CutPlane{(low + high) / 2.0, scene_.cameras().direction()};
-  }
-  scene_.cut(cut_);
-  view_shown_ = nullptr;
-}
-
-void MainWindow::moveCut(double way_m) {
-  if (!cut_) return;
-  cut_->point += way_m * cut_->normal;
-  scene_.cut(cut_);
-  view_shown_ = nullptr;
-}
-
-void MainWindow::saveScreenshot() {
-  const std::string file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
-  const Result<void> written = writePng(scene_.picture(scene_.snapshot(), 0), file);
-  if (written) {
-    statusBar()->showMessage(QDir::current().absoluteFilePath(QString::fromStdString(file)) + " is written",
-                             kMessage_ms);
-  } else {
-    QMessageBox::warning(this, "Save picture", text(written.error().text()));
-  }
-}
-
-void MainWindow::savePictureAs() {
-  auto* dialog = new PictureDialog(this, {scene_.renderWindow().width_px(), scene_.renderWindow().height_px()});
-  connect(dialog, &QDialog::accepted, [this, dialog] {
-    const QString file = dialog->file();
-    const Result<void> written =
-        writePng(scene_.scenePicture(dialog->size_px().width(), dialog->size_px().height()), file.toStdString());
-    view_shown_ = nullptr;
-    say("picture", written ? QDir::current().absoluteFilePath(file) + " is written" : text(written.error().text()),
-        !written);
-  });
-  dialog->open();
 }
 
 }  // namespace haptics

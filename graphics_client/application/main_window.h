@@ -14,14 +14,16 @@
 #include "graphics_client/application/connection_control.h"
 #include "graphics_client/application/free_place.h"
 #include "graphics_client/application/gizmo_tool.h"
-#include "graphics_client/application/hand_steering.h"
+#include "graphics_client/application/hand_tool.h"
 #include "graphics_client/application/mesh_importer.h"
 #include "graphics_client/application/object_list.h"
+#include "graphics_client/application/picture_files.h"
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
 #include "graphics_client/application/replay_panel.h"
 #include "graphics_client/application/scene_editor.h"
 #include "graphics_client/application/scene_files.h"
+#include "graphics_client/application/view_tools.h"
 #include "graphics_client/application/view_widget.h"
 #include "graphics_client/mirror/server_link.h"
 
@@ -58,19 +60,16 @@ class MainWindow : public QMainWindow {
   std::function<std::shared_ptr<const MirrorView>()> newest_;
   SceneView scene_;
   ViewWidget* view_;
+  HandTool hand_;
   ObjectList* objects_;
   PropertyPanel* properties_;
   PlotPanel* plots_;
   QLabel *linkText_, *sceneText_, *servoText_, *handText_;
   QTimer timer_;
   Clock::time_point start_ = Clock::now();
-  HandSteering steering_;
-  /// kRefused: not asked for again before the button is pressed again.
-  enum class Lead { kNone, kAsked, kLed, kRefused } lead_ = Lead::kNone;
   std::shared_ptr<const MirrorView> view_shown_;
   std::uint64_t plottedTick_ = 0;
   double refreshed_s_ = 0, drawn_s_ = 0, framed_s_ = 0;
-  int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame
   QString selected_;
   SceneEditor editor_;
@@ -80,9 +79,8 @@ class MainWindow : public QMainWindow {
   GizmoTool gizmo_;
   MeshImporter* importer_;
   Advisor* advisor_;
-  bool measuring_ = false;
-  std::vector<Vec3> measured_;
-  std::optional<CutPlane> cut_;
+  ViewTools tools_;
+  PictureFiles* pictures_;
   std::map<std::string, FloorBox> placed_;  // of objects that are not drawn yet, by name
   QStringList dropped_;                     // files, where the pointer is
   QString report_;                          // of the import that is selected, until its object is here
@@ -97,7 +95,6 @@ class MainWindow : public QMainWindow {
   QAction* addSwitch(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip, bool isOn,
                      std::function<void()> toggle);
   void makeViewMenu();
-  void addLooks(QMenu* menu);
   void makeHelpMenu();
   void makeFileMenu();
   void makeEditMenu();
@@ -105,7 +102,6 @@ class MainWindow : public QMainWindow {
   void makeSessionMenu();
   void frame();
   void lead(const MirrorView& view, double dt_s);
-  void letGo();
   void plot(const MirrorView& view, double now_s);
   [[nodiscard]] bool changed(const MirrorView& view) const;
   [[nodiscard]] std::optional<SurfacePoint> surfaceUnderPointer();
@@ -113,7 +109,6 @@ class MainWindow : public QMainWindow {
   void refresh(const std::shared_ptr<const MirrorView>& now);
   /// On the floor, beside all objects: where the middle of the lower side of such a box goes, which `name` has then.
   [[nodiscard]] Vec3 placeOnFloor(const std::string& name, Vec3 size_m);
-  [[nodiscard]] QString pressText(const MirrorView& view) const;
   void restoreLayout();
   void saveLayout() const;
   void withSelected(const std::function<void(const std::string&)>& does);
@@ -125,13 +120,6 @@ class MainWindow : public QMainWindow {
   void sayHand(const MirrorView& view);
   void showOtherServer();
   void showOtherSource();
-  void saveScreenshot();
-  void savePictureAs();
-  void measure(bool on);
-  void measureAt(const SurfacePoint& place);
-  void addTools(QMenu* menu);
-  void cut(bool on);
-  void moveCut(double way_m);
   void toggle(bool SceneView::Style::*how);
 };
 

@@ -126,9 +126,7 @@ void MainWindow::makeFileMenu() {
       [this] { files_.save(); });
   add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
       [this] { files_.saveAs(); });
-  add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
-  add(file, "Save p&icture as...", QKeySequence("Ctrl+P"), "The scene alone, without panels and words, of any size",
-      [this] { savePictureAs(); });
+  pictures_->addActions(file, add);
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
       [this] { plots_->save("haptic_plots.pdf"); });
   add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
@@ -157,14 +155,14 @@ void MainWindow::makeMenus() {
   QMenu* hand = menuBar()->addMenu("&Hand");
   add(hand, "On surfaces, or in &space", Qt::Key_T,
       "The pointer strokes surfaces, or moves the hand in the picture's plane", [this] {
-        const bool onSurface = steering_.mapping() == HandSteering::Mapping::kSurface;
-        steering_.setMapping(onSurface ? HandSteering::Mapping::kSpace : HandSteering::Mapping::kSurface);
+        const bool onSurface = hand_.steering().mapping() == HandSteering::Mapping::kSurface;
+        hand_.steering().setMapping(onSurface ? HandSteering::Mapping::kSpace : HandSteering::Mapping::kSurface);
       });
   add(hand, "Press &harder", Qt::Key_Plus, "As the wheel while the button is down",
-      [this] { steering_.changePress(1); });
+      [this] { hand_.steering().changePress(1); });
   add(hand, "Press &less", Qt::Key_Minus, "As the wheel while the button is down",
-      [this] { steering_.changePress(-1); });
-  add(hand, "Let &go", Qt::Key_Escape, "Gives the hand back; it explores by itself", [this] { letGo(); });
+      [this] { hand_.steering().changePress(-1); });
+  add(hand, "Let &go", Qt::Key_Escape, "Gives the hand back; it explores by itself", [this] { hand_.letGo(); });
 
   makeSessionMenu();
   QMenu* plots = menuBar()->addMenu("&Plots");
@@ -178,7 +176,7 @@ void MainWindow::makeMenus() {
 void MainWindow::makeViewMenu() {
   const auto add = [this](auto... arguments) { return addSwitch(arguments...); };
   QMenu* view = menuBar()->addMenu("&View");
-  addLooks(view);
+  tools_.addLooks(view, [this](auto... arguments) { return addAction(arguments...); });
   const SceneView::Style style = scene_.style();
   add(view, "&Follow the contact", Qt::Key_F, "The camera moves with the contact", style.follow,
       [this] { toggle(&SceneView::Style::follow); });
@@ -195,7 +193,7 @@ void MainWindow::makeViewMenu() {
       [this] { scene_.overlay().toggle(); });
   add(view, "De&tails", QKeySequence("Shift+O"), "The state of server and link in all its lines",
       scene_.overlay().areDetailsVisible(), [this] { scene_.overlay().toggleDetails(); });
-  addTools(view);
+  tools_.addTools(view, [this](auto... arguments) { return addAction(arguments...); });
   addHiding(view);
   view->addSeparator();
   add(view, "Dar&k panels", QKeySequence("Ctrl+Shift+D"), "Light words on dark ground, in this and later runs",
@@ -207,38 +205,6 @@ void MainWindow::makeViewMenu() {
     shown->setToolTip("Shows or hides this panel");
     shown->setStatusTip(shown->toolTip());
     view->addAction(shown);
-  }
-}
-
-void MainWindow::addTools(QMenu* menu) {
-  constexpr double kCutStep_m = 0.002;
-  addSwitch(menu, "&Measure", Qt::Key_M, "Click places: two for a distance, a third for the angle at the second", false,
-            [this] { measure(!measuring_); });
-  addSwitch(menu, "C&ut", Qt::Key_X, "Leaves out what is in front of the selected object's middle", false,
-            [this] { cut(!cut_); });
-  addAction(menu, "Cut &deeper", QKeySequence("Shift+X"), "By 2 mm", [this] { moveCut(kCutStep_m); });
-  addAction(menu, "Cut le&ss deep", QKeySequence("Ctrl+Shift+X"), "By 2 mm", [this] { moveCut(-kCutStep_m); });
-}
-
-void MainWindow::addLooks(QMenu* menu) {
-  addAction(menu, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen",
-            [this] { scene_.frameAll(); });
-  struct Look {
-    const char* title;
-    Qt::Key key;
-    Vec3 direction;
-  };
-  // Not quite down: there the z axis has no up.
-  static const Look kLooks[] = {{"F&ront", Qt::Key_1, {0, 1, 0}},
-                                {"R&ight", Qt::Key_2, {-1, 0, 0}},
-                                {"&Back", Qt::Key_3, {0, -1, 0}},
-                                {"&Left", Qt::Key_4, {1, 0, 0}},
-                                {"&Top", Qt::Key_5, glm::normalize(Vec3(0, 0.02, -1))},
-                                {"Three &quarters", Qt::Key_6, CameraRig::kFirstDirection}};
-  QMenu* looks = menu->addMenu("Look &from");
-  for (const Look& look : kLooks) {
-    addAction(looks, look.title, look.key, "Shows all objects from there",
-              [this, &look] { scene_.frameAll(look.direction); });
   }
 }
 

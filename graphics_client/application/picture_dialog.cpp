@@ -9,32 +9,34 @@
 namespace haptics {
 namespace {
 
-/// Sides of a picture: what software rendering draws with its buffers in some hundred megabytes.
-constexpr int kSmallest_px = 64, kLargest_px = 8192;
+/// Side of a picture: what software rendering draws with its buffers in some hundred megabytes.
+constexpr int kLargest_px = 8192;
+constexpr int kFastest_Hz = 120;
 
-QSpinBox* sideField(const QString& name, int side_px) {
+QSpinBox* field(const QString& name, int value, int least, int most, const QString& unit) {
   auto* field = new QSpinBox;
-  field->setRange(kSmallest_px, kLargest_px);
-  field->setValue(side_px);
-  field->setSuffix(" px");
+  field->setRange(least, most);
+  field->setValue(value);
+  field->setSuffix(" " + unit);
   field->setAccessibleName(name);
   return field;
 }
 
 }  // namespace
 
-PictureDialog::PictureDialog(QWidget* parent, QSize size_px)
+PictureDialog::PictureDialog(QWidget* parent, const Kind& kind, QSize size_px)
     : QDialog(parent),
-      file_(new QLineEdit("haptic_scene.png")),
-      width_(sideField("width", size_px.width())),
-      height_(sideField("height", size_px.height())) {
-  setWindowTitle("Save picture as");
+      file_(new QLineEdit(kind.file)),
+      width_(field("width", size_px.width(), kind.least_px.width(), kLargest_px, "px")),
+      height_(field("height", size_px.height(), kind.least_px.height(), kLargest_px, "px")),
+      rate_(field("pictures of a second", kind.rate_Hz, 1, kFastest_Hz, "Hz")) {
+  setWindowTitle(kind.title);
   setAttribute(Qt::WA_DeleteOnClose);
   file_->setAccessibleName("file");
   auto* browse = new QPushButton("Browse...");
   browse->setAutoDefault(false);
-  connect(browse, &QPushButton::clicked, [this] {
-    const QString chosen = QFileDialog::getSaveFileName(this, "Save picture as", file(), "Pictures (*.png)");
+  connect(browse, &QPushButton::clicked, [this, kind] {
+    const QString chosen = QFileDialog::getSaveFileName(this, kind.title, file(), kind.filter);
     if (!chosen.isEmpty()) file_->setText(chosen);
   });
   auto* place = new QHBoxLayout;
@@ -47,6 +49,9 @@ PictureDialog::PictureDialog(QWidget* parent, QSize size_px)
   form->addRow("File", place);
   form->addRow("&Width", width_);
   form->addRow("&Height", height_);
+  form->addRow("&Pictures of a second", rate_);
+  rate_->setVisible(kind.rate_Hz > 0);
+  form->labelForField(rate_)->setVisible(kind.rate_Hz > 0);
   form->addRow(buttons);
   buttons->button(QDialogButtonBox::Save)->setDefault(true);
   file_->setFocus();

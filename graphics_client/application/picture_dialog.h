@@ -6,17 +6,23 @@
 
 namespace haptics {
 
-/// Asks for the file of a picture, and its size in pixels.
+/// Asks for the file of a picture or video, its size in pixels, and a video's pictures of a second.
 class PictureDialog : public QDialog {
  public:
-  PictureDialog(QWidget* parent, QSize size_px);
+  struct Kind {
+    QString title, file, filter;
+    QSize least_px{64, 64};
+    int rate_Hz = 0;  ///< That is offered; 0: it is no video.
+  };
+  PictureDialog(QWidget* parent, const Kind& kind, QSize size_px);
 
   [[nodiscard]] QString file() const { return file_->text().trimmed(); }
   [[nodiscard]] QSize size_px() const { return {width_->value(), height_->value()}; }
+  [[nodiscard]] int rate_Hz() const { return rate_->value(); }
 
  private:
   QLineEdit* file_;
-  QSpinBox *width_, *height_;
+  QSpinBox *width_, *height_, *rate_;
 };
 
 }  // namespace haptics

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <numeric>
+#include <vector>
 
 #include "common/telemetry/telemetry_sample.h"
 #include "graphics_client/application/plot_panel.h"
+#include "graphics_client/session/recorded_moments.h"
 
 namespace haptics {
 
@@ -16,6 +18,16 @@ namespace haptics {
           .texture_N = glm::length(sample.force.texture),
           .depth_mm = 1e3 * sample.penetration_m,
           .energy_mJ = 1e3 * energy_J};
+}
+
+/// Of the moments up to that time, as far back as curves go.
+[[nodiscard]] inline std::vector<PlotPanel::Sample> plottedUntil(const RecordedMoments& moments, double time_s) {
+  std::vector<PlotPanel::Sample> curves;
+  const std::size_t last = moments.indexAt(time_s);
+  for (std::size_t i = moments.indexAt(time_s - PlotPanel::kShown_s); i <= last; ++i) {
+    curves.push_back(plotted(moments.list()[i].sample, moments.list()[i].time_s));
+  }
+  return curves;
 }
 
 }  // namespace haptics

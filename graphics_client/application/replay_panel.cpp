@@ -202,13 +202,7 @@ void ReplayPanel::refresh() {
 QString ReplayPanel::status() const { return QString::fromStdString(session_->status(clock_.time_s())); }
 
 std::vector<PlotPanel::Sample> ReplayPanel::curves() const {
-  const RecordedMoments& moments = session_->moments();
-  std::vector<PlotPanel::Sample> curves;
-  const std::size_t last = moments.indexAt(clock_.time_s());
-  for (std::size_t i = moments.indexAt(clock_.time_s() - PlotPanel::kShown_s); i <= last; ++i) {
-    curves.push_back(plotted(moments.list()[i].sample, moments.list()[i].time_s));
-  }
-  return curves;
+  return plottedUntil(session_->moments(), clock_.time_s());
 }
 
 }  // namespace haptics

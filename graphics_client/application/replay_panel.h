@@ -42,6 +42,8 @@ class ReplayPanel : public QWidget {
   void leave();
 
   [[nodiscard]] bool isShown() const { return session_ != nullptr; }
+  /// Null: none is shown.
+  [[nodiscard]] const std::shared_ptr<const RecordedSession>& session() const { return session_; }
   /// A recording is being read.
   [[nodiscard]] bool isLoading() const { return isLoading_; }
   /// The moment to draw, dt_s after the last call. Only while a recording is shown.

@@ -79,9 +79,10 @@ void ViewWidget::mouseReleaseEvent(QMouseEvent* event) {
 }
 
 void ViewWidget::mouseMoveEvent(QMouseEvent* event) {
-  follow(event->localPos());
   const QPoint way = (event->pos() - last_) * devicePixelRatioF();
   last_ = event->pos();
+  if (pressed_ && (event->modifiers() & Qt::ShiftModifier) != 0) return emit turned(way.x(), -way.y());
+  follow(event->localPos());
   if ((event->buttons() & Qt::RightButton) != 0) scene_.cameras().orbit(way.x(), -way.y());
   if ((event->buttons() & Qt::MiddleButton) != 0) scene_.cameras().pan(way.x(), -way.y());
 }

@@ -1,6 +1,6 @@
-#include "graphics_client/video/webm_writer.h"
-
 #include <utility>
+
+#include "graphics_client/video/webm_writer.h"
 
 namespace haptics {
 

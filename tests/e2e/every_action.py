@@ -205,6 +205,13 @@ class EveryAction(harness.EndToEnd):
             self.window.do("mousemove", *BOX, "click", "--repeat", 5, 5)  # the wheel: farther away
             for number, title in enumerate(["Front", "Right", "Back", "Left", "Top", "Three quarters"], 1):
                 self.act("View > Look from", title, str(number), self.redraws())
+            for number in range(1, 5):
+                self.act("View > Kept views", f"Keep view {number}", f"shift+F{4 + number}", self.says(f"view {number} is kept"))
+            self.window.do("key", "1")
+            self.act("View > Kept views", "View 1", "F5", self.redraws())
+            for number in range(2, 5):
+                self.window.do("key", str(number))
+                self.act("View > Kept views", f"View {number}", f"F{4 + number}", self.redraws())
             self.act("View", "Cut", "x", self.redraws())
             self.act("View", "Cut deeper", "shift+x", self.changes(self.picture))
             self.act("View", "Cut less deep", "ctrl+shift+x", self.changes(self.picture))
@@ -252,6 +259,7 @@ class EveryAction(harness.EndToEnd):
         self.act("Help", "Guide", "shift+F1", self.opens("Guide"))
         self.act("Help", "About", "ctrl+F1", self.opens("About"))
         self.act("File", "Save picture", "s", self.writes("haptic_view_*.png"))
+        self.toggle("File", "Film the window", "ctrl+shift+f", self.writes("haptic_film_*.webm"))
         self.act("File", "Save plots", "ctrl+l", self.writes("haptic_plots.pdf"))
         self.act("Session", "Save the last 10 seconds", "ctrl+r", self.writes("recordings/*.haptics"))
 
@@ -260,6 +268,7 @@ class EveryAction(harness.EndToEnd):
         self.window.do("key", "ctrl+shift+o")
         self.window.type_into_dialog("Open recording", str(next((self.folder / "recordings").glob("*.haptics"))))
         self.window.said(r"replay of .*every force is the same")
+        self.act("File", "Save video...", "ctrl+shift+v", self.opens("Save video"))
         self.act("Session > Replay", "Play or stop", "space", self.changes(self.plays))
         self.window.do("key", "space")
         self.act("Session > Replay", "One sample forward", "period", self.changes(self.time, lambda a, b: b > a))

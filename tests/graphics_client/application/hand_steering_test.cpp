@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace haptics::hand_steering_test {
 namespace {
 
@@ -81,6 +83,20 @@ TEST_F(Steered, MovesInSpaceFromWhereItIsWithoutAJump) {
   EXPECT_NEAR(frame(false, std::nullopt).position.x, 0.01, 1e-12);
   steering_.moveBy({0, 0, -0.004});
   EXPECT_NEAR(frame(false, std::nullopt).position.z, 0.096, 1e-12);
+}
+
+TEST_F(Steered, HoldsTheHandAsItWasTurnedUntilItIsLedAgain) {
+  const Quat quarter = glm::angleAxis(std::numbers::pi / 2, Vec3(0, 0, 1));
+  for (const auto mapping : {HandSteering::Mapping::kSurface, HandSteering::Mapping::kSpace}) {
+    steering_.setMapping(mapping);
+    steering_.begin(hip_);
+    steering_.turnBy(quarter);
+    steering_.turnBy(glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0)));  // of the world, not of the hand
+    const Vec3 x = frame(true, kGround).rotation * Vec3(1, 0, 0);
+    EXPECT_NEAR(glm::distance(x, Vec3(0, 0, 1)), 0, 1e-12);
+    steering_.begin(hip_);
+    EXPECT_EQ(frame(true, kGround).rotation, Quat(1, 0, 0, 0));
+  }
 }
 
 }  // namespace
