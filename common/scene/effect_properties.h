@@ -22,10 +22,12 @@ struct Effect {
     kGuide,
     kForbiddenSide,
     kViscosity,
-    kVibration
+    kVibration,
+    kTube
   };
   enum class Frame : std::uint8_t { kObject = 1, kWorld };
   enum class Region : std::uint8_t { kEverywhere = 1, kBox, kSphere };
+  enum class Trigger : std::uint8_t { kAlways = 1, kTouch, kButton };
 
   Kind kind = Kind::kConstant;
   Frame frame = Frame::kObject;
@@ -43,11 +45,12 @@ struct Effect {
   double fade_m = 0;
   Region region = Region::kEverywhere;
   Vec3 size_m{0};
+  Trigger trigger = Trigger::kAlways;
 
   bool operator==(const Effect&) const = default;
   HAPTICS_FIELDS(self.kind, self.frame, self.point_m, self.direction, self.path_m, self.stiffness_N_per_m,
                  self.damping_Ns_per_m, self.amplitude_N, self.frequency_Hz, self.phase_rad, self.limit_N, self.reach_m,
-                 self.release_m, self.fade_m, self.region, self.size_m);
+                 self.release_m, self.fade_m, self.region, self.size_m, self.trigger);
 };
 
 /// Of all objects of a scene together.
@@ -55,7 +58,7 @@ inline constexpr std::size_t kMaxEffects = 32;
 /// Of one path. The nearest place of one that lies on a sphere round the HIP takes a look at each point: 20 us.
 inline constexpr std::size_t kMaxPathPoints = 4096;
 
-/// In canonical form: all members of each, in order; nothing for no effects.
+/// In canonical form: all members of each, in order, and then the triggers where one is not kAlways; nothing for no effects.
 void addTo(Hasher& hasher, const std::vector<Effect>& effects);
 
 }  // namespace haptics

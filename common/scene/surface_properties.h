@@ -191,11 +191,16 @@ inline constexpr double kMinStiffnessFactor = 0.05;
 /// @tparam Number  double, or of an edit an optional one.
 template <class Number>
 struct SurfaceScalars {
-  Number adhesion_N{};  ///< Pull along the normal on what is less than kAdhesionReach_m above the surface.
+  Number adhesion_N{};       ///< Pull along the normal on what is less than kAdhesionReach_m above the surface.
+  Number tap_Ns_per_m{};     ///< Of a decaying sinusoid of force on touching: its amplitude per speed,
+  Number tap_Hz{};           ///< frequency,
+  Number tap_decay_per_s{};  ///< and rate of decay, of which less than kSlowestTap_per_s counts as that.
   bool operator==(const SurfaceScalars&) const = default;
-  HAPTICS_FIELDS(self.adhesion_N);
+  HAPTICS_FIELDS(self.adhesion_N, self.tap_Ns_per_m, self.tap_Hz, self.tap_decay_per_s);
 };
 inline constexpr double kAdhesionReach_m = 1e-3;
+/// Nothing of a tap is left after 0.1 s.
+inline constexpr double kSlowestTap_per_s = 60;
 
 /// Calls visit(name, its value in each of the scalars...).
 template <class Visit, class... Scalars>

@@ -29,6 +29,8 @@ std::string_view fieldsUsedBy(Kind kind) noexcept {
       return " path_m stiffness_N_per_m damping_Ns_per_m limit_N reach_m release_m fade_m ";
     case Kind::kForbiddenSide:
       return " point_m direction stiffness_N_per_m damping_Ns_per_m limit_N ";
+    case Kind::kTube:
+      return " path_m stiffness_N_per_m damping_Ns_per_m limit_N size_m ";
     case Kind::kViscosity:
       return " damping_Ns_per_m limit_N region point_m size_m fade_m ";
     case Kind::kVibration:
@@ -118,6 +120,12 @@ Refusal takeNumber(const v1::Effect& message, Kind kind, std::string_view name, 
   return checkScalar(value, field, std::string(name));
 }
 
+Refusal checkDiameter(const Effect& effect, const std::string& of) {
+  if (auto bad = checkLength(effect.size_m.x, "size_m.x")) return bad;
+  if (effect.size_m.y == 0 && effect.size_m.z == 0) return std::nullopt;
+  return Error{"size_m", "has y or z; of a " + of + " only x is used, its diameter"};
+}
+
 Refusal checkRegion(const v1::Effect& message, const Effect& effect) {
   if (effect.region == Region::kEverywhere) {
     for (const char* name : {"point_m", "size_m", "fade_m"}) {
@@ -126,9 +134,7 @@ Refusal checkRegion(const v1::Effect& message, const Effect& effect) {
     return std::nullopt;
   }
   if (effect.region == Region::kBox) return checkSize(message.size_m(), "size_m");
-  if (auto bad = checkLength(effect.size_m.x, "size_m.x")) return bad;
-  if (effect.size_m.y == 0 && effect.size_m.z == 0) return std::nullopt;
-  return Error{"size_m", "has y or z; of a sphere only x is used, its diameter"};
+  return checkDiameter(effect, "sphere");
 }
 
 Refusal checkReach(const v1::Effect& message, const Effect& effect) {
@@ -155,10 +161,12 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
     return refuse(bad);
   if (auto bad = take(enumerator<Region>(message, "region", v1::EFFECT_REGION_EVERYWHERE), effect.region))
     return refuse(bad);
+  if (auto bad = take(enumerator<Effect::Trigger>(message, "trigger", v1::EFFECT_TRIGGER_ALWAYS), effect.trigger))
+    return refuse(bad);
   Refusal first;
   const auto read = [&]<class T>(std::size_t i, T& value) {
     const std::string name(fields::nameOf(Effect::kFieldNames, i));
-    if (first || name == "kind" || name == "frame") return;
+    if (first || name == "kind" || name == "frame" || name == "trigger") return;
     const bool isUsed = uses(effect.kind, name);
     if (!isUsed && isGiven(message, name) && !(name == "region" && effect.region == Region::kEverywhere))
       first =
@@ -177,6 +185,9 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
   }
   if (uses(effect.kind, "region")) {
     if (auto bad = checkRegion(message, effect)) return refuse(bad);
+  }
+  if (effect.kind == Kind::kTube) {
+    if (auto bad = checkDiameter(effect, "tube")) return refuse(bad);
   }
   if (uses(effect.kind, "reach_m")) {
     if (auto bad = checkReach(message, effect)) return refuse(bad);
@@ -216,7 +227,9 @@ void toWire(const std::vector<Effect>& effects, pb::RepeatedPtrField<v1::Effect>
     const pb::Reflection& reflection = *message.GetReflection();
     const auto write = [&]<class T>(std::size_t i, const T& value) {
       const pb::FieldDescriptor& field = fieldOf(fields::nameOf(Effect::kFieldNames, i));
-      if constexpr (std::is_enum_v<T>) {
+      if constexpr (std::is_same_v<T, Effect::Trigger>) {
+        if (value != Effect::Trigger::kAlways) message.set_trigger(static_cast<v1::EffectTrigger>(value));
+      } else if constexpr (std::is_enum_v<T>) {
         reflection.SetEnumValue(&message, &field, static_cast<int>(value));
       } else if constexpr (std::is_same_v<T, double>) {
         if (value != 0) reflection.SetDouble(&message, &field, value);

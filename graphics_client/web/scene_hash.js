@@ -76,10 +76,13 @@ const effectValue = (value, type, isRepeated) => {
   return type === 'Vector3' ? all(doubles('x', 'y', 'z'))(value) : whole(value);
 };
 /** All fields in order of their numbers, those that are absent as 0. */
-const effect = (message) => concat([...message.$type.fieldsArray]
+const effect = (message) => concat(message.$type.fieldsArray.filter(({name}) => name !== 'trigger')
   .sort((a, b) => a.id - b.id)
   .map(({name, type, repeated}) => effectValue(message[name], type, repeated)));
 const effects = when(({effects: all}) => all && all.length, 14, list('effects', effect));
+/** Of all effects, where one is not always felt (1). */
+const triggers = when(({effects: all}) => all && all.some(({trigger}) => trigger > 1), 15,
+  ({effects: all}) => concat(all.map(({trigger}) => whole(trigger || 1))));
 
 /** Of an ObjectState. */
 const objectBytes = all(
@@ -97,7 +100,7 @@ const objectBytes = all(
     tagged('lattice', 6, vectors('low_m', 'size_m'), wholes('points_x', 'points_y', 'points_z'),
       (lattice) => concat(lattice.control_m.map(float))),
     tagged('residue', 7, raw('asset'))),
-  effects);
+  effects, triggers);
 
 /** Of what an object's textured surface is drawn from: an ObjectState with nothing else in it (audience.proto, KEY). */
 function surfaceBytes({mesh, shading, texture, deformation}) {

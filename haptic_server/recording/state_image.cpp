@@ -86,14 +86,18 @@ namespace {
 /// Of a connected state: what its scene has, as adoptScene() notes it.
 [[nodiscard]] bool areFeaturesOf(const HapticState& state) {
   SceneFeatures features = state.features;
-  bool detail = state.moving.count > 0 || state.features.tool, soft = false, bumps = false, varies = false;
+  bool detail = state.moving.count > 0 || state.features.tool || state.features.taps, soft = false, bumps = false,
+       varies = false;
+  bool taps = state.surface.tap.rings();
   for (const ServoObject& object : state.scene->objects) {
+    taps = taps || (object.detail && object.detail->scalars.tap_Ns_per_m > 0);
     soft = soft || object.tissue != nullptr;
     detail = detail || object.detail != nullptr;
     bumps = bumps || (object.detail && object.detail->reach_m > 0);
     varies = varies || (object.detail && object.detail->stiffness);
   }
   features.detail = detail || soft;
+  features.taps = taps || state.features.taps;  // what has rung out is forgotten at the next adoption
   features.soft = soft;
   features.bumps = bumps;
   features.varyingStiffness = varies;

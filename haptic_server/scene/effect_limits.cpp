@@ -1,6 +1,7 @@
 #include "haptic_server/scene/effect_limits.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 #include "haptic_server/engine/motion/coupling.h"
@@ -29,6 +30,12 @@ std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<dou
   return effects;
 }
 
+double strongest_N(const Effect& effect) noexcept {
+  using Kind = Effect::Kind;
+  if (effect.kind == Kind::kConstant || effect.kind == Kind::kVibration) return effect.amplitude_N;
+  return effect.limit_N > 0 ? effect.limit_N : std::numeric_limits<double>::infinity();
+}
+
 std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                         const DeviceLimits& device) {
   if (record.effects.empty()) return {};
@@ -49,6 +56,12 @@ std::vector<std::string> effectWarnings(const ObjectRecord& record, const Object
               << wanted << ": the device, or the body that carries it, would not be stable with more";
       warnings.push_back(warning.str());
     };
+    if (const double most_N = strongest_N(asked); most_N < kNoticed_N) {
+      std::ostringstream warning;
+      warning << "warning: effects[" << i << "] is not noticed: it pushes with " << most_N
+              << " N at most, and a hand notices " << kNoticed_N << " N";
+      warnings.push_back(warning.str());
+    }
     look("stiffness", is.stiffness_N_per_m, asked.stiffness_N_per_m, " N/m");
     look("damping", is.damping_Ns_per_m, asked.damping_Ns_per_m, " N s/m");
   }

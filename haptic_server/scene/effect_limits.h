@@ -15,7 +15,12 @@ namespace haptics {
 [[nodiscard]] std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<double> apparentMass_kg,
                                                 const DeviceLimits& device);
 
-/// A warning of each that is felt as another one than asked for.
+/// What an effect pushes with at most, N; infinite where only the device's limit bounds it.
+[[nodiscard]] double strongest_N(const Effect& effect) noexcept;
+/// A smaller force is not noticed, by what `advise` and Simplify count as noticed.
+inline constexpr double kNoticed_N = 0.05;
+
+/// A warning of each that is felt as another one than asked for, or not noticed.
 [[nodiscard]] std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                                       const DeviceLimits& device);
 

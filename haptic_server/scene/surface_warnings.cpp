@@ -117,6 +117,15 @@ std::string dampingWarning(const ObjectRecord& record, const ObjectAssets& asset
       " Ns/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more");
 }
 
+/// Empty when it is felt as it was asked for, or there is none.
+std::string tapWarning(const SurfaceScalars<double>& scalars) {
+  if (scalars.tap_Ns_per_m == 0) return {};
+  if (scalars.tap_Hz == 0) return "warning: tap_Ns_per_m is not felt: tap_Hz is 0 or missing";
+  if (scalars.tap_decay_per_s >= kSlowestTap_per_s) return {};
+  return written(4, "warning: tap_decay_per_s is felt as ", kSlowestTap_per_s, " instead of ", scalars.tap_decay_per_s,
+                 ": a tap is over after 0.1 s");
+}
+
 }  // namespace
 
 double meanEdge_m(const TriMesh& mesh) {
@@ -146,6 +155,7 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
   };
   add(stiffnessWarning(record, assets, device));
   add(dampingWarning(record, assets, device));
+  add(tapWarning(record.material.surface.scalars));
   const auto look = [&](const char* property, const ScalarField* field) {
     if (!field) return;
     const double finest_m = field->shortestWavelength_m();

@@ -202,12 +202,15 @@ def deformation_bytes(state):
 
 
 def effect_bytes(state):
-    """All fields of each in order of their numbers, those that are absent as 0 (common/scene/effect_properties.cpp)."""
+    """All fields of each in order of their numbers, those that are absent as 0, and then the triggers of all where one has to be
+    waited for (common/scene/effect_properties.cpp)."""
     if not state.effects:
         return b""
-    return numbers(14, len(state.effects)) + b"".join(
+    data = numbers(14, len(state.effects)) + b"".join(
         value_bytes(field, getattr(effect, field.name)) for effect in state.effects
-        for _, field in sorted(effect.DESCRIPTOR.fields_by_number.items()))
+        for _, field in sorted(effect.DESCRIPTOR.fields_by_number.items()) if field.name != "trigger")
+    triggers = [effect.trigger or scene_pb2.EFFECT_TRIGGER_ALWAYS for effect in state.effects]
+    return data + (numbers(15, *triggers) if set(triggers) != {scene_pb2.EFFECT_TRIGGER_ALWAYS} else b"")
 
 
 def value_bytes(field, value):

@@ -74,12 +74,25 @@ EffectField::Felt EffectField::pullToPath(EffectMemory& memory, Vec3 hip, Vec3 v
 }
 
 /// As a surface's spring and damper, of which the damper does no more than the spring: it has no step at the plane.
-Vec3 EffectField::pushOut(Vec3 hip, Vec3 velocity) const noexcept {
-  const double depth_m = glm::dot(effect_.point_m - hip, effect_.direction);
+Vec3 EffectField::pushOut(double depth_m, Vec3 normal, Vec3 velocity) const noexcept {
   if (depth_m <= 0) return Vec3(0);
   const double spring_N = effect_.stiffness_N_per_m * depth_m;
-  const double damping_N = -effect_.damping_Ns_per_m * glm::dot(velocity, effect_.direction);
-  return limited((spring_N + std::clamp(damping_N, -spring_N, spring_N)) * effect_.direction);
+  const double damping_N = -effect_.damping_Ns_per_m * glm::dot(velocity, normal);
+  return limited((spring_N + std::clamp(damping_N, -spring_N, spring_N)) * normal);
+}
+
+EffectField::Felt EffectField::keepInTube(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept {
+  const PathPlace place = path_.nearest(hip, memory.segment);
+  const double far_m = std::sqrt(place.squared_m2);
+  const double depth_m = far_m - effect_.size_m.x / 2;
+  const bool jumped = !memory.holds || (depth_m > 0 && hasLeapt(place.point, memory.target, hip, memory.hip));
+  memory.holds = true;
+  memory.segment = place.segment;
+  memory.part = place.part;
+  memory.hip = hip;
+  memory.target = place.point;
+  if (depth_m <= 0) return {Vec3(0), jumped};
+  return {pushOut(depth_m, (place.point - hip) / far_m, velocity), jumped};
 }
 
 double EffectField::regionWeight(Vec3 hip) const noexcept {
@@ -132,10 +145,12 @@ EffectField::Felt EffectField::felt(EffectMemory& memory, Vec3 hip, Vec3 velocit
     case Kind::kSpringToPath:
     case Kind::kGuide:
       return pullToPath(memory, hip, velocity);
+    case Kind::kTube:
+      return keepInTube(memory, hip, velocity);
     case Kind::kForbiddenSide: {
       const bool begins = !memory.holds;
       memory.holds = true;
-      return {pushOut(hip, velocity), begins};
+      return {pushOut(glm::dot(effect_.point_m - hip, n), n, velocity), begins};
     }
     case Kind::kViscosity:
       return inRegion(memory, hip, limited(-effect_.damping_Ns_per_m * velocity));

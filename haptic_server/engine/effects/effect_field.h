@@ -31,6 +31,7 @@ class EffectField {
   explicit EffectField(const Effect& effect);
 
   [[nodiscard]] bool isInWorld() const noexcept { return effect_.frame == Effect::Frame::kWorld; }
+  [[nodiscard]] Effect::Trigger trigger() const noexcept { return effect_.trigger; }
   [[nodiscard]] Stiffness stiffness() const noexcept { return {effect_.stiffness_N_per_m, effect_.damping_Ns_per_m}; }
   /// Whether both are of one path, so that a place on one is the same on the other.
   [[nodiscard]] bool hasPathOf(const EffectField& other) const noexcept {
@@ -51,7 +52,8 @@ class EffectField {
  private:
   [[nodiscard]] Felt pull(EffectMemory& memory, Vec3 hip, Vec3 target, Vec3 damped) const noexcept;
   [[nodiscard]] Felt pullToPath(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept;
-  [[nodiscard]] Vec3 pushOut(Vec3 hip, Vec3 velocity) const noexcept;
+  [[nodiscard]] Felt keepInTube(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept;
+  [[nodiscard]] Vec3 pushOut(double depth_m, Vec3 normal, Vec3 velocity) const noexcept;
   [[nodiscard]] Felt vibrate(EffectMemory& memory, Vec3 hip, double period_s) const noexcept;
   [[nodiscard]] double regionWeight(Vec3 hip) const noexcept;
   [[nodiscard]] Felt inRegion(EffectMemory& memory, Vec3 hip, Vec3 force_N) const noexcept;

@@ -106,7 +106,10 @@ class StateTransfer {
     state.moving.count = movingCount_;
     std::copy_n(dents_.begin(), dentCount_, state.dents.items.begin());
     state.dents.count = dentCount_;
-    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_ || toolBody_ >= 0;
+    state.features.taps = anyTap_ || state.surface.tap.rings();
+    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_ || toolBody_ >= 0 || state.features.taps;
+    state.features.effects = state.effects.count > 0 || state.features.taps;
+    if (!state.features.effects) state.effectsFelt = {};
     state.features.bumps = anyBumps_;
     state.features.soft = anySoft_;
     state.features.varyingStiffness = anyVaryingStiffness_;
@@ -248,6 +251,7 @@ class StateTransfer {
         before >= 0 && bodies_[i].pendingRemoval && !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     anyDetail_ = anyDetail_ || detail != nullptr;
+    anyTap_ = anyTap_ || (detail != nullptr && detail->scalars.tap_Ns_per_m > 0);
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->reach_m > 0);
     anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
   }
@@ -419,6 +423,7 @@ class StateTransfer {
   bool detailEdited_ = false;
   bool otherDetailEdited_ = false;
   bool anyDetail_ = false;
+  bool anyTap_ = false;
   bool anyBumps_ = false;
   bool anyVaryingStiffness_ = false;
   std::array<bool, kMaxServoObjects> factorEdited_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptic_server/engine/step/separation_speed.h"
+#include "haptic_server/engine/step/tap.h"
 
 namespace haptics {
 namespace {
@@ -13,10 +14,21 @@ namespace {
 }
 
 /// What the last force of each gave the hand on the way to here is its object's.
-void accountEnergy(HapticState& state, Vec3 way) noexcept {
-  const double part = writtenFraction(state.energy.written_N(), state.limits.unlimited_N);
+void accountEnergy(HapticState& state, double part, Vec3 way) noexcept {
   for (const EffectMemory& effect : state.effects.all())
     state.energy.give(effect.object, part * glm::dot(effect.force_N, way));
+}
+
+[[nodiscard]] bool isOn(const ServoEffect& effect, const StepInput& input, const ContactResult& contact) noexcept {
+  switch (effect.field->trigger()) {
+    case Effect::Trigger::kAlways:
+      break;
+    case Effect::Trigger::kTouch:
+      return contact.touching && static_cast<std::size_t>(contact.body) == effect.body;
+    case Effect::Trigger::kButton:
+      return input.device.status.buttons != 0;
+  }
+  return true;
 }
 
 }  // namespace
@@ -48,7 +60,6 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
     }
   }
   state.now.effectsEdited = kept != count || count != countBefore;
-  state.features.effects = count > 0;
   state.effects.count = count;
   std::copy_n(now.begin(), count, state.effects.items.begin());
   state.effectsFelt = {};
@@ -56,15 +67,21 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
 
 void addEffectForces(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
                      ForceResult& result) noexcept {
-  accountEnergy(state, input.device.position - state.estimate.measured);
+  const double part = writtenFraction(state.energy.written_N(), state.limits.unlimited_N);
+  const Vec3 way = input.device.position - state.estimate.measured;
+  accountEnergy(state, part, way);
   const Vec3 hip = state.estimate.hip;
   const Vec3 velocity = state.estimate.velocity.velocity();
   EffectsFelt all;
+  if (state.features.taps) all = feelTap(scene, state, config, result.contact, part, way);
   for (std::size_t i = 0; i < state.effects.count; ++i) {
     EffectMemory& memory = state.effects[i];
     const ServoEffect& effect = scene.effects[i];
     EffectField::Felt felt;
-    if (effect.field->isInWorld()) {
+    if (!isOn(effect, input, result.contact)) {
+      felt.jumped = memory.force_N != Vec3(0);
+      memory.holds = false;
+    } else if (effect.field->isInWorld()) {
       felt = effect.field->felt(memory, hip, velocity, config.period_s);
     } else {
       const Body& body = state.bodies[effect.body];

@@ -224,12 +224,13 @@ struct SceneFeatures {
   Word<bool> varyingStiffness = false;  ///< A stiffness that varies over its surface.
   Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way; or it is being driven.
   Word<bool> extras = false;       ///< It leaves the scene, or is a tool, or was one whose torque fades; or effects.
-  Word<bool> effects = false;      ///< It carries one.
+  Word<bool> effects = false;      ///< It carries one, or has a tap.
+  Word<bool> taps = false;         ///< It has a tap, or one that has left has not faded yet.
   Word<bool> tool = false;         ///< The hand holds it, and feels through it.
   Word<bool> torqueFades = false;  ///< The hand held it, and feels its torque yet.
 
   HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.extras, self.effects,
-                 self.tool, self.torqueFades);
+                 self.taps, self.tool, self.torqueFades);
 };
 
 /// Everything the servo remembers from tick to tick, beside the scene that it has adopted and the configuration. A copy of it

@@ -44,6 +44,19 @@ struct HeldFriction {
   HAPTICS_FIELDS(self.law, self.object, self.normal, self.stickingPoint);
 };
 
+/// The sinusoid that the last touchings have left, as a phasor that turns and shrinks: what another touching adds is no step.
+struct TapMemory {
+  Vec3 cosine_N{0};  ///< World, likewise the sine, which is the force.
+  Vec3 sine_N{0};
+  double turnCosine = 0, turnSine = 0;  ///< What a tick turns it by and shrinks it to.
+  double spent_J = 0;                   ///< Of the budget.
+  Vec3 force_N{0};                      ///< In the last tick, on the hand; world.
+  std::uint64_t object = 0;             ///< Id of what was touched.
+
+  [[nodiscard]] bool rings() const noexcept { return cosine_N != Vec3(0) || sine_N != Vec3(0); }
+  HAPTICS_FIELDS(self.cosine_N, self.sine_N, self.turnCosine, self.turnSine, self.spent_J, self.force_N, self.object);
+};
+
 /// What the surface properties of the felt object remember from tick to tick. Written by SurfaceForceModel and
 /// adoptScene().
 struct SurfaceMemory {
@@ -55,8 +68,9 @@ struct SurfaceMemory {
   double frictionWeight = 1;  ///< The part of friction that is felt, on its way to 1 after an edit.
   ShadingFade fade;
   Vec3 frictionForce_N{0};  ///< Of the last tick; world.
+  TapMemory tap;            ///< Written by addTap().
 
-  HAPTICS_FIELDS(self.object, self.friction, self.frictionWeight, self.fade, self.frictionForce_N);
+  HAPTICS_FIELDS(self.object, self.friction, self.frictionWeight, self.fade, self.frictionForce_N, self.tap);
 };
 
 /// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by

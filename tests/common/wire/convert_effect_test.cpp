@@ -87,6 +87,10 @@ INSTANTIATE_TEST_SUITE_P(
         {effect("VIBRATION", kAlongZ + "amplitude_N: 1 frequency_Hz: 50 phase_rad: 60"), "phase_rad", "-10 to 10"},
         {effect("FORBIDDEN_SIDE", kAlongZ), "stiffness_N_per_m", "more than 0"},
         {effect("FORBIDDEN_SIDE", kAlongZ + kSpring + "reach_m: 1"), "reach_m", "does not use it"},
+        {effect("TUBE", kSpring + kPath), "size_m.x", "more than 0"},
+        {effect("TUBE", kSpring + kPath + "size_m { x: 0.1 z: 1 }"), "size_m", "of a tube only x is used"},
+        {effect("TUBE", kSpring + "size_m { x: 0.1 }"), "path_m", "at least two points"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 trigger: 9"), "trigger", "is 9; give EFFECT_TRIGGER_ALWAYS"},
     }));
 
 TEST(ConvertEffect, APathOfAHundredThousandPointsIsRefused) {
@@ -119,7 +123,8 @@ TEST(ConvertEffect, AStateKeepsEachKindBitForBit) {
                                     "fade_m: 0.15 frame: EFFECT_FRAME_WORLD") +
       effect("SPRING_TO_LINE", kSpring + kAlongZ) + effect("SPRING_TO_PLANE", kSpring + kAlongZ) +
       effect("SPRING_TO_PATH", kSpring + kPath) + effect("GUIDE", kSpring + kPath + "reach_m: 0.02") +
-      effect("FORBIDDEN_SIDE", kSpring + kAlongZ) + effect("VISCOSITY", "damping_Ns_per_m: 4") +
+      effect("FORBIDDEN_SIDE", kSpring + kAlongZ) + effect("TUBE", kSpring + kPath + "size_m { x: 0.02 }") +
+      effect("VISCOSITY", "damping_Ns_per_m: 4 trigger: EFFECT_TRIGGER_TOUCH") +
       effect("VIBRATION",
              kAlongZ + "amplitude_N: 1 frequency_Hz: 50 phase_rad: 1 region: EFFECT_REGION_SPHERE size_m { x: 1 }"));
   const auto asked = effectsFrom(message.effects());
@@ -146,14 +151,14 @@ TEST(ConvertEffect, TheHashIsOverAllFieldsInOrder) {
       "} "
       "stiffness_N_per_m: 100 damping_Ns_per_m: 1 color { red: 0.5 } "
       "effects { kind: EFFECT_KIND_GUIDE frame: EFFECT_FRAME_OBJECT region: EFFECT_REGION_EVERYWHERE "
-      "path_m: [0, 0, 0.1, 0.1, -0.0, 0.1] stiffness_N_per_m: 100 reach_m: 0.01 } "
+      "path_m: [0, 0, 0.1, 0.1, -0.0, 0.1] stiffness_N_per_m: 100 reach_m: 0.01 trigger: EFFECT_TRIGGER_ALWAYS } "
       "effects { kind: EFFECT_KIND_VIBRATION frame: EFFECT_FRAME_WORLD direction { y: 1 } amplitude_N: 0.1 "
       "frequency_Hz: 50 phase_rad: -1 region: EFFECT_REGION_BOX point_m { x: 9 } size_m { x: 1 y: 2 z: 3 } fade_m: 0.1 "
-      "}",
+      "trigger: EFFECT_TRIGGER_BUTTON } tap_Ns_per_m: 7.5 tap_Hz: 30 tap_decay_per_s: 80",
       &state));
   const auto record = fromWire(state);
   ASSERT_TRUE(record) << record.error().text();
-  EXPECT_EQ(record->hash().hex(), "ab8b66aa285da77c273cf9e9727bd349b86a462960a323e8b0d2672b33aa7339");
+  EXPECT_EQ(record->hash().hex(), "c65934a8b3da6fc3dc89e7d82f0c2298d5428817888804cfb6fff68881bd472f");
 }
 
 }  // namespace

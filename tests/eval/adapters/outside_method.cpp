@@ -57,8 +57,8 @@ class OutsideMethod final : public OutsideRenderer {
     const SurfaceProperties& p = surface.properties;
     const bool rendersSurfaces = declared_.can(HAPTICS_FRICTION) || declared_.can(HAPTICS_SHADING);
     if (!rendersSurfaces) return;  // nothing but shapes
-    if (p.texture || p.stiffnessOver || p.scalars.adhesion_N != 0 || surface.tissue)
-      throw NotApplicable("textures, maps, adhesion and softness are not handed over");
+    if (p.texture || p.stiffnessOver || p.scalars != SurfaceScalars<double>{} || surface.tissue)
+      throw NotApplicable("textures, maps, adhesion, taps and softness are not handed over");
     if (p.shading) declared_.need(HAPTICS_SHADING, "a surface is shaded");
     if (p.friction) declared_.need(HAPTICS_FRICTION, "a surface has friction");
     if (p.friction && (p.friction->variation != 0 || p.friction->dynamicVariation != 0))

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
+#include "common/wire/checks.h"
 #include "haptic_server/engine/step/haptic_step.h"
+#include "haptic_server/scene/effect_limits.h"
 #include "tests/eval/advise/felt_forces.h"
 #include "tests/eval/timing.h"
 
@@ -41,6 +44,13 @@ void addUnjudged(const LoadedObject& object, std::vector<SceneFeature>& features
   add(object.deformation.softness.has_value(), "softness", "judged as rigid");
   add(object.deformation.lattice.has_value(), "lattice", "judged as the mesh is without it");
   add(object.deformation.residue.has_value(), "residue", "judged as the mesh is without it");
+  for (std::size_t i = 0; i < object.effects.size(); ++i) {
+    const std::string name = "effects[" + std::to_string(i) + "]";
+    const double most_N = strongest_N(object.effects[i]);
+    const bool isNoticed = most_N >= kNoticed_N;
+    features.push_back(
+        {name, isNoticed ? "no part of the surface" : "not felt, with " + numberText(most_N) + " N at most"});
+  }
   if (!object.motion) return;
   add(!object.motion->fixed, "motion", "judged at rest");
   add(object.motion->collision.has_value(), "collision", "judged by the hand alone");
@@ -79,11 +89,11 @@ std::vector<SceneFeature> featuresOf(const std::vector<LoadedObject>& scene, std
   std::vector<SceneFeature> features;
   const ServoScene whole = servoSceneOf(scene);
   const SurfaceDetail* own = scene[object].detail.get();
-  const auto judge = [&](const char* name, auto SurfaceDetail::*part) {
-    if (own == nullptr || !((*own).*part)) return;
+  const auto judge = [&](const char* name, bool has, const std::function<void(SurfaceDetail&)>& remove) {
+    if (!has) return;
     if (strokes.empty()) return features.push_back({name, "no hand gets there from above"});
     auto without = std::make_shared<SurfaceDetail>(*own);
-    (*without).*part = {};
+    remove(*without);
     ServoScene varied = whole;
     varied.objects[object].detail = without;
     SceneFeature feature{name, ""};
@@ -92,9 +102,12 @@ std::vector<SceneFeature> featuresOf(const std::vector<LoadedObject>& scene, std
     feature.cost_ns = tick_ns(whole, strokes.front()) - tick_ns(varied, strokes.front());
     features.push_back(feature);
   };
-  judge("shading", &SurfaceDetail::shading);
-  judge("friction", &SurfaceDetail::friction);
-  judge("texture", &SurfaceDetail::texture);
+  if (own != nullptr) {
+    judge("shading", own->shading != nullptr, [](SurfaceDetail& detail) { detail.shading = nullptr; });
+    judge("friction", own->friction.has_value(), [](SurfaceDetail& detail) { detail.friction.reset(); });
+    judge("texture", own->texture.has_value(), [](SurfaceDetail& detail) { detail.texture.reset(); });
+    judge("tap", own->scalars.tap_Ns_per_m > 0, [](SurfaceDetail& detail) { detail.scalars.tap_Ns_per_m = 0; });
+  }
   addUnjudged(scene[object], features);
   return features;
 }

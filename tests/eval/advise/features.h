@@ -19,7 +19,7 @@ struct SceneFeature {
   [[nodiscard]] bool felt() const noexcept { return epsilon_p99 >= 1; }
 };
 
-/// Shading, friction and texture, each judged by the strokes in the production step with it and without; what else the
+/// Shading, friction, texture and taps, each judged by the strokes in the production step with it and without; what else the
 /// object has, not judged.
 /// @param scene  With every detail of its surfaces.
 [[nodiscard]] std::vector<SceneFeature> featuresOf(const std::vector<LoadedObject>& scene, std::size_t object,

@@ -24,6 +24,7 @@ Result<std::vector<LoadedObject>> loadScene(const std::string& file, std::vector
     const auto asset = as<MeshAsset>(sceneService.findAsset(record->mesh));
     objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface, record->motion,
                        record->deformation});
+    objects.back().effects = record->effects;
     const auto felt = std::ranges::find(servoScene->objects, record->id, &ServoObject::id);
     if (felt != servoScene->objects.end()) objects.back().detail = felt->detail;
   }

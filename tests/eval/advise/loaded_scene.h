@@ -22,6 +22,7 @@ struct LoadedObject {
   std::optional<MotionProperties> motion = std::nullopt;
   DeformationProperties deformation = {};
   std::shared_ptr<const SurfaceDetail> detail = nullptr;  ///< As it is felt beyond its shape; null for nothing.
+  std::vector<Effect> effects = {};
 
   [[nodiscard]] bool held() const noexcept { return motion && motion->tool; }  ///< By the hand, as a tool.
 };

@@ -36,8 +36,8 @@ void describeSurface(Record& load, const FeltSurface& surface) {
   if (p.friction)
     load.update({{"static_friction", p.friction->mu_static}, {"dynamic_friction", p.friction->mu_dynamic}});
   if (p.shading) load["crease_rad"] = p.shading->crease_rad;
-  const bool more = p.texture || p.stiffnessOver || p.softnessOver || p.scalars.adhesion_N != 0 || surface.tissue ||
-                    (p.friction && (p.friction->variation != 0 || p.friction->dynamicVariation != 0));
+  const bool more = p.texture || p.stiffnessOver || p.softnessOver || p.scalars != SurfaceScalars<double>{} ||
+                    surface.tissue || (p.friction && (p.friction->variation != 0 || p.friction->dynamicVariation != 0));
   if (more) load["more_properties"] = true;
 }
 

@@ -261,10 +261,12 @@ void RandomEdits::addDeformation(v1::Deformation& deformation, const ObjectRecor
 }
 
 void RandomEdits::addEffect(v1::Effect& effect) {
-  const int kind = 1 + random_.below(9);
+  const int kind = 1 + random_.below(10);
   effect.set_kind(static_cast<v1::EffectKind>(kind));
   if (chance(0.4)) effect.set_frame(v1::EFFECT_FRAME_WORLD);
-  const bool isOnPath = kind == v1::EFFECT_KIND_SPRING_TO_PATH || kind == v1::EFFECT_KIND_GUIDE;
+  if (chance(0.3)) effect.set_trigger(chance(0.5) ? v1::EFFECT_TRIGGER_TOUCH : v1::EFFECT_TRIGGER_BUTTON);
+  const bool isTube = kind == v1::EFFECT_KIND_TUBE;
+  const bool isOnPath = kind == v1::EFFECT_KIND_SPRING_TO_PATH || kind == v1::EFFECT_KIND_GUIDE || isTube;
   const bool isInRegion =
       kind == v1::EFFECT_KIND_CONSTANT || kind == v1::EFFECT_KIND_VISCOSITY || kind == v1::EFFECT_KIND_VIBRATION;
   const bool isDirected = kind != v1::EFFECT_KIND_SPRING_TO_POINT && kind != v1::EFFECT_KIND_VISCOSITY && !isOnPath;
@@ -276,7 +278,8 @@ void RandomEdits::addEffect(v1::Effect& effect) {
     effect.set_stiffness_n_per_m(spread(1, 1e4));
     if (chance(0.5)) effect.set_limit_n(spread(0.1, 10));
     if (!isOnPath) setWithin(*effect.mutable_point_m(), 0.05);
-    if (kind != v1::EFFECT_KIND_FORBIDDEN_SIDE && chance(0.6)) {
+    if (isTube) effect.mutable_size_m()->set_x(spread(1e-3, 0.1));
+    if (kind != v1::EFFECT_KIND_FORBIDDEN_SIDE && !isTube && chance(0.6)) {
       effect.set_reach_m(spread(1e-3, 0.1));
       if (chance(0.5)) effect.set_release_m(2 * effect.reach_m());
       if (chance(0.5)) effect.set_fade_m(effect.reach_m() * random_.between(0, 1));

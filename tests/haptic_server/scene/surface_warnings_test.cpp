@@ -65,6 +65,21 @@ TEST(SurfaceWarnings, TellOfADampingThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
 }
 
+TEST(SurfaceWarnings, TellOfATapThatIsNotFeltAsAskedFor) {
+  GratedBox box(1e-4);
+  SurfaceScalars<double>& scalars = box.record.material.surface.scalars;
+  const auto warnings = [&] { return surfaceWarnings(box.record, box.assets, {55e-6, 1000}); };
+  scalars.tap_Hz = 30;
+  EXPECT_THAT(warnings(), IsEmpty()) << "there is none";
+  scalars.tap_Ns_per_m = 7.5;
+  scalars.tap_decay_per_s = 80;
+  EXPECT_THAT(warnings(), IsEmpty());
+  scalars.tap_decay_per_s = 20;
+  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("tap_decay_per_s is felt as 60 instead of 20")));
+  scalars.tap_Hz = 0;
+  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("is not felt: tap_Hz is 0")));
+}
+
 TEST(SurfaceWarnings, TellOfAStiffnessThatIsClampedForTheDevice) {
   GratedBox box(1e-4);
   const DeviceLimits device{.encoderStep_m = 55e-6, .stiffest_N_per_m = 500};

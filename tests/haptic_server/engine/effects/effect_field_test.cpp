@@ -263,6 +263,31 @@ TEST(EffectField, ForbiddenSidesRegionsAndVibrationFollowTheirClosedForms) {
   }
 }
 
+TEST(EffectField, TubesFollowTheirClosedForm) {
+  Random random(6);
+  int felt = 0;
+  for (int i = 0; i < kStates; ++i) {
+    const Vec3 hip = random.vector(0.06), v = random.vector(0.5);
+    const double k = random.number(10, 2000), b = random.number(0, 20), limit = random.chance() ? 1.5 : 0;
+    const Effect tube{.kind = Kind::kTube,
+                      .path_m = random.path(8),
+                      .stiffness_N_per_m = k,
+                      .damping_Ns_per_m = b,
+                      .limit_N = limit,
+                      .size_m = Vec3(random.number(0.001, 0.1), 0, 0)};
+    const Nearest nearest = nearestOf(tube.path_m, hip);
+    const double depth = std::sqrt(nearest.squared) - tube.size_m.x / 2;
+    const Vec3 inward = glm::normalize(nearest.point - hip);
+    const double push = k * depth + std::min(std::max(-b * glm::dot(v, inward), -k * depth), k * depth);
+    EffectMemory memory;
+    const Vec3 is = EffectField(tube).felt(memory, hip, v, kPeriod_s).force_N;
+    felt += depth > 0 ? 1 : 0;
+    ASSERT_LE(glm::distance(is, depth > 0 ? atMost(push * inward, limit) : Vec3(0)), kClose_N) << "state " << i;
+  }
+  EXPECT_GT(felt, kStates / 3);
+  EXPECT_LT(felt, kStates * 19 / 20);
+}
+
 /// Round a loop of two sines in each direction; where the nearest place leaps, the step is halved down to it.
 double workRound(const EffectField& field, const std::array<Vec3, 5>& loop) {
   EffectMemory memory;
@@ -308,6 +333,19 @@ TEST(EffectField, ConservativeOnesGiveNothingRoundALoop) {
     for (Vec3& part : loop) part = random.vector(0.005);
     ASSERT_LE(std::abs(workRound(EffectField(effect), loop)), 10e-6)
         << "loop " << i << " kind " << static_cast<int>(effect.kind);
+  }
+}
+
+TEST(EffectField, TubesGiveNothingRoundALoop) {
+  Random random(8);
+  for (int i = 0; i < 1000; ++i) {
+    const Effect tube{.kind = Kind::kTube,
+                      .path_m = random.path(10),
+                      .stiffness_N_per_m = random.number(10, 300),
+                      .size_m = Vec3(random.number(0.001, 0.02), 0, 0)};
+    std::array<Vec3, 5> loop;
+    for (Vec3& part : loop) part = random.vector(0.005);
+    ASSERT_LE(std::abs(workRound(EffectField(tube), loop)), 10e-6) << "loop " << i;
   }
 }
 

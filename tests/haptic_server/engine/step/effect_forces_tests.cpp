@@ -6,9 +6,12 @@
 #include <random>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/device/simulated_device.h"
 #include "haptic_server/engine/motion/solid.h"
 #include "haptic_server/engine/motion/support_points.h"
 #include "haptic_server/recording/state_image.h"
+#include "haptic_server/scene/effect_limits.h"
+#include "haptic_server/servo/stiffness_limit.h"
 #include "tests/haptic_server/engine/step/surface_world.h"
 
 namespace haptics::fixture::effect_forces_tests {
@@ -120,7 +123,8 @@ TEST(EffectForces, GiveTheirBodyWhatTheyTakeFromTheHand) {
 Effect randomEffect(std::mt19937& engine) {
   std::uniform_real_distribution<double> number(-1, 1);
   const auto vector = [&] { return Vec3(number(engine), number(engine), number(engine)); };
-  Effect effect{.kind = static_cast<Kind>(1 + engine() % 8)};  // all but vibration
+  Effect effect{.kind = static_cast<Kind>(1 + engine() % 9)};
+  if (effect.kind == Kind::kVibration) effect.kind = Kind::kTube;
   effect.frame = engine() % 2 == 0 ? Effect::Frame::kObject : Effect::Frame::kWorld;
   effect.point_m = 0.03 * vector();
   if (effect.frame == Effect::Frame::kObject) effect.point_m.z += 5;
@@ -135,6 +139,7 @@ Effect randomEffect(std::mt19937& engine) {
     effect.region = static_cast<Effect::Region>(1 + engine() % 3);
     effect.size_m = Vec3(0.05) + 0.04 * vector();
   }
+  if (effect.kind == Kind::kTube) effect.size_m = Vec3(0.02 + 0.01 * number(engine), 0, 0);
   return effect;
 }
 
@@ -185,6 +190,92 @@ TEST(EffectForces, ASnapTakesHoldAndLetsGoWithoutAStep) {
   EXPECT_EQ(before, Vec3(0));
 }
 
+/// Felt of nothing else, and with no step where they come and go.
+TEST(EffectForces, ATriggerLetsThemInWhileItIsOn) {
+  for (const Effect::Trigger trigger : {Effect::Trigger::kTouch, Effect::Trigger::kButton}) {
+    std::vector<Effect> effects{
+        {.kind = Kind::kConstant, .direction = Vec3(1, 0, 0), .amplitude_N = 0.5, .trigger = trigger},
+        {.kind = Kind::kSpringToPoint, .point_m = Vec3(0.01, 0, 0.05), .stiffness_N_per_m = 30, .trigger = trigger},
+        {.kind = Kind::kVibration,
+         .direction = Vec3(0, 1, 0),
+         .amplitude_N = 0.2,
+         .frequency_Hz = 20,
+         .trigger = trigger}};
+    VirtualServo servo({}, kWide, carrying(1, slab(), effects)), bare({}, kWide, carrying(1, slab(), {}));
+    Vec3 before(0);
+    double height_m = 1e-4;
+    for (int part = 0; part < 6; ++part) {
+      const bool isOn = part % 2 == 1;
+      for (int i = 0; i < 200; ++i) {
+        if (trigger == Effect::Trigger::kTouch) height_m += std::clamp((isOn ? -1e-4 : 1e-4) - height_m, -2e-6, 2e-6);
+        DeviceReading reading{Vec3(0.003, 0.0123, height_m), DeviceState::kReady, {}};
+        reading.status.buttons = trigger == Effect::Trigger::kButton && isOn ? 4 : 0;
+        const Vec3 added = servo.stepWith(reading).force.written - bare.stepWith(reading).force.written;
+        ASSERT_LE(glm::distance(added, before), kRate_N * 1.001 + 0.2 * 2 * std::numbers::pi * 20 * kPeriod_s + 0.01);
+        before = added;
+      }
+      EXPECT_NEAR(before.x, isOn ? 0.5 + 30 * 0.007 : 0, 1e-9) << part;
+      EXPECT_EQ(glm::length(before) < 1e-9, !isOn) << part;
+    }
+  }
+}
+
+ServoObject featured(int feature) {
+  SurfaceProperties properties;
+  DetailFields fields;
+  switch (feature) {
+    case 0:
+      return with(slab(), shading(1));
+    case 1:
+      return with(slab(), friction(0.6, 0.4));
+    case 2:
+      return withGrating(slab(), 0.002, 1e-4);
+    case 3:
+      properties.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+      fields.stiffness.field = gratingField(0.004);
+      return with(slab(), properties, fields);
+    case 4:
+      properties.scalars.adhesion_N = 1;
+      return with(slab(), properties);
+    case 5: {
+      properties.scalars.tap_Ns_per_m = 5;
+      properties.scalars.tap_Hz = 60;
+      properties.scalars.tap_decay_per_s = 70;
+      return with(slab(), properties);
+    }
+    case 6: {
+      ServoObject soft = slab();
+      soft.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.02, 2), 400, 0});
+      return soft;
+    }
+    default:
+      return slab();
+  }
+}
+
+/// The sum of both, to the last bits, whatever the surface is like.
+TEST(EffectForces, AddToWhatIsFeltOfEverySurfaceFeature) {
+  std::mt19937 engine(21);
+  for (int feature = 0; feature < 8; ++feature) {
+    std::vector<Effect> effects;
+    for (int i = 0; i < 6; ++i) {
+      effects.push_back(randomEffect(engine));
+      effects.back().frame = Effect::Frame::kWorld;
+    }
+    const auto stroke = strokeAlongX(0.001, 0.05);
+    VirtualServo both(stroke, kWide, carrying(1, featured(feature), effects));
+    VirtualServo surface(stroke, kWide, carrying(1, featured(feature), {}));
+    VirtualServo alone(stroke, kWide, carrying(1, away(), effects));
+    double felt_N = 0;
+    for (int i = 0; i < 1200; ++i) {
+      const Vec3 sum = surface.step().force.contact + alone.step().force.contact;
+      felt_N = std::max(felt_N, glm::length(sum));
+      ASSERT_LE(glm::distance(both.step().force.contact, sum), 1e-9) << "feature " << feature << " tick " << i;
+    }
+    EXPECT_GT(felt_N, 0.5);
+  }
+}
+
 TEST(EffectForces, AVibrationIsNotTakenForAnEdit) {
   const Effect hum{.kind = Kind::kVibration,
                    .frame = Effect::Frame::kWorld,
@@ -196,6 +287,50 @@ TEST(EffectForces, AVibrationIsNotTakenForAnEdit) {
   double highest_N = 0;
   for (int i = 0; i < 200; ++i) highest_N = std::max(highest_N, servo.step().force.written.y);
   EXPECT_NEAR(highest_N, 1, 0.01);
+}
+
+/// As stiff as they are felt at most, in nobody's hand and in a light one: from half a millimetre beside, and from five with as much
+/// damping as two ticks of the stiffness.
+TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
+  struct Resting final : HandIntent {
+    double beside_m = 0;
+    HandTarget next(double, Vec3) noexcept override { return {Vec3(beside_m, 0.0123, 0)}; }
+  };
+  for (const DevicePreset& preset : devicePresets()) {
+    Resting hand;
+    const DeviceInfo info = SimulatedDevice({preset, findHandPreset("none").value(), kPeriod_s}, hand).info();
+    const SurfaceLimits limits = surfaceLimits(info, 1 / kPeriod_s, false);
+    DeviceLimits bounds;
+    bounds.stiffest_N_per_m = limits.stiffness_N_per_m;
+    bounds.maxDamping_Ns_per_m = limits.damping_Ns_per_m;
+    for (const char* name : {"none", "light"}) {
+      for (const double beside_m : {0.0005, 0.005}) {
+        hand.beside_m = beside_m;
+        for (const Kind kind : {Kind::kSpringToPoint, Kind::kGuide, Kind::kTube}) {
+          const Effect asked{.kind = kind,
+                             .frame = Effect::Frame::kWorld,
+                             .point_m = Vec3(0, 0.0123, 0),
+                             .path_m = {Vec3(0, -1, 0), Vec3(0, 1, 0)},
+                             .stiffness_N_per_m = 1e5,
+                             .damping_Ns_per_m = beside_m > 0.001 ? 2 * kPeriod_s * bounds.stiffest_N_per_m : 0,
+                             .size_m = Vec3(1e-4, 0, 0)};
+          SimulatedDevice device({preset, findHandPreset(name).value(), kPeriod_s}, hand);
+          VirtualServo servo({}, {.period_s = kPeriod_s, .maxForce_N = preset.maxForce_N},
+                             carrying(1, away(), stableEffects({asked}, std::nullopt, bounds)));
+          double least = 1, most = -1;
+          for (std::uint64_t tick = 0; tick < 2500; ++tick) {
+            const Vec3 at = device.read(tick).position;
+            device.write(servo.stepAt(at, DeviceState::kReady).force.written);
+            if (tick < 1500) continue;
+            least = std::min(least, at.x);
+            most = std::max(most, at.x);
+          }
+          EXPECT_LE(most - least, std::max(2 * preset.resolution_m, 20e-6) * 1.001)
+              << preset.name << ' ' << name << " kind " << static_cast<int>(kind) << " from " << beside_m;
+        }
+      }
+    }
+  }
 }
 
 TEST(EffectForces, TheirEnergyIsCountedForTheObjectThatCarriesThem) {
