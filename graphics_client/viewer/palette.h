@@ -45,7 +45,11 @@ inline constexpr Shade kRough{0.48, 0.22, 0.12};
 inline constexpr Shade kSticking{0.55, 0.20, 0.62};  // the sticking point
 inline constexpr Shade kSliding{0.95, 0.55, 0.10};
 inline constexpr Shade kTorque{0.55, 0.20, 0.62};
-inline constexpr Shade kFaded{0.62, 0.64, 0.66};  // what is shown but no longer true
+inline constexpr Shade kPulls{0.00, 0.50, 0.55};     // effects: springs and guides,
+inline constexpr Shade kKeepsOut{0.80, 0.15, 0.25};  // forbidden sides and tubes,
+inline constexpr Shade kDrags{0.45, 0.25, 0.70};     // viscosity,
+inline constexpr Shade kActs{0.90, 0.50, 0.00};      // constant forces and vibrations
+inline constexpr Shade kFaded{0.62, 0.64, 0.66};     // what is shown but no longer true
 
 /// Of handles: along or about x, y, z, and the one under the pointer.
 inline constexpr std::array kAxes{Shade{0.85, 0.15, 0.15}, Shade{0.10, 0.60, 0.15}, Shade{0.15, 0.30, 0.90}};

@@ -45,6 +45,7 @@ SceneView::SceneView(const ViewerOptions& options)
       selectionGlyph_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
       measureLines_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
       measurePoints_(renderWindow_.world(), vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      effectGlyphs_(renderWindow_.world()),
       gizmoGlyphs_(renderWindow_.world()),
       cameras_(renderWindow_),
       overlay_(renderWindow_, !options.offscreen),
@@ -135,6 +136,7 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   showPointer(view, scale);
   showSelection();
   showMeasured();
+  effectGlyphs_.update(view, current);
   gizmoGlyphs_.update(gizmo_, cameras_.picture());
   renderWindow_.render();
 }

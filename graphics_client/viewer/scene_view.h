@@ -12,6 +12,7 @@
 #include "graphics_client/mirror/playback.h"
 #include "graphics_client/viewer/camera_rig.h"
 #include "graphics_client/viewer/contact_glyphs.h"
+#include "graphics_client/viewer/effect_glyphs.h"
 #include "graphics_client/viewer/gizmo_glyphs.h"
 #include "graphics_client/viewer/overlay.h"
 #include "graphics_client/viewer/render_window.h"
@@ -98,6 +99,7 @@ class SceneView {
   HandGlyphs glyphs_, secondGlyphs_;
   Glyph pointerGlyph_, pullGlyph_;
   Glyph selectionGlyph_, measureLines_, measurePoints_;
+  EffectGlyphs effectGlyphs_;
   GizmoGlyphs gizmoGlyphs_;
   CameraRig cameras_;
   Overlay overlay_;

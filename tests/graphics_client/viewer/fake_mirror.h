@@ -45,6 +45,11 @@ class FakeMirror {
     publish();
   }
 
+  void setEffects(ObjectId object, const std::vector<Effect>& effects) {
+    objects_[object - 1].effects = effects;
+    publish();
+  }
+
   void setSoftness(ObjectId object, const Softness& softness) {
     objects_[object - 1].deformation.softness = softness;
     publish();

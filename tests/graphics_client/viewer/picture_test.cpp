@@ -141,6 +141,22 @@ TEST_F(Picture, ShowsTheHipThroughTheObject) {
   EXPECT_GT(count(200, 90, 100, 60), 10);
 }
 
+TEST_F(Picture, ShowsEffectsThroughTheObjectUntilTheyAreTakenAway) {
+  const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 4).value(), {}, {});
+  mirror.setEffects(box, {{.kind = Effect::Kind::kViscosity,
+                           .damping_Ns_per_m = 1,
+                           .region = Effect::Region::kSphere,
+                           .size_m = Vec3(0.08, 0, 0)}});
+  hover();
+  draw();
+  const auto [red, green, blue] = palette::bytes(palette::kDrags);
+  EXPECT_GT(count(red, green, blue, 70), 100);
+  mirror.setEffects(box, {});
+  frames = 0;
+  draw();
+  EXPECT_EQ(count(red, green, blue, 70), 0);
+}
+
 TEST_F(Picture, HasRoomForTheForceAboveATallObject) {
   const ObjectId bar = mirror.add("bar", makeBox({0.04, 0.04, 0.16}, 2).value(), {}, {});
   const auto inTopRows = [&](double red, double green, double blue) {
