@@ -9,6 +9,15 @@
     haptics.SceneWorld(scene)            # in this process
     client.apply(scene)                  # on a server
 
+An effect is a call of its kind, of which only the fields that it uses matter; paths and vectors are sequences of x, y, z:
+
+    from haptics.scene import TAPS, guide, viscosity
+
+    scene.set_material(object={"name": "ball"}, material=Material(**TAPS["wood"]))
+    scene.set_effects(object={"name": "ball"}, effects=[
+        guide(path_m=[(0, 0, 0.03), (0.02, 0, 0.03)], stiffness_N_per_m=200, reach_m=0.01),
+        viscosity(damping_Ns_per_m=2, region=EFFECT_REGION_SPHERE, size_m=(0.08, 0, 0))])
+
 This module has every message of scene.proto, which says fields, units, ranges and defaults; editors complete them. A dict
 stands for a message in any place. What a file may not hold is said by who opens it, by its field.
 """
@@ -24,7 +33,7 @@ from google.protobuf.message import Message
 
 from haptics.v1.scene_pb2 import *  # noqa: F401,F403
 from haptics.v1.scene_pb2 import (ASSET_KIND_MESH, ASSET_KIND_MOVED_VERTICES, ASSET_KIND_POINT_FIELD, ASSET_KIND_SCALAR_FIELD,
-                                  ASSET_KIND_VERTEX_VALUES, AddObject, Operation, RemeshObject, RemoveObject,
+                                  ASSET_KIND_VERTEX_VALUES, AddObject, Effect, EffectKind, Operation, RemeshObject, RemoveObject,
                                   SetDeformation, SetEffects, SetMaterial, SetMotion, SetPose, Transaction)
 
 _P = ParamSpec("_P")
@@ -110,6 +119,38 @@ class Scene:
     def references(self) -> "Iterator[Reference]":
         """Each place that names a file."""
         return _references(self.transaction, "")
+
+
+def _effect(kind):
+    def make(**fields):
+        for name in ("point_m", "direction", "size_m"):
+            if isinstance(fields.get(name), (tuple, list)):
+                fields[name] = dict(zip("xyz", fields[name], strict=True))
+        if "path_m" in fields:  # points, or their numbers in turn
+            fields["path_m"] = [number for point in fields["path_m"]
+                                for number in (point if hasattr(point, "__len__") else (point,))]
+        return Effect(kind=kind, **fields)
+    make.__doc__ = f"An Effect of the kind {EffectKind.Name(kind)} with these fields."
+    make.__signature__ = Signature([Parameter(field.name, Parameter.KEYWORD_ONLY, default=None)
+                                    for field in Effect.DESCRIPTOR.fields if field.name != "kind"])
+    return make
+
+
+constant = _effect(EffectKind.EFFECT_KIND_CONSTANT)
+spring_to_point = _effect(EffectKind.EFFECT_KIND_SPRING_TO_POINT)
+spring_to_line = _effect(EffectKind.EFFECT_KIND_SPRING_TO_LINE)
+spring_to_plane = _effect(EffectKind.EFFECT_KIND_SPRING_TO_PLANE)
+spring_to_path = _effect(EffectKind.EFFECT_KIND_SPRING_TO_PATH)
+guide = _effect(EffectKind.EFFECT_KIND_GUIDE)
+forbidden_side = _effect(EffectKind.EFFECT_KIND_FORBIDDEN_SIDE)
+viscosity = _effect(EffectKind.EFFECT_KIND_VISCOSITY)
+vibration = _effect(EffectKind.EFFECT_KIND_VIBRATION)
+tube = _effect(EffectKind.EFFECT_KIND_TUBE)
+
+# Fields of Material (haptic_server/engine/effects/README.md says where they are from).
+TAPS = {"rubber": {"tap_Ns_per_m": 5.8, "tap_Hz": 18.0, "tap_decay_per_s": 60.0},
+        "wood": {"tap_Ns_per_m": 7.5, "tap_Hz": 30.0, "tap_decay_per_s": 80.0},
+        "metal": {"tap_Ns_per_m": 15.0, "tap_Hz": 100.0, "tap_decay_per_s": 90.0}}
 
 
 _KINDS = {"MeshSource": ASSET_KIND_MESH, "MappedField": ASSET_KIND_SCALAR_FIELD,

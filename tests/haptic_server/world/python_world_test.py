@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy
 
 import haptics
+from haptics import scene
 from haptics.scene import Material, MeshSource, Operation, Sphere
 
 
@@ -287,6 +288,20 @@ class PythonScene(unittest.TestCase):
             self.assertEqual(self.scene.transaction.operations[-1].WhichOneof("op"), field.name)
         with self.assertRaisesRegex(TypeError, "Sphere is no operation"):
             self.scene.append(Sphere())
+
+    def test_every_kind_of_effect_has_a_call(self):
+        calls = {scene.EffectKind.Name(make(amplitude_N=1).kind): make
+                 for make in (scene.constant, scene.spring_to_point, scene.spring_to_line, scene.spring_to_plane,
+                              scene.spring_to_path, scene.guide, scene.forbidden_side, scene.viscosity, scene.vibration,
+                              scene.tube)}
+        self.assertEqual(set(calls), set(scene.EffectKind.keys()[1:]))
+        self.scene.add(name="ball", mesh={"sphere": {"radius_m": 0.02}}, material=Material(**scene.TAPS["wood"]), effects=[
+            scene.guide(path_m=numpy.array([(0, 0, 0.5), (0.1, 0, 0.5)]), stiffness_N_per_m=200, reach_m=0.1),
+            scene.spring_to_plane(point_m=(0, 0, 0.5), direction=(0, 0, 1), stiffness_N_per_m=100)])
+        haptics.SceneWorld(self.scene)
+        self.assertEqual(list(self.scene.transaction.operations[0].add.effects[0].path_m), [0, 0, 0.5, 0.1, 0, 0.5])
+        with self.assertRaises(ValueError):
+            scene.viscosity(size_m=(1, 2))
 
     def test_an_edit_is_a_scene_too(self):
         self.scene.add(name="ball", mesh={"sphere": {"radius_m": 0.02}})
