@@ -159,7 +159,8 @@ class PythonClient(harness.EndToEnd):
         for given in (f"effects {{ kind: EFFECT_KIND_SPRING_TO_LINE direction {{ x: 0.6 y: 0.8 }} point_m {{ z: -9 }} {spring} }}",
                       f"effects {{ kind: EFFECT_KIND_GUIDE path_m: [9, 0, -0.0, 9, 9, 1e-9] {spring} }} effects {{ kind: "
                       "EFFECT_KIND_VIBRATION frame: EFFECT_FRAME_WORLD direction { z: 1 } amplitude_N: 0.1 frequency_Hz: 90 "
-                      "region: EFFECT_REGION_SPHERE size_m { x: 0.1 } point_m { x: 9 } }", ""):
+                      "region: EFFECT_REGION_SPHERE size_m { x: 0.1 } point_m { x: 9 } trigger: EFFECT_TRIGGER_TOUCH } effects { kind: "
+                      "EFFECT_KIND_TUBE path_m: [9, 0, 0, 9, 9, 0] stiffness_N_per_m: 50 size_m { x: 0.1 } }", ""):
             with self.subTest(given=given):
                 client.apply('operations { set_effects { object { name: "ball" } %s } }' % given)
                 self.assert_in_step(client)
@@ -401,6 +402,27 @@ class PythonClient(harness.EndToEnd):
         lattices, left_out = map(int, twisting.find(r"^(\d+) lattices in 2 s, (\d+) left out$").groups())
         self.assertEqual(lattices + left_out, 60)
         harness.wait_until(lambda: not client.objects()["bar"].HasField("deformation"), 10, twisting.text)
+        self.assert_in_step(client)
+
+    def test_example_lets_the_guidance_along_a_letter_fade_and_puts_it_back(self):
+        self.server = self.start_server(scene=(harness.PROJECT / "deploy/scenes/trace_letter.scene").read_text())
+        client = Client(self.server.address, telemetry_hz=200)
+        self.addCleanup(client.close)
+        client.wait_live()
+        guide = client.objects()["sheet"].effects[0]
+        letter = [(x, y, z - 0.005) for x, y, z in zip(*[iter(guide.path_m)] * 3)]
+        tracing = self.example("trace_letter", "--passes", "2")
+        stiffness = set()
+        with client.hand() as hand:
+            for _ in range(2):
+                hand.move_to((*letter[0][:2], 0.03))
+                hand.stroke(letter, (0, 0, 1), 0.5)
+                hand.move_to((*letter[-1][:2], 0.03))
+                stiffness.update(effect.stiffness_N_per_m for effect in client.objects()["sheet"].effects)
+        self.assertEqual(tracing.wait(), 0, tracing.text())
+        self.assertRegex(tracing.text(), r"pass 1: [0-2]\.\d mm from the letter under 200 N/m\npass 2: .* under 140 N/m\n")
+        self.assertIn(140, stiffness)
+        harness.wait_until(lambda: client.objects()["sheet"].effects[0] == guide, 10, "the scene's own guide")
         self.assert_in_step(client)
 
 
