@@ -295,7 +295,8 @@ TEST(Telemetry, IgnoresEnumValuesOfANewerServer) {
     message.set_fault(static_cast<v1::Fault>(value));
     message.set_device_state(static_cast<v1::DeviceState>(value));
     message.set_device_fault(static_cast<v1::DeviceFault>(value == 7 ? static_cast<int>(kLastDeviceFault) + 1 : value));
-    message.add_energy()->set_feature(static_cast<v1::Feature>(value));
+    const int newerFeature = value == 7 ? static_cast<int>(kEnergyFeatures) + 1 : value;
+    message.add_energy()->set_feature(static_cast<v1::Feature>(newerFeature));
     message.mutable_energy(0)->set_energy_j(5);
     expectSame(fromWire(message), TelemetrySample{});
   }

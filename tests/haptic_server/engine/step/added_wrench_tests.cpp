@@ -41,6 +41,10 @@ class AddedWrenchTest : public testing::Test {
 TEST_F(AddedWrenchTest, ActsBesideTheContactInWhichItChangesNothing) {
   VirtualServo without({}, kConfig, sceneOf(1, {with(slab(), friction(0.6, 0.4))}));
   int touched = 0;
+  for (int i = 0; i < 200; ++i) {  // until the scene is felt in full
+    (void)without.stepWith(readingAt(stroke(without.tick())));
+    step({});
+  }
   for (int i = 0; i < 2000; ++i) {
     const TelemetrySample alone = without.stepWith(readingAt(stroke(without.tick())));
     step(kAdded);
