@@ -80,7 +80,7 @@ void PictureFiles::savePictureAs() {
 void PictureFiles::askForVideo() {
   if (!session_()) return emit said(kVideo, "open a recording first; the window itself is filmed by Film", true);
   if (video_) return emit said(kVideo, "another video is being made; cancel that first", true);
-  const QSize least(RecordingVideo::kLeastWidth_px, RecordingVideo::kLeastHeight_px);
+  const QSize least(RecordingVideo::kMinWidth_px, RecordingVideo::kMinHeight_px);
   auto* dialog = new PictureDialog(
       window(), {"Save video", "haptic_recording.webm", "Videos (*.webm)", least, kVideo_Hz}, kVideo_px);
   connect(dialog, &QDialog::accepted, this,

@@ -18,10 +18,10 @@ namespace {
 
 /// Of curves and time line: their share of the picture's height, as far as that leaves curves to be read and room.
 constexpr double kFootShare = 0.24;
-constexpr int kLeastFoot_px = 140, kMostFoot_px = 320;
+constexpr int kMinFoot_px = 140, kMaxFoot_px = 320;
 
 int footHeight_px(int height_px) {
-  return std::clamp(static_cast<int>(kFootShare * height_px), kLeastFoot_px, kMostFoot_px);
+  return std::clamp(static_cast<int>(kFootShare * height_px), kMinFoot_px, kMaxFoot_px);
 }
 
 ViewerOptions viewerOptions(const VideoOptions& options) {
@@ -44,10 +44,10 @@ QImage imageOf(vtkImageData* picture) {
 Result<std::unique_ptr<RecordingVideo>> RecordingVideo::begin(std::shared_ptr<const RecordedSession> session,
                                                               const VideoOptions& options,
                                                               const std::optional<CameraRig::Look>& look) {
-  if (options.width_px < kLeastWidth_px || options.height_px < kLeastHeight_px) {
+  if (options.width_px < kMinWidth_px || options.height_px < kMinHeight_px) {
     return refused("size", std::to_string(options.width_px) + "x" + std::to_string(options.height_px) +
-                               " leaves no room for scene and curves; from " + std::to_string(kLeastWidth_px) + "x" +
-                               std::to_string(kLeastHeight_px) + " on it does");
+                               " leaves no room for scene and curves; from " + std::to_string(kMinWidth_px) + "x" +
+                               std::to_string(kMinHeight_px) + " on it does");
   }
   auto writer = WebmWriter::create(options.file, options.width_px, options.height_px, options.rate_Hz);
   if (!writer) return tl::unexpected(std::move(writer).error());

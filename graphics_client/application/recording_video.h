@@ -31,7 +31,7 @@ class TimeSlider;
 /// has them.
 class RecordingVideo {
  public:
-  static constexpr int kLeastWidth_px = 640, kLeastHeight_px = 400;  ///< So that words can be read.
+  static constexpr int kMinWidth_px = 640, kMinHeight_px = 400;  ///< So that words can be read.
 
   /// Replaces the file. Refused: it cannot be written, or the picture is too small.
   /// @param look  Nothing: all objects are shown.
