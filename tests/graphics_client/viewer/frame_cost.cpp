@@ -85,6 +85,7 @@ int turnAround() {
   constexpr int kFrames = 20;
   FakeMirror mirror;
   mirror.add("ball", makeSphere(kRadius_m, 289).value(), {}, {.red = 0.75F, .green = 0.2F, .blue = 0.16F});
+  mirror.touch(1, 1000, 0.002);
   ViewerOptions options;
   options.offscreen = true;
   options.height_px = 800;
