@@ -4,6 +4,7 @@
 
 #include "common/wire/convert.h"
 #include "common/wire/convert_properties.h"
+#include "common/wire/driven_shapes.h"
 #include "common/wire/parts.h"
 
 namespace haptics {
@@ -110,6 +111,32 @@ Result<DeformationProperties> announcedDeformationFrom(const v1::Deformation& me
   return to;
 }
 
+Result<std::optional<Lattice>> announcedLatticeFrom(const v1::Lattice& message) {
+  std::optional<Lattice> lattice;
+  if (message.ByteSizeLong() == 0) return lattice;
+  if (auto bad = take(latticeFrom(message, false), lattice, "lattice.")) return refuse(bad);
+  return lattice;
+}
+
+std::vector<ShapeState> shapesFromWire(const v1::Telemetry& message) {
+  std::vector<ShapeState> shapes;
+  for (const v1::DrivenShape& shape : message.shape()) {
+    if (auto lattice = announcedLatticeFrom(shape.lattice())) shapes.push_back({shape.object(), *std::move(lattice)});
+  }
+  return shapes;
+}
+
+void toWire(const Lattice& from, v1::Lattice& lattice) {
+  toWire(from.low_m, *lattice.mutable_low_m());
+  toWire(from.size_m, *lattice.mutable_size_m());
+  lattice.set_points_x(from.points[0]);
+  lattice.set_points_y(from.points[1]);
+  lattice.set_points_z(from.points[2]);
+  for (const Vec3f point : from.control_m) {
+    for (int d = 0; d < 3; ++d) lattice.add_control_m(point[d]);
+  }
+}
+
 void toWire(const DeformationProperties& properties, v1::Deformation& message) {
   message.Clear();
   if (const auto& from = properties.softness) {
@@ -120,17 +147,7 @@ void toWire(const DeformationProperties& properties, v1::Deformation& message) {
     softness.set_return_s(from->return_s);
     if (from->plastic > 0) softness.set_plastic(from->plastic);
   }
-  if (const auto& from = properties.lattice) {
-    v1::Lattice& lattice = *message.mutable_lattice();
-    toWire(from->low_m, *lattice.mutable_low_m());
-    toWire(from->size_m, *lattice.mutable_size_m());
-    lattice.set_points_x(from->points[0]);
-    lattice.set_points_y(from->points[1]);
-    lattice.set_points_z(from->points[2]);
-    for (const Vec3f point : from->control_m) {
-      for (int d = 0; d < 3; ++d) lattice.add_control_m(point[d]);
-    }
-  }
+  if (properties.lattice) toWire(*properties.lattice, *message.mutable_lattice());
   if (properties.residue) message.mutable_residue()->set_asset(properties.residue->asBytes());
 }
 

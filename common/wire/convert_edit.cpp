@@ -257,6 +257,7 @@ Result<Operation> setDeformationFrom(const v1::SetDeformation& message) {
   if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
   if (auto bad = take(deformationFrom(message.deformation()), set.deformation, "deformation.")) return refuse(bad);
   if (set.deformation.empty()) return refused("deformation", "is empty; give softness, lattice or residue");
+  set.kinematic = message.kinematic();
   return set;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/wire/convert.h"
+#include "common/wire/driven_shapes.h"
 
 namespace haptics {
 namespace {
@@ -48,11 +49,53 @@ Result<ServoObjectSource> RecordedScenes::objectOf(const v1::RecordedObject& mes
     if (record->movesByItself()) return refused("drive", "is of an object that moves by itself");
     kinematic = {message.drive().number(), *pose};
   }
+  DrivenShape shape;
+  if (message.has_driven_shape()) {
+    auto driven = shapeOf(message.driven_shape(), *record, *assets);
+    if (!driven) return tl::unexpected(std::move(driven.error()).within("driven_shape."));
+    shape = *std::move(driven);
+  }
   return ServoObjectSource{.record = std::make_shared<const ObjectRecord>(*std::move(record)),
                            .assets = *std::move(assets),
                            .poseRevision = message.posed_at(),
                            .baked = {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()},
-                           .kinematic = kinematic};
+                           .kinematic = kinematic,
+                           .shape = std::move(shape)};
+}
+
+Result<DrivenShape> RecordedScenes::shapeOf(const v1::RecordedShape& message, const ObjectRecord& record,
+                                            const ObjectAssets& assets) const {
+  if (!hasRoom_) return refused("number", "is there, and the head's limits are those of fewer hands");
+  if (const auto why = whyNotReshaped(record)) return refused("number", "is of an object that " + *why);
+  const auto samples = static_cast<std::size_t>(message.sample_size());
+  if (samples < 2 || samples > ShapeSamples::kMost || message.number() < samples - 1)
+    return refused("sample",
+                   "is there " + std::to_string(samples) + " times, up to number " + std::to_string(message.number()));
+  DrivenShape shape{.number = message.number(), .samples = {}};
+  for (const v1::Lattice& lattice : message.sample()) {
+    auto sample = sampleOf(lattice, record, assets);
+    if (!sample) return tl::unexpected(std::move(sample.error()).within("sample."));
+    shape.samples.push_back(*std::move(sample));
+  }
+  return shape;
+}
+
+/// The last scene's where that has the same.
+Result<std::shared_ptr<const DrivenShape::Sample>> RecordedScenes::sampleOf(const v1::Lattice& message,
+                                                                            const ObjectRecord& record,
+                                                                            const ObjectAssets& assets) const {
+  auto lattice = announcedLatticeFrom(message);
+  if (!lattice) return tl::unexpected(std::move(lattice.error()));
+  if (!*lattice) return std::make_shared<const DrivenShape::Sample>(ownShape(record, assets));
+  const auto last = std::ranges::lower_bound(objects_, record.id, {}, &ServoObjectSource::id);
+  if (last != objects_.end() && last->id() == record.id && last->record->mesh == record.mesh) {
+    const auto& samples = last->shape.samples;
+    const auto same = std::ranges::find_if(samples, [&](const auto& sample) { return sample->lattice == *lattice; });
+    if (same != samples.end()) return *same;
+  }
+  auto sample = shapeSample(record, assets, **std::move(lattice), false);
+  if (!sample) return tl::unexpected(std::move(sample.error()));
+  return std::make_shared<const DrivenShape::Sample>(*std::move(sample));
 }
 
 Result<void> RecordedScenes::takeFelt(const v1::RecordedObject& message, const ServoObjectSource& object) {

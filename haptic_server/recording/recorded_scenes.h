@@ -25,7 +25,10 @@ class RecordedScenes {
  public:
   /// The store outlives it.
   RecordedScenes(AssetStore& store, const RecordingFacts& facts)
-      : store_(store), builder_({}, facts.limits), feltAsRecorded_(facts.isWithoutLimits) {}
+      : store_(store),
+        builder_({}, facts.limits),
+        feltAsRecorded_(facts.isWithoutLimits),
+        hasRoom_(static_cast<std::size_t>(facts.limits.hands) >= facts.hands()) {}
 
   /// Refused: data that does not have the hash, or is not of the kind.
   [[nodiscard]] Result<void> add(const v1::RecordedAsset& asset);
@@ -42,11 +45,17 @@ class RecordedScenes {
   };
   ServoSceneBuilder builder_;
   bool feltAsRecorded_;
+  bool hasRoom_;                            // for shapes that each hand moves
   std::map<ObjectId, Felt> felt_;           // where it is as recorded
   std::vector<ServoObjectSource> objects_;  // of the last scene made, in order of id
   std::uint64_t number_ = 0;
 
   [[nodiscard]] Result<std::vector<ServoObjectSource>> objectsOf(const v1::RecordedScene& message);
+  [[nodiscard]] Result<DrivenShape> shapeOf(const v1::RecordedShape& message, const ObjectRecord& record,
+                                            const ObjectAssets& assets) const;
+  [[nodiscard]] Result<std::shared_ptr<const DrivenShape::Sample>> sampleOf(const v1::Lattice& message,
+                                                                            const ObjectRecord& record,
+                                                                            const ObjectAssets& assets) const;
   [[nodiscard]] Result<ServoObjectSource> objectOf(const v1::RecordedObject& message) const;
   [[nodiscard]] Result<void> takeFelt(const v1::RecordedObject& message, const ServoObjectSource& object);
 };

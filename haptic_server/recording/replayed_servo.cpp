@@ -12,21 +12,36 @@
 namespace haptics {
 
 ReplayedHand::ReplayedHand(const StepConfig& config)
-    : config_(config),
-      empty_(std::make_unique<const ServoScene>()),
-      scene_(empty_.get()),
-      state_(std::make_unique<HapticState>(config)) {}
+    : config_(config), scene_(std::make_shared<const ServoScene>()), state_(std::make_unique<HapticState>(config)) {}
 
 void ReplayedHand::begin(const RecordedBeginning& beginning) {
   if (!beginning.state) return;
   *state_ = *beginning.state;
-  if (beginning.scene != nullptr) scene_ = beginning.scene;
-  next_ = beginning.pending;
+  if (beginning.scene != nullptr) scene_ = own(beginning.scene);
+  if (scene_->anyReshaped()) static_cast<void>(state_->connect(*scene_));  // as it was with the one that it is made of
+  if (beginning.pending != nullptr) next_ = own(beginning.pending);
+}
+
+std::shared_ptr<const ServoScene> ReplayedHand::own(const ServoScene* scene) {
+  if (!scene->anyReshaped()) return {std::shared_ptr<const ServoScene>(), scene};  // outlives this
+  std::erase_if(shapes_, [](const auto& entry) { return entry.second.use_count() == 1; });
+  auto copy = std::make_shared<ServoScene>(*scene);
+  for (std::size_t i = 0; i < copy->shapes.size(); ++i) {
+    KinematicShape& shape = copy->shapes[i];
+    for (std::shared_ptr<ShapeMemory>& memory : shape.memory) {
+      if (!memory) continue;
+      std::shared_ptr<ShapeMemory>& mine = shapes_[memory];
+      const std::size_t vertices = shape.samples.from_oldest.back()->size();
+      if (!mine) mine = std::make_shared<ShapeMemory>(*copy->objects[i].surface, vertices);
+      memory = mine;
+    }
+  }
+  return copy;
 }
 
 void ReplayedHand::adopt(const RemadeScene* given, std::uint64_t tick) {
-  if (given != nullptr) next_ = given->scene.get();
-  if (next_ != nullptr && adoptScene(*next_, *state_, tick)) scene_ = std::exchange(next_, nullptr);
+  if (given != nullptr) next_ = own(given->scene.get());
+  if (next_ && adoptScene(*next_, *state_, tick)) scene_ = std::exchange(next_, nullptr);
 }
 
 HandTick ReplayedHand::feel(const RecordedTick& tick) {
@@ -47,8 +62,9 @@ const MotionState* ReplayedHand::describe(std::uint64_t tick) {
 }
 
 std::string ReplayedHand::differenceFrom(const RecordedBeginning& recorded) const {
+  const auto numberOf = [](const ServoScene* scene) { return scene != nullptr ? scene->number : 0; };
   const bool sameScenes =
-      scene_->number == (recorded.scene != nullptr ? recorded.scene->number : 0) && next_ == recorded.pending;
+      scene_->number == numberOf(recorded.scene) && numberOf(next_.get()) == numberOf(recorded.pending);
   return sameScenes ? firstDifference<StateFields>(*state_, *recorded.state) : "scene";
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,10 +37,12 @@ class ReplayedHand {
   [[nodiscard]] std::string differenceFrom(const RecordedBeginning& recorded) const;
 
  private:
+  /// With memory of its own for shapes that are driven: other hands may compute with the same scene.
+  [[nodiscard]] std::shared_ptr<const ServoScene> own(const ServoScene* scene);
+
   const StepConfig& config_;
-  std::unique_ptr<const ServoScene> empty_;
-  const ServoScene* scene_;
-  const ServoScene* next_ = nullptr;
+  std::map<std::shared_ptr<ShapeMemory>, std::shared_ptr<ShapeMemory>> shapes_;  // own ones, by the scenes'
+  std::shared_ptr<const ServoScene> scene_, next_;
   std::unique_ptr<HapticState> state_;
   ForceResult result_;
   MotionState motion_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/wire/convert.h"
+#include "common/wire/driven_shapes.h"
 
 namespace haptics {
 namespace {
@@ -15,8 +16,9 @@ namespace {
 /// But for whether it is leaving, which RecordedScene lists. Binds every member: a new one does not compile until it is
 /// recorded, or known to follow from the others.
 [[nodiscard]] bool isSame(const ServoObjectSource& a, const ServoObjectSource& b) {
-  const auto& [record, assets, poseRevision, pendingRemoval, baked, kinematic] = a;
-  return *record == *b.record && poseRevision == b.poseRevision && baked == b.baked && kinematic == b.kinematic;
+  const auto& [record, assets, poseRevision, pendingRemoval, baked, kinematic, shape] = a;
+  return *record == *b.record && poseRevision == b.poseRevision && baked == b.baked && kinematic == b.kinematic &&
+         shape == b.shape;
 }
 
 [[nodiscard]] std::string rootOf(const SceneSource& scene) {
@@ -59,9 +61,16 @@ void SceneParts::add(const SceneSource& scene, const Put& put) {
     changed.set_shape(object.baked.shape);
     changed.set_dents_taken_up_to(object.baked.upTo);
     changed.set_dents_loosened_up_to(object.baked.releasedUpTo);
-    if (object.kinematic.number == 0) continue;
-    changed.mutable_drive()->set_number(object.kinematic.number);
-    toWire(object.kinematic.pose, *changed.mutable_drive()->mutable_pose());
+    if (object.kinematic.number != 0) {
+      changed.mutable_drive()->set_number(object.kinematic.number);
+      toWire(object.kinematic.pose, *changed.mutable_drive()->mutable_pose());
+    }
+    if (object.shape.number == 0) continue;
+    changed.mutable_driven_shape()->set_number(object.shape.number);
+    for (const auto& sample : object.shape.samples) {
+      v1::Lattice& lattice = *changed.mutable_driven_shape()->add_sample();
+      if (sample->lattice) toWire(*sample->lattice, lattice);
+    }
   }
   for (const ServoObjectSource& object : before_) {
     if (find(scene.objects, object.id()) == nullptr) message.add_gone(object.id());

@@ -163,16 +163,18 @@ std::shared_ptr<const CollisionMesh> ObjectAssets::surfaceAtRest(const Deformati
                                                                  const CollisionMesh* last) const {
   const CollisionMesh& own = *mesh->surface;
   const std::vector<Vec3f> vertices = shapeAtRest(deformation);
-  const bool isMirrored =
-      own.closed() &&
-      volumeOf(mesh->mesh->vertices, mesh->mesh->triangles) * volumeOf(vertices, mesh->mesh->triangles) < 0;
-  if (isMirrored) {
+  if (turnsOver(mesh->mesh->vertices, vertices)) {
     std::vector<TriangleIndices> turned = mesh->mesh->triangles;
     for (TriangleIndices& triangle : turned) std::swap(triangle[1], triangle[2]);
     return buildCollisionMesh(vertices, turned);
   }
   const bool goesOn = last != nullptr && std::ranges::equal(last->triangle(0).vertex, own.triangle(0).vertex);
   return refitCollisionMesh(goesOn ? *last : own, vertices);  // not from one that was turned over
+}
+
+bool ObjectAssets::turnsOver(std::span<const Vec3f> from, std::span<const Vec3f> to) const {
+  const auto& triangles = mesh->mesh->triangles;
+  return mesh->surface->closed() && volumeOf(from, triangles) * volumeOf(to, triangles) < 0;
 }
 
 std::shared_ptr<const Asset> ObjectAssets::find(const ContentHash& hash) const {

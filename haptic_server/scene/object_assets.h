@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "common/error/error.h"
@@ -36,6 +37,8 @@ struct ObjectAssets {
   /// @param last  Of an earlier shape of this mesh, near which the new one is; null: there is none.
   [[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceAtRest(const DeformationProperties& deformation,
                                                                    const CollisionMesh* last = nullptr) const;
+  /// Whether these places of the mesh's vertices turn it, where it is closed, inside out from those.
+  [[nodiscard]] bool turnsOver(std::span<const Vec3f> from, std::span<const Vec3f> to) const;
   [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
 };
 

@@ -82,6 +82,7 @@ Result<void> SceneDraft::apply(const RemeshObject& remesh, const std::string& fi
   const ObjectId id = (*record)->id;
   pendingAssets_.push_back({field + "remesh.mesh.", id, (*record)->name, Place::kMesh, &remesh.mesh});
   fieldPaths_[id].mesh = field + "remesh.mesh";
+  reshaped_.insert(id);
   dropResidue(**record);
   return {};
 }
@@ -142,7 +143,10 @@ Result<void> SceneDraft::setEffects(const std::vector<Effect>& effects, const st
 
 void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record) {
   if (edit.empty()) return;
-  if (edit.lattice || edit.residue) dropResidue(record);
+  if (edit.lattice || edit.residue) {
+    dropResidue(record);
+    reshaped_.insert(record.id);
+  }
   record.deformation = edited(std::move(record.deformation), edit);
   FieldPaths& given = fieldPaths_[record.id];
   if (edit.softness || edit.lattice) given.deformation = field;

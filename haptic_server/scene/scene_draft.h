@@ -44,6 +44,8 @@ class SceneDraft {
   [[nodiscard]] const Assets& assets() const noexcept { return assets_; }
   /// Objects whose pose the operations set, also to what it was.
   [[nodiscard]] const std::set<ObjectId>& posed() const noexcept { return posed_; }
+  /// Objects whose mesh, lattice or residue they set, likewise.
+  [[nodiscard]] const std::set<ObjectId>& reshaped() const noexcept { return reshaped_; }
   [[nodiscard]] ObjectId nextId() const noexcept { return nextId_; }
 
  private:
@@ -79,7 +81,7 @@ class SceneDraft {
   std::size_t operations_ = 0;
   std::vector<ObjectRecord> changed_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;         // of base_
-  std::set<ObjectId> posed_;
+  std::set<ObjectId> posed_, reshaped_;
   std::set<ObjectId> stiffened_;  // whose stiffness or damping, or effects, were edited
   std::string effectsGiven_;      // "operations[0].set_effects.effects": where some were, the last time
   std::vector<PendingAsset> pendingAssets_;

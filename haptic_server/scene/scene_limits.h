@@ -18,6 +18,8 @@ struct SceneLimits {
   /// On the wire, of the objects that one edit changes and removes and of its reports: its commit and the answer to it
   /// then fit one frame each.
   std::size_t answer_bytes = 1'000'000;
+  /// Of all objects whose vertices are driven: mostDrivenTriangles().
+  std::size_t driven_triangles = 20'000;
   /// For clients that reconnect; one that is farther behind gets a snapshot.
   std::size_t remembered_edits = kRememberedEdits;
 };

@@ -25,7 +25,7 @@ SceneService::SceneService(Options options, SceneMailbox& mailbox)
     : options_(std::move(options)),
       mailbox_(mailbox),
       library_(options_.assetFolders, store_, options_.device),
-      sequencer_(newEpoch(), library_),
+      sequencer_(newEpoch(), library_, {.driven_triangles = mostDrivenTriangles(options_.device)}),
       servoScenes_(options_.makePlan, options_.device),
       published_(sequencer_.history()) {}
 
@@ -122,6 +122,11 @@ bool SceneService::show(SceneVersion version, Sequencer::Assets assets) {
 std::shared_ptr<const SceneHistory> SceneService::history() const {
   const std::lock_guard lock(historyMutex_);
   return published_;
+}
+
+std::shared_ptr<const SceneService::DrivenShapes> SceneService::drivenShapes() const {
+  const std::lock_guard lock(historyMutex_);
+  return drivenShapes_;
 }
 
 void SceneService::setListener(HistoryListener listener) {
@@ -253,9 +258,17 @@ void SceneService::publishHistory() {
   if (listener_) listener_(sequencer_.history());
 }
 
+void SceneService::publishDrivenShapes() {
+  if (drivenShapes_->empty() && sequencer_.drivenShapes().empty()) return;
+  auto shapes = std::make_shared<const DrivenShapes>(sequencer_.drivenShapes());
+  const std::lock_guard lock(historyMutex_);
+  drivenShapes_ = std::move(shapes);
+}
+
 /// Where that cannot be done now, as for want of memory, the servo goes on with the scene that it has: what was accepted
 /// stays accepted, and is felt when it can be, or when an edit has made the scene smaller.
 void SceneService::publishToServo(ServoSceneBuilder::Plan plan) {
+  publishDrivenShapes();
   if (isBehind_ && options_.now_ns() < catchUpAfter_ns_) return;
   try {
     mailbox_.publish(servoScenes_.make(sequencer_, options_.now_ns(), plan, options_.onServoScene));

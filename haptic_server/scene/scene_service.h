@@ -136,6 +136,9 @@ class SceneService {
   [[nodiscard]] std::optional<ContentHash> deformedHash(const SceneVersion& scene,
                                                         std::span<const ObjectDent> dents) const;
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;  ///< Any thread. The newest.
+  /// Any thread. What is driven apart from the scene; the newest.
+  using DrivenShapes = Sequencer::DrivenShapes;
+  [[nodiscard]] std::shared_ptr<const DrivenShapes> drivenShapes() const;
   /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
   /// when this returns, the old listener is not running and will not run again. A listener sets no other.
   void setListener(HistoryListener listener);
@@ -193,6 +196,7 @@ class SceneService {
 
   mutable std::mutex historyMutex_;  // guards the one below
   std::shared_ptr<const SceneHistory> published_;
+  std::shared_ptr<const DrivenShapes> drivenShapes_ = std::make_shared<const DrivenShapes>();
   std::mutex listenerMutex_;  // held while the listener runs, and then historyMutex_; guards the one below
   HistoryListener listener_;
 
@@ -226,6 +230,7 @@ class SceneService {
   [[nodiscard]] Result<std::shared_ptr<const Asset>> findOrRead(const AssetName& name);
   void restoreLostParts(const ContentHash& asset);
   void publishHistory();
+  void publishDrivenShapes();
   void publishToServo(ServoSceneBuilder::Plan plan);
   void log(const std::string& line) const;
   void bakeDents();

@@ -59,9 +59,21 @@ Commit difference(const SceneVersion& before, const SceneVersion& after) {
 
 /// Moves without a revision.
 [[nodiscard]] bool isKinematic(const Operation& operation) {
-  const auto* set = std::get_if<SetPose>(&operation);
-  return set != nullptr && set->kinematic;
+  return std::visit(
+      [](const auto& set) {
+        if constexpr (requires { set.kinematic; }) return set.kinematic;
+        return false;
+      },
+      operation);
 }
+
+/// Of a sample.
+[[nodiscard]] Result<void> checkShape(const DeformationEdit& edit) {
+  if (edit.lattice && *edit.lattice && !edit.softness && !edit.residue) return {};
+  return refused("deformation", "has a lattice, which is not empty, and nothing else where kinematic is set");
+}
+
+[[nodiscard]] bool isTool(const SceneVersion::Object& object) { return object->motion && object->motion->tool; }
 
 /// What an edit is answered that changes nothing of the scene.
 [[nodiscard]] std::shared_ptr<const AcceptedEdit> withoutRevision(const Submission& submission,
@@ -191,7 +203,9 @@ Result<void> Sequencer::replaceObjects(std::vector<ObjectRecord> objects, const 
   const std::uint64_t revision = commit.revision;
   const auto edit = std::make_shared<const AcceptedEdit>(
       AcceptedEdit{kServerSession, revision, std::move(commit), {}, state_.nextId});
-  batch.take(edit, *std::move(next), assets, {});
+  std::set<ObjectId> reshaped;
+  for (const auto& [id, held] : assets) reshaped.insert(id);
+  batch.take(edit, *std::move(next), assets, {}, reshaped);
   if (journal_) {
     if (auto kept = journal_->keep(state_, batch.edits, batch.newAssets); !kept) return kept;
   }
@@ -246,7 +260,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch, AssetR
   edit->commit.root = next->root();
   if (auto fits = checkAnswer(*edit); !fits) return std::move(fits).error();
 
-  batch.take(edit, *std::move(next), draft.assets(), draft.posed());
+  batch.take(edit, *std::move(next), draft.assets(), draft.posed(), draft.reshaped());
   return edit;
 }
 
@@ -258,18 +272,14 @@ EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
     const std::string field = "operations[" + std::to_string(i) + "].";
     if (!isKinematic(operations[i]))
       return Error{"operations[" + std::to_string(i) + "]",
-                   "stands beside a set_pose with kinematic: true; an edit has only such operations, or none"};
-    const auto& set = std::get<SetPose>(operations[i]);
+                   "stands beside one with kinematic: true; an edit has only such operations, or none"};
     SceneDraft draft(base, batch.assets, batch.nextId, limits_);
     if (auto known = draft.apply(operations[i], field); !known) return std::move(known).error();
     const ObjectRecord& object = *base.find(draft.objects().front().id);
-    if (object.movesByItself()) {
-      return Error{field + "set_pose.kinematic", "is for objects without a motion, or a fixed one; \"" + object.name +
-                                                     "\" moves by itself: an empty set_motion ends that"};
-    }
-    const auto last = driven.newest.find(object.id);
-    const Pose from = last == driven.newest.end() ? object.pose : last->second.pose;
-    driven.newest[object.id] = {++driven.samples, edited(from, set.pose)};
+    const auto* pose = std::get_if<SetPose>(&operations[i]);
+    auto done = pose != nullptr ? drive(object, *pose, driven)
+                                : drive(object, std::get<SetDeformation>(operations[i]), driven, batch);
+    if (!done) return std::move(done).error().within(field + (pose != nullptr ? "set_pose." : "set_deformation."));
   }
   const auto moving = static_cast<std::size_t>(
       std::ranges::count_if(base.objects(), [](const auto& object) { return object->movesByItself(); }));
@@ -280,6 +290,48 @@ EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
   }
   batch.driven = std::move(driven);
   return withoutRevision(submission, base);
+}
+
+Result<void> Sequencer::drive(const ObjectRecord& object, const SetPose& set, Driven& driven) {
+  if (object.movesByItself()) {
+    return refused("kinematic", "is for objects without a motion, or a fixed one; \"" + object.name +
+                                    "\" moves by itself: an empty set_motion ends that");
+  }
+  const auto last = driven.newest.find(object.id);
+  const Pose from = last == driven.newest.end() ? object.pose : last->second.pose;
+  driven.newest[object.id] = {++driven.samples, edited(from, set.pose)};
+  return {};
+}
+
+/// Samples that come before the last one was given to the servo take its place.
+Result<void> Sequencer::drive(const ObjectRecord& object, const SetDeformation& set, Driven& driven,
+                              const Batch& batch) const {
+  if (auto fits = checkShape(set.deformation); !fits) return fits;
+  if (const auto why = whyNotReshaped(object))
+    return refused("kinematic", "is not for \"" + object.name + "\", which " + *why);
+  if (std::ranges::any_of(batch.history.version.objects(), isTool))
+    return refused("kinematic", "is not for scenes with a tool in the hand, which would not feel the vertices move");
+  const ObjectAssets& assets = batch.assets.at(object.id);
+  std::size_t triangles = assets.mesh->mesh->triangles.size();
+  for (const auto& [id, shape] : driven.shapes)
+    triangles += id == object.id ? 0 : batch.assets.at(id).mesh->mesh->triangles.size();
+  if (triangles > limits_.driven_triangles) {
+    return refused("kinematic", "drives the vertices of " + std::to_string(triangles) + " triangles; at most " +
+                                    std::to_string(limits_.driven_triangles) + " of a scene can be driven");
+  }
+  auto sample = shapeSample(object, assets, **set.deformation.lattice, set.deformation.latticeOfMesh);
+  if (!sample) return tl::unexpected(std::move(sample.error()).within("deformation."));
+  ++driven.samples;
+  DrivenShape& shape = driven.shapes[object.id];
+  const auto given = driven_.shapes.find(object.id);
+  const bool isGiven = given != driven_.shapes.end() && given->second.number == shape.number;
+  const bool begins = shape.number == 0;
+  if (begins) {
+    shape.number = driven.samples - 1;
+    shape.samples.push_back(std::make_shared<const DrivenShape::Sample>(ownShape(object, assets)));
+  }
+  shape.take(std::make_shared<const DrivenShape::Sample>(*std::move(sample)), begins || isGiven);
+  return {};
 }
 
 /// A start scene is sent to nobody as a commit: its objects only need to fit one by one.
@@ -300,12 +352,17 @@ Result<void> Sequencer::checkAnswer(const AcceptedEdit& edit) const {
 
 /// Whole or not at all: without the memory for it the process ends.
 void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& newOnes,
-                            const std::set<ObjectId>& posed) noexcept {
+                            const std::set<ObjectId>& posed, const std::set<ObjectId>& reshaped) noexcept {
   for (const ObjectId id : edit->commit.removed) assets.erase(id);
   for (const ObjectId id : posed) posedAt.emplace_back(id, edit->commit.revision);
   std::erase_if(driven.newest, [&](const auto& entry) {
     const auto object = made.find(entry.first);
     return !object || object->movesByItself() || posed.contains(entry.first);
+  });
+  const bool anyTool = std::ranges::any_of(made.objects(), isTool);
+  std::erase_if(driven.shapes, [&](const auto& entry) {
+    const auto object = made.find(entry.first);
+    return anyTool || !object || whyNotReshaped(*object) || reshaped.contains(entry.first);
   });
   for (const auto& [id, held] : newOnes) {
     assets[id] = held;

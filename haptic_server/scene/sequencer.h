@@ -13,6 +13,7 @@
 #include "common/scene/scene.h"
 #include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/scene/asset_resolver.h"
+#include "haptic_server/scene/driven_shape.h"
 #include "haptic_server/scene/edit_journal.h"
 #include "haptic_server/scene/scene_draft.h"
 
@@ -88,13 +89,17 @@ class Sequencer {
   [[nodiscard]] std::uint64_t posedAt(ObjectId id) const;
   /// Where the object is driven, apart from the scene (SetPose::kinematic).
   [[nodiscard]] KinematicPose kinematicOf(ObjectId id) const;
+  /// The same of its vertices (SetDeformation::kinematic).
+  using DrivenShapes = std::map<ObjectId, DrivenShape>;
+  [[nodiscard]] const DrivenShapes& drivenShapes() const noexcept { return driven_.shapes; }
   [[nodiscard]] std::uint64_t kinematicSamples() const noexcept { return driven_.samples; }  ///< So far.
 
  private:
   /// Objects that are driven. No part of what is kept: after a restart objects are where the scene has them.
   struct Driven {
     std::map<ObjectId, KinematicPose> newest;
-    std::uint64_t samples = 0;
+    DrivenShapes shapes;
+    std::uint64_t samples = 0;  // of both: at least each shape's number
   };
   /// The state after edits that the journal has not kept yet.
   struct Batch {
@@ -108,7 +113,7 @@ class Sequencer {
     Driven driven;
 
     void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& newOnes,
-              const std::set<ObjectId>& posed) noexcept;
+              const std::set<ObjectId>& posed, const std::set<ObjectId>& reshaped) noexcept;
   };
   AssetResolver& resolver_;
   const SceneLimits limits_;
@@ -122,6 +127,8 @@ class Sequencer {
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch, AssetResolver& resolver) const;
   EditOutcome drive(const Submission& submission, Batch& batch) const;
+  static Result<void> drive(const ObjectRecord& object, const SetPose& set, Driven& driven);
+  Result<void> drive(const ObjectRecord& object, const SetDeformation& set, Driven& driven, const Batch& batch) const;
   void adopt(Batch&& batch) noexcept;
 };
 

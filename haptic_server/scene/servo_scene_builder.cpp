@@ -1,6 +1,7 @@
 #include "haptic_server/scene/servo_scene_builder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "haptic_server/engine/geometry/spaced_points.h"
@@ -21,6 +22,11 @@ void soften(ServoObject& tool, const BodyParts& body, const DeviceLimits& device
   tool.damping_Ns_per_m *= share;
 }
 
+[[nodiscard]] bool hasField(const ObjectAssets& assets) noexcept {
+  return assets.textureField || assets.frictionField || assets.dynamicFrictionField || assets.stiffnessField ||
+         assets.softnessField;
+}
+
 }  // namespace
 
 ServoSceneBuilder::ServoSceneBuilder(MakePlan makePlan, const DeviceLimits& device)
@@ -33,6 +39,8 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(const Sequencer& sequencer, 
   for (const auto& record : version.objects()) {
     objects.push_back({record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id), false,
                        bakedDents(*record), sequencer.kinematicOf(record->id)});
+    const auto driven = sequencer.drivenShapes().find(record->id);
+    if (driven != sequencer.drivenShapes().end()) objects.back().shape = driven->second;
   }
   addPendingRemovals(objects, version, now_ns);
   Made made = build(std::move(objects), version.revision());
@@ -120,6 +128,10 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
   }
   const auto tool = std::ranges::find_if(
       scene->objects, [](const ServoObject& object) { return object.tool != nullptr && !object.pendingRemoval; });
+  const auto isReshaped = [](const ServoObjectSource& source) { return source.shape.number != 0; };
+  if (tool == scene->objects.end() && std::ranges::any_of(objects, isReshaped)) {
+    for (const ServoObjectSource& source : objects) scene->shapes.push_back(made.at(source.id()).shape);
+  }
   if (tool != scene->objects.end()) {
     const auto& source = *std::ranges::find(objects, tool->id, &ServoObjectSource::id);
     addSharpPoints(*scene, made, source.record->motion->tool->spacing_m);
@@ -146,12 +158,38 @@ double ServoSceneBuilder::stableTorsion_Nm_per_rad(const ToolProperties& tool) c
   return std::min(tool.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad);
 }
 
+/// @param last  Of the last scene: none where the surface is another one.
+KinematicShape ServoSceneBuilder::shapeOf(const ServoObjectSource& source, const CollisionMesh& surface,
+                                          const KinematicShape& last) const {
+  KinematicShape shape;
+  const auto& samples = source.shape.samples;
+  if (source.shape.number == 0) return shape;
+  shape.number = source.shape.number;
+  shape.first = source.shape.first();
+  std::ranges::transform(samples, shape.samples.from_oldest.end() - static_cast<std::ptrdiff_t>(samples.size()),
+                         [](const auto& sample) { return sample->vertices; });
+  const std::vector<Vec3f>& newest = *samples.back()->vertices;
+  const std::vector<Vec3f>& before = *samples[samples.size() - 2]->vertices;
+  double way2 = 0;
+  for (std::size_t v = 0; v < newest.size(); ++v)
+    way2 = std::max(way2, squaredLength(Vec3(newest[v]) - Vec3(before[v])));
+  shape.way_m = std::sqrt(way2);
+  if (last.number != 0 && last.number >= shape.first) {
+    shape.memory = last.memory;
+  } else {
+    for (int hand = 0; hand < device_.hands; ++hand)
+      shape.memory[static_cast<std::size_t>(hand)] = std::make_shared<ShapeMemory>(surface, newest.size());
+  }
+  return shape;
+}
+
 /// Making a part takes milliseconds, and more of a large mesh.
 ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSource& source) const {
   const ObjectRecord& record = *source.record;
   const ObjectAssets& assets = source.assets;
   const auto& [softness, lattice, residue] = record.deformation;
   const bool isDeformed = lattice || residue;
+  const bool isDriven = source.shape.number != 0;
 
   const ServoObjectSource* const before = sourceBefore(record.id);
   ObjectParts parts;
@@ -169,8 +207,10 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
       parts.surface = assets.surfaceAtRest(record.deformation, sameMesh ? parts.surface.get() : nullptr);
     }
   }
+  parts.shape = shapeOf(source, *parts.surface, sameSurface ? parts.shape : KinematicShape{});
   const SurfaceProperties& properties = record.material.surface;
-  if (!sameSurface || was->material.surface != properties) {
+  const bool sameMaterial = before != nullptr && isDriven == (before->shape.number != 0);
+  if (!sameSurface || was->material.surface != properties || (!isDeformed && !sameMaterial && hasField(assets))) {
     const auto scaleOf = [](const auto& asset) { return asset ? asset->values : nullptr; };
     DetailFields fields{.texture = assets.textureField,
                         .friction = assets.frictionField,
@@ -179,7 +219,7 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
                         .dynamicFrictionScale = scaleOf(assets.dynamicFrictionScale),
                         .stiffness = {assets.stiffnessField, scaleOf(assets.stiffnessScale)},
                         .softness = {assets.softnessField, scaleOf(assets.softnessScale)}};
-    if (isDeformed) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
+    if (isDeformed || isDriven) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
     const bool sameShading = sameSurface && parts.detail && was->material.surface.shading == properties.shading;
     const auto normals = sameShading ? parts.detail->shading : assets.derived.normals;
     parts.detail = makeSurfaceDetail(*parts.surface, properties, fields, normals);

@@ -26,6 +26,7 @@ struct ServoObjectSource {
   bool pendingRemoval = false;
   BakedDents baked = {};         ///< ServoObject::baked.
   KinematicPose kinematic = {};  ///< As in ServoScene::kinematic.
+  DrivenShape shape = {};        ///< Of an object that whyNotReshaped() does not name; stays at rest beside a tool.
 
   [[nodiscard]] ObjectId id() const noexcept { return record->id; }
 };
@@ -79,6 +80,7 @@ class ServoSceneBuilder {
     std::shared_ptr<const SurfaceDetail> detail;
     BodyParts body;
     std::shared_ptr<const SoftTissue> tissue;
+    KinematicShape shape;
     std::vector<std::shared_ptr<const EffectField>> effects;
     std::shared_ptr<const std::vector<Vec3>> sharp;  ///< Of the surface, at the spacing;
     double spacing_m = 0;                            ///< none at 0.
@@ -124,6 +126,8 @@ class ServoSceneBuilder {
   [[nodiscard]] const ServoObjectSource* sourceBefore(ObjectId id) const;
   void addPendingRemovals(std::vector<ServoObjectSource>& objects, const SceneVersion& version, std::uint64_t now_ns);
   [[nodiscard]] BakedDents bakedDents(const ObjectRecord& record) const;
+  [[nodiscard]] KinematicShape shapeOf(const ServoObjectSource& source, const CollisionMesh& surface,
+                                       const KinematicShape& last) const;
   [[nodiscard]] ObjectParts partsOf(const ServoObjectSource& source) const;
   void addSharpPoints(ServoScene& scene, std::map<ObjectId, ObjectParts>& parts, double spacing_m) const;
 };

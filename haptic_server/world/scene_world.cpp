@@ -41,7 +41,7 @@ struct SceneWorld::Impl {
   Impl(const World::Device& device, std::vector<std::string> folders)
       : scene(device),
         library({folders.begin(), folders.end()}, store, limitsFor(scene)),
-        sequencer(1, library),
+        sequencer(1, library, {.driven_triangles = mostDrivenTriangles(limitsFor(scene))}),
         builder(nullptr, limitsFor(scene)) {}
 
   SteppedScene scene;

@@ -48,9 +48,10 @@ void VertexStream::take(std::span<const std::array<float, 3>> vertices, const Co
     refuse("vertices[" + std::to_string(bad - vertices.begin()) + "]",
            "is not finite and within " + text(kFarthestVertex_m) + " m of the body's origin");
   }
-  if (!shape_.memory) {
+  std::shared_ptr<ShapeMemory>& memory = shape_.memory.front();
+  if (!memory) {
     for (auto& sample : samples_) sample = std::make_shared<std::vector<Vec3f>>(rest_);
-    shape_.memory = std::make_shared<ShapeMemory>(surface, rest_);
+    memory = std::make_shared<ShapeMemory>(surface, rest_.size());
   }
   std::rotate(samples_.begin(), samples_.begin() + 1, samples_.end());
   const std::vector<Vec3f>& last = *samples_[1];
@@ -61,7 +62,7 @@ void VertexStream::take(std::span<const std::array<float, 3>> vertices, const Co
     newest[v] = {x, y, z};
     way2 = std::max(way2, squaredLength(Vec3(newest[v]) - Vec3(last[v])));
   }
-  std::ranges::copy(samples_, shape_.samples.from_oldest.begin());
+  std::ranges::copy(samples_, shape_.samples.from_oldest.end() - kSamples);
   shape_.way_m = std::sqrt(way2);
   ++shape_.number;
 }

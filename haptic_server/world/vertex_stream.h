@@ -26,8 +26,9 @@ class VertexStream {
  private:
   std::size_t given_;  // vertices
   std::vector<Vec3f> rest_;
-  std::vector<std::uint32_t> source_;                           // of each canonical vertex, the one that was given
-  std::array<std::shared_ptr<std::vector<Vec3f>>, 3> samples_;  // the oldest first
+  std::vector<std::uint32_t> source_;  // of each canonical vertex, the one that was given
+  static constexpr std::size_t kSamples = 3;
+  std::array<std::shared_ptr<std::vector<Vec3f>>, kSamples> samples_;  // the oldest first
   KinematicShape shape_;
 };
 

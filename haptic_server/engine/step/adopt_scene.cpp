@@ -144,7 +144,8 @@ class StateTransfer {
   /// Its vertices are moved as they were.
   void goOnReshaping(std::size_t i, const KinematicShape& shape, const ServoObject& object,
                      std::size_t before) noexcept {
-    if (shape.number == 0 || !state_.isReshaped(before) || was(before).surface != object.surface) return;
+    const bool goesOn = shape.number != 0 && state_.isReshaped(before) && state_.reshaped[before].number >= shape.first;
+    if (!goesOn || was(before).surface != object.surface) return;
     reshaped_[i] = state_.reshaped[before];
   }
 

@@ -2,6 +2,8 @@
 
 #include <type_traits>
 
+#include "haptic_server/engine/step/kinematic_motion.h"
+
 namespace haptics {
 namespace {
 
@@ -43,7 +45,9 @@ bool HapticState::connect(const ServoScene& adopted) noexcept {
     if (isReshaped(i)) {
       const KinematicShape& shape = adopted.shapes[i];
       if (shape.number != reshaped[i].number) return false;
-      body.surface = shape.memory->moveTo(shape.samples, reshaped[i].along, body.surface).surface;
+      const double along = reshaped[i].along;  // of an untrusted state, may be no number
+      if (!(along >= shape.samples.oldest() && along <= ShapeSamples::kNewest)) return false;
+      body.surface = memoryOf(shape, *this).moveTo(shape.samples, along, body.surface).surface;
     }
     body.pendingRemoval = object.pendingRemoval;
     place(i, Pose(object.previous), Pose(object.current));

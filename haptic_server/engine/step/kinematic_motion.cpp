@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/contact/surface_shift.h"
@@ -92,8 +93,10 @@ bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_
   if (motion.number != sample.number) {
     const bool goesOn = motion.number != 0 && static_cast<double>(motion.since) < longest;
     motion.left = ticksOfWay(goesOn, motion.since, sample.way_m, period_s);
-    const double along = motion.number == 0 ? 2 : motion.along;
-    motion.along = std::max(along - static_cast<double>(sample.number - motion.number), 0.0);
+    const bool begins = motion.number == 0;
+    const std::uint64_t last = begins ? std::max<std::uint64_t>(sample.first, 1) - 1 : motion.number;
+    const double along = begins ? ShapeSamples::kNewest : motion.along;
+    motion.along = std::max(along - static_cast<double>(sample.number - last), sample.samples.oldest());
     motion.since = 0;
     motion.number = sample.number;
   }
@@ -101,10 +104,11 @@ bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_
   body.deforming = false;
   body.shift = Vec3(0);
   if (motion.left > 0) {
-    motion.along = motion.left == 1 ? 2 : motion.along + (2 - motion.along) / static_cast<double>(motion.left);
+    const double left = ShapeSamples::kNewest - motion.along;
+    motion.along = motion.left == 1 ? ShapeSamples::kNewest : motion.along + left / static_cast<double>(motion.left);
     --motion.left;
     const CollisionMesh& before = *body.surface;
-    const auto [surface, farthest_m] = sample.memory->moveTo(sample.samples, motion.along, &before);
+    const auto [surface, farthest_m] = memoryOf(sample, state).moveTo(sample.samples, motion.along, &before);
     body.surface = surface;
     carryContact(state, object, before, farthest_m);
     if (state.features.detail) carryFriction(state, object);
@@ -130,6 +134,20 @@ void beginReshaping(HapticState& state) noexcept {
 void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept {
   for (std::size_t i = 0; i < state.driven.count; ++i) static_cast<void>(moveDrivenObject(scene, state, period_s, i));
   for (std::size_t i = 0; i < state.reshaped.count; ++i) static_cast<void>(moveDrivenShape(scene, state, period_s, i));
+}
+
+bool describeShapes(const ServoScene& scene, const HapticState& state, ShapePlaces& shapes) noexcept {
+  const std::size_t before = std::exchange(shapes.count, 0);
+  bool changed = false;
+  for (std::size_t i = 0; i < state.reshaped.count; ++i) {
+    const ShapeMotion& motion = state.reshaped[i];
+    if (motion.number == 0) continue;
+    const double behind = ShapeSamples::kNewest - motion.along;
+    const ShapePlace now{scene.objects[i].id, static_cast<double>(motion.number) - behind};
+    changed = changed || !(now == shapes.place[shapes.count]);
+    shapes.place[shapes.count++] = now;
+  }
+  return changed || before != shapes.count;
 }
 
 }  // namespace haptics

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "haptic_server/engine/step/haptic_state.h"
 
@@ -22,11 +25,31 @@ namespace haptics {
 [[nodiscard]] bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_s,
                                    std::size_t object) noexcept;
 
+/// The hand's own.
+[[nodiscard]] inline ShapeMemory& memoryOf(const KinematicShape& shape, const HapticState& state) noexcept {
+  return *shape.memory[state.motion.follows ? 1 : 0];
+}
+
 /// Some object of the scene has a sample, or comes to have one between two ticks.
 void beginDriving(HapticState& state) noexcept;
 void beginReshaping(HapticState& state) noexcept;  ///< Likewise.
 /// moveDrivenObject() and moveDrivenShape() of all, in a tick in which no contact is followed: what is driven does not wait for the device.
 void moveDrivenObjects(const ServoScene& scene, HapticState& state, double period_s) noexcept;
+
+/// Where an object is on its way over the samples of its shape, by their number: 6.25 is a quarter of the way from 6 to 7.
+struct ShapePlace {
+  std::uint64_t object = 0;
+  double sample = 0;
+  bool operator==(const ShapePlace&) const = default;
+};
+struct ShapePlaces {
+  std::size_t count = 0;
+  std::array<ShapePlace, kMaxServoObjects> place;
+
+  [[nodiscard]] std::span<const ShapePlace> all() const noexcept { return std::span(place).first(count); }
+};
+/// @return Whether they are others than before.
+bool describeShapes(const ServoScene& scene, const HapticState& state, ShapePlaces& shapes) noexcept;
 
 /// Shorter makes slow streams go by fits and starts; longer makes the first sample after a pause late.
 inline constexpr double kLongestPause_s = 0.1;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -38,10 +39,12 @@ struct KinematicPose {
 
 /// The same of a client that moves an object's vertices.
 struct KinematicShape {
-  std::uint64_t number = 0;  ///< Of the object's samples, counted from 1; 0: there is none.
+  std::uint64_t number = 0;  ///< Of the newest sample: one more than that of the one before; 0: there is none.
+  std::uint64_t first = 0;   ///< At most that of the first sample since the scene last set the shape.
   ShapeSamples samples;
   double way_m = 0;  ///< From the sample before the newest to that: of the vertex that goes farthest.
-  std::shared_ptr<ShapeMemory> memory;  ///< The same one in each scene, as long as there are samples.
+  /// Of each hand that is there; the same ones in each scene as long as there are samples.
+  std::array<std::shared_ptr<ShapeMemory>, 2> memory;
 };
 
 /// What the servo needs of one object. Aligned so that a tick finds one by a shift of its index.

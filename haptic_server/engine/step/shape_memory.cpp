@@ -2,18 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace haptics {
 
-ShapeMemory::ShapeMemory(const CollisionMesh& surface, std::span<const Vec3f> vertices)
-    : slots_{Slot{surface, {vertices.begin(), vertices.end()}}, Slot{surface, {vertices.begin(), vertices.end()}}} {}
+ShapeMemory::ShapeMemory(const CollisionMesh& surface, std::size_t vertices)
+    : slots_{Slot{surface, std::vector<Vec3f>(vertices)}, Slot{surface, std::vector<Vec3f>(vertices)}} {
+  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const auto vertex = surface.triangle(t).vertexAt(k);
+      for (Slot& slot : slots_) slot.vertices[vertex] = Vec3f(surface.triangle(t).corner(k));
+    }
+  }
+}
 
 ShapeMemory::Moved ShapeMemory::moveTo(const ShapeSamples& samples, double along,
                                        const CollisionMesh* before) noexcept {
   const bool wasFirst = before == &slots_[0].surface;
   Slot& next = slots_[wasFirst ? 1 : 0];
   const std::vector<Vec3f>& was = slots_[wasFirst ? 0 : 1].vertices;
-  const std::size_t segment = along < 1 ? 0 : 1;
+  const std::size_t segment = std::min(static_cast<std::size_t>(along), ShapeSamples::kMost - 2);
   const std::vector<Vec3f>& from = *samples.from_oldest[segment];
   const std::vector<Vec3f>& to = *samples.from_oldest[segment + 1];
   const double part = along - static_cast<double>(segment);

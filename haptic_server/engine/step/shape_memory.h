@@ -1,8 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "haptic_server/engine/geometry/collision_mesh.h"
@@ -12,9 +13,18 @@ namespace haptics {
 /// Vertices of a shape, in the mesh's canonical numbering; object frame, metres.
 using ShapeSample = std::shared_ptr<const std::vector<Vec3f>>;
 
-/// The newest sample of whoever moves an object's vertices, and the two before: its shape goes from one to the next evenly.
+/// The newest samples of whoever moves an object's vertices: its shape goes from one to the next evenly.
 struct ShapeSamples {
-  std::array<ShapeSample, 3> from_oldest;
+  /// One more than a stream without gaps needs, in which a sample comes before the last is reached: for some that come at once.
+  static constexpr std::size_t kMost = 4;
+  static constexpr double kNewest = kMost - 1;  ///< "Along" them (ShapeMemory::moveTo()).
+
+  std::array<ShapeSample, kMost> from_oldest;  ///< At least the last two; null before the first.
+
+  [[nodiscard]] double oldest() const noexcept {
+    return static_cast<double>(std::ranges::find_if(from_oldest, [](const auto& s) { return s != nullptr; }) -
+                               from_oldest.begin());
+  }
 
   [[nodiscard]] bool operator==(const ShapeSamples&) const = default;
 };
@@ -23,14 +33,14 @@ struct ShapeSamples {
 /// tick of one hand without allocating. What is in it follows from the samples: it is a cache.
 class ShapeMemory {
  public:
-  /// @param surface, vertices  Before the first sample.
-  ShapeMemory(const CollisionMesh& surface, std::span<const Vec3f> vertices);
+  /// @param surface  Before the first sample; of so many vertices.
+  ShapeMemory(const CollisionMesh& surface, std::size_t vertices);
 
   struct Moved {
     const CollisionMesh* surface = nullptr;  ///< Valid until the second call from here.
     double farthest_m = 0;                   ///< Way of the vertex that goes farthest.
   };
-  /// The surface as it is `along` the samples: 0 is the oldest, 2 the newest.
+  /// The surface as it is `along` the samples, by their index: from oldest() to kNewest.
   /// @param before  The surface from which it comes: one of here, or else what it was made of.
   [[nodiscard]] Moved moveTo(const ShapeSamples& samples, double along, const CollisionMesh* before) noexcept;
 

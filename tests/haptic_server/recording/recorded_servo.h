@@ -73,6 +73,17 @@ class RecordedServo {
 
   void apply(const std::string& text) { ASSERT_TRUE(sceneService_.loadStartScene(transactionOf(text))); }
 
+  /// As a client edits.
+  void submit(const std::string& text) {
+    bool accepted = false;
+    const auto reply = [&](const EditOutcome& outcome) {
+      accepted = std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome);
+    };
+    ASSERT_TRUE(sceneService_.submitEdit(1, ++submitted_, transactionOf(text), reply));
+    sceneService_.executeAll();
+    ASSERT_TRUE(accepted);
+  }
+
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) tick({hand(), DeviceState::kReady, {}});
   }
@@ -207,6 +218,7 @@ class RecordedServo {
     options.facts.stepSources = ownStepSources();
     options.facts.rate_Hz = kRate_Hz;
     options.facts.config = config_;
+    options.facts.limits.hands = hands_;
     if (hands_ > 1) options.facts.secondHand = HandFacts{"second", config_};
     if (!isChecked_) options.record = folder_ / "all";
     options.checkReplay = isChecked_;
@@ -244,7 +256,7 @@ class RecordedServo {
   SceneMailbox mailbox_;
   SceneService sceneService_{{.assetFolders = {},
                               .makePlan = {},
-                              .device = {},
+                              .device = {.hands = hands_},
                               .log = {},
                               .onServoScene =
                                   [this](const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
@@ -261,7 +273,7 @@ class RecordedServo {
   const ServoScene* scene_ = &empty_;
   const ServoScene* next_ = nullptr;
   std::uint64_t tick_ = 0;
-  std::uint64_t contactTicks_ = 0;
+  std::uint64_t contactTicks_ = 0, submitted_ = 0;
   bool hasTwin_ = false;
   TelemetrySample last_;
 };

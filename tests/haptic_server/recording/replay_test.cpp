@@ -113,6 +113,58 @@ TEST(Replay, MakesTheForcesOfBodiesThatMeetAgain) {
   EXPECT_GT(outcome->contactTicks, 1000U);
 }
 
+/// The slab swells and sinks by lattices; the stream pauses, ends by an edit, and begins anew.
+void runWithShapes(RecordedServo& servo, const std::function<void(int)>& run) {
+  const auto sample = [](double top_m) {
+    std::string text =
+        "operations { set_deformation { object { name: \"slab\" } kinematic: true deformation { lattice { "
+        "points_x: 2 points_y: 2 points_z: 2";
+    for (int i = 0; i < 8; ++i) {
+      for (const double x : {i % 2 == 0 ? -0.1 : 0.1, i / 2 % 2 == 0 ? -0.1 : 0.1, i / 4 == 0 ? -0.01 : 0.01 + top_m})
+        text += " control_m: " + std::to_string(x);
+    }
+    return text + " } } } }";
+  };
+  run(700);
+  for (int i = 0; i < 500; ++i) {
+    if (i % 100 < 80) servo.submit(sample(0.004 * std::sin(0.1 * i)));
+    if (i % 7 == 0) servo.submit(sample(0.004 * std::sin(0.1 * i + 0.05)));  // of two at once one is adopted
+    run(i % 3 == 0 ? 1 : 16);
+    if (i == 250)
+      servo.submit("operations { set_deformation { object { name: \"slab\" } deformation { lattice {} } } }");
+    if (i == 350)
+      servo.submit("operations { set_material { object { name: \"slab\" } material { damping_Ns_per_m: 1 } } }");
+  }
+}
+
+TEST(Replay, MakesTheForcesOfShapesThatAreDrivenAgain) {
+  RecordedServo servo;
+  runWithShapes(servo, [&](int ticks) { servo.run(ticks); });
+  EXPECT_GT(servo.state().reshaped.count, 0U);
+  const std::string recording = servo.recording();
+  const auto outcome = replay(recording);
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_EQ(outcome->differingStates, 0U) << outcome->differingField;
+  EXPECT_GT(outcome->ticksAhead, 0U) << "from the state in the middle of the stream";
+  EXPECT_GT(outcome->contactTicks, 1000U);
+  ReplayOutcome all, without;
+  EXPECT_TRUE(outputOf(recording, all) ==
+              outputOf(changed(recording, [](const auto& part) { return !part.has_state(); }), without));
+}
+
+TEST(Replay, MakesTheForcesOfTwoHandsOnAShapeThatIsDrivenAgain) {
+  RecordedServo servo(kScene, 2);
+  runWithShapes(servo, [&](int ticks) { servo.runBoth(ticks); });
+  const auto outcome = replay(servo.recording());
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_EQ(outcome->differingStates, 0U) << outcome->differingField;
+  EXPECT_GT(outcome->contactTicks, 500U);
+}
+
 TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
   RecordedServo servo(kScene + kBlock + kTool);
   servo.run(kWhile);
