@@ -352,6 +352,7 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
     return true;
   }
   [[nodiscard]] const MotionState* takeMotion() override { return servo_.hand().takeMotion(); }
+  [[nodiscard]] const ShapePlaces* takeShapes() override { return servo_.hand().takeShapes(); }
   [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.hand().takeEnergy(); }
   [[nodiscard]] HandHost* secondHand() override { return secondHand_ ? &*secondHand_ : nullptr; }
   [[nodiscard]] bool commandHand(const HandCommand& command) override { return attached_->commandHand(command); }

@@ -228,7 +228,7 @@ bool MainWindow::changed(const MirrorView& view) const {
   if (!view.sample) return false;
   return looksOther(*view.sample, *before.sample) || view.secondHand.has_value() != before.secondHand.has_value() ||
          (view.secondHand && looksOther(*view.secondHand, *before.secondHand)) || view.bodies != before.bodies ||
-         view.dents != before.dents;
+         view.shapes != before.shapes || view.dents != before.dents;
 }
 
 /// Leads the hand where the pointer is, and has the next frame look what is there.

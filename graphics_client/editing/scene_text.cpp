@@ -25,14 +25,13 @@ void copyMaterial(const v1::ObjectState& state, v1::Material& material) {
   }
 }
 
-template <class PoseOf>
-[[nodiscard]] v1::Transaction additionsOf(const SceneVersion& scene, const std::string& name, PoseOf poseOf) {
+/// @param present  Makes of an object what is added.
+template <class Present>
+[[nodiscard]] v1::Transaction additionsOf(const SceneVersion& scene, const std::string& name, Present present) {
   v1::Transaction transaction;
   for (const auto& object : scene.objects()) {
     if (!name.empty() && object->name != name) continue;
-    v1::AddObject& add = *transaction.add_operations()->mutable_add();
-    add = additionOf(*object);
-    toWire(poseOf(*object), *add.mutable_pose());
+    *transaction.add_operations()->mutable_add() = additionOf(present(*object));
   }
   return transaction;
 }
@@ -54,12 +53,14 @@ v1::AddObject additionOf(const ObjectRecord& record) {
 }
 
 std::string sceneText(const SceneVersion& scene, const std::string& name) {
-  return textOf(additionsOf(scene, name, [](const ObjectRecord& object) { return object.pose; }));
+  return textOf(additionsOf(scene, name, [](const ObjectRecord& object) { return object; }));
 }
 
 v1::Transaction additionsOf(const MirrorView& view, const std::string& name) {
-  return additionsOf(*view.scene, name, [&](const ObjectRecord& object) {
-    return object.movesByItself() ? object.pose : view.poseOf(object);
+  return additionsOf(*view.scene, name, [&](ObjectRecord object) {
+    if (!object.movesByItself()) object.pose = view.poseOf(object);
+    object.deformation = view.deformationOf(object);
+    return object;
   });
 }
 

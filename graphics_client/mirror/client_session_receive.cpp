@@ -230,7 +230,7 @@ void ClientSession::sceneChanged() {
 
 void ClientSession::show(const v1::Telemetry& sample) {
   if (mirror_.take(fromWire(sample), bodiesFromWire(sample), dentsFromWire(sample), toolFromWire(sample),
-                   secondHandFromWire(sample)))
+                   secondHandFromWire(sample), shapesFromWire(sample)))
     ++changes_;
 }
 

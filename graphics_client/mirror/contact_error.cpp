@@ -43,28 +43,32 @@ bool isNear(Vec3f p, Vec3f a, Vec3f b, Vec3f c, float reach) {
 }  // namespace
 
 const std::vector<Vec3f>& ContactError::atRest(const SceneVersion::Object& object, const TriMesh& mesh,
-                                               const MovedVertices* residue) {
-  if (!object->deformation.lattice && residue == nullptr) return mesh.vertices;
-  if (object_ != object) shaped_ = shapeAtRest(object->deformation, mesh.vertices, residue);
+                                               const DeformationProperties& deformation, const MovedVertices* residue) {
+  if (!deformation.lattice && residue == nullptr) return mesh.vertices;
+  if (object_ != object || !(deformation_ == deformation)) shaped_ = shapeAtRest(deformation, mesh.vertices, residue);
   object_ = object;
+  deformation_ = deformation;
   return shaped_;
 }
 
 std::optional<double> ContactError::of_m(const MirrorView& view, const TelemetrySample& sample) {
   const SceneVersion::Object object = view.scene->find(sample.object);
-  if (!object || !(view.bodies.contains(object->id) || object->deformation.softness)) return std::nullopt;
+  if (!object ||
+      !(view.bodies.contains(object->id) || view.shapes.contains(object->id) || object->deformation.softness))
+    return std::nullopt;
   const auto mesh = view.meshes.find(object->mesh);
   if (mesh == view.meshes.end()) return std::nullopt;
   const std::vector<TriangleIndices>& triangles = mesh->second->triangles;
   if (sample.primitive.polygon >= triangles.size()) return std::nullopt;
 
   const MovedVertices* residue = nullptr;
-  if (object->deformation.residue) {
-    const auto held = view.movedVertices.find(*object->deformation.residue);
+  const DeformationProperties deformation = view.deformationOf(*object);
+  if (deformation.residue) {
+    const auto held = view.movedVertices.find(*deformation.residue);
     if (held == view.movedVertices.end()) return std::nullopt;
     residue = held->second.get();
   }
-  const std::vector<Vec3f>& rest = atRest(object, *mesh->second, residue);
+  const std::vector<Vec3f>& rest = atRest(object, *mesh->second, deformation, residue);
   const std::vector<Dent> dents = view.dentsIn(*object);
   const Falloff falloff = tissueOf(object->deformation.softness.value_or(Softness{.radius_m = 1})).falloff;
   const Vec3 place = toLocal(view.poseOf(*object), sample.ihip);

@@ -17,11 +17,12 @@ class ContactError {
   [[nodiscard]] std::optional<double> of_m(const MirrorView& view, const TelemetrySample& sample);
 
  private:
-  SceneVersion::Object object_;  // that shaped_ is of
-  std::vector<Vec3f> shaped_;    // by its lattice
+  SceneVersion::Object object_;        // that shaped_ is of,
+  DeformationProperties deformation_;  // as this has it
+  std::vector<Vec3f> shaped_;
 
   const std::vector<Vec3f>& atRest(const SceneVersion::Object& object, const TriMesh& mesh,
-                                   const MovedVertices* residue);
+                                   const DeformationProperties& deformation, const MovedVertices* residue);
 };
 
 }  // namespace haptics

@@ -78,6 +78,7 @@ Result<void> Mirror::replaceScene(std::uint64_t epoch, SceneVersion scene, const
     view_.sample.reset();
     view_.secondHand.reset();
     view_.bodies.clear();
+    view_.shapes.clear();
     view_.dents.clear();
   }
   view_.epoch = epoch;
@@ -142,16 +143,21 @@ Result<void> Mirror::audit(std::size_t assetBytes) {
 }
 
 bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies, std::vector<ObjectDent> dents,
-                  const std::optional<ToolState>& tool, const std::optional<TelemetrySample>& secondHand) {
+                  const std::optional<ToolState>& tool, const std::optional<TelemetrySample>& secondHand,
+                  std::vector<ShapeState> shapes) {
   if (newestTick_ && sample.tick <= *newestTick_) return false;
   newestTick_ = sample.tick;
   view_.sample = sample;
   view_.secondHand = secondHand;
+  // What is driven was so in the scene that the sample is of: an edit since may have put it back.
+  const auto isOf = [&](const SceneVersion::Object& object) { return sample.sceneRevision >= object->revision; };
   for (const BodyState& body : bodies) {
     const auto object = scene().find(body.object);
-    // What is driven was so in the scene that the sample is of: an edit since may have put it back.
-    if (object && (object->movesByItself() || sample.sceneRevision >= object->revision))
-      view_.bodies[body.object] = body;
+    if (object && (object->movesByItself() || isOf(object))) view_.bodies[body.object] = body;
+  }
+  for (ShapeState& shape : shapes) {
+    const auto object = scene().find(shape.object);
+    if (object && isOf(object)) view_.shapes[shape.object] = std::move(shape.lattice);
   }
   view_.dents = std::move(dents);
   view_.tool = tool;
@@ -176,11 +182,17 @@ void Mirror::setScene(SceneVersion scene) {
   forEachKind(view_, [&](AssetKind kind, auto& held) {
     std::erase_if(held, [&](const auto& entry) { return !named.contains({kind, entry.first}); });
   });
+  const auto isOther = [&](const SceneVersion::Object& object) {
+    const auto before = view_.scene->find(object->id);
+    return !before || before->revision != object->revision;  // pose or shape come again where it still is driven
+  };
   std::erase_if(view_.bodies, [&](const auto& entry) {
     const auto object = scene.find(entry.first);
-    if (!object || object->movesByItself()) return !object;
-    const auto before = view_.scene->find(entry.first);
-    return !before || before->revision != object->revision;  // its pose comes again where it still is driven
+    return !object || (!object->movesByItself() && isOther(object));
+  });
+  std::erase_if(view_.shapes, [&](const auto& entry) {
+    const auto object = scene.find(entry.first);
+    return !object || isOther(object);
   });
   view_.scene = std::make_shared<const SceneVersion>(std::move(scene));
   countAssets();
@@ -227,6 +239,15 @@ Pose MirrorView::poseOf(const ObjectRecord& object) const {
   return at == bodies.end() ? object.pose : at->second.pose;
 }
 
+DeformationProperties MirrorView::deformationOf(const ObjectRecord& object) const {
+  DeformationProperties deformation = object.deformation;
+  const auto at = shapes.find(object.id);
+  if (at == shapes.end() || !at->second) return deformation;
+  deformation.lattice = at->second;
+  deformation.residue.reset();
+  return deformation;
+}
+
 std::vector<Dent> MirrorView::dentsIn(const ObjectRecord& object) const {
   std::vector<Dent> own;
   if (!object.deformation.softness) return own;
@@ -241,9 +262,10 @@ std::optional<std::array<Vec3, 3>> MirrorView::cornersOf(const ObjectRecord& obj
   if (mesh == meshes.end() || triangle >= mesh->second->triangles.size()) return std::nullopt;
   std::array<Vec3f, 3> corners;
   for (std::size_t k = 0; k < 3; ++k) corners[k] = mesh->second->vertices[mesh->second->triangles[triangle][k]];
-  if (object.deformation.lattice) std::ranges::copy(shapedBy(*object.deformation.lattice, corners), corners.begin());
-  if (object.deformation.residue) {
-    const auto residue = movedVertices.find(*object.deformation.residue);
+  const DeformationProperties deformation = deformationOf(object);
+  if (deformation.lattice) std::ranges::copy(shapedBy(*deformation.lattice, corners), corners.begin());
+  if (deformation.residue) {
+    const auto residue = movedVertices.find(*deformation.residue);
     if (residue == movedVertices.end()) return std::nullopt;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto place = residue->second->placeOf(mesh->second->triangles[triangle][k]);

@@ -8,6 +8,7 @@
 
 #include "common/assets/asset_content.h"
 #include "common/error/error.h"
+#include "common/wire/driven_shapes.h"
 #include "graphics_client/mirror/mirror_view.h"
 
 namespace haptics {
@@ -34,7 +35,7 @@ class Mirror {
   /// Latest wins: a sample that is not newer than the newest is dropped (false).
   bool take(const TelemetrySample& sample, std::span<const BodyState> bodies = {}, std::vector<ObjectDent> dents = {},
             const std::optional<ToolState>& tool = std::nullopt,
-            const std::optional<TelemetrySample>& secondHand = std::nullopt);
+            const std::optional<TelemetrySample>& secondHand = std::nullopt, std::vector<ShapeState> shapes = {});
   /// A new connection: its ticks may start anew (a server that restarted and kept its state).
   void startTelemetry() noexcept { newestTick_.reset(); }
   void countResync() noexcept { ++view_.resyncs; }

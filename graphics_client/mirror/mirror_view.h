@@ -48,8 +48,9 @@ struct MirrorView {
   std::optional<TelemetrySample> sample;      ///< Newest; nothing before the first.
   std::optional<TelemetrySample> secondHand;  ///< What a second hand felt in the tick of `sample`, where there is one.
   std::map<ObjectId, BodyState> bodies;       ///< Where the objects that move are, as of `sample` or last heard of.
-  std::vector<ObjectDent> dents;              ///< In soft objects, as of `sample`.
-  std::optional<ToolState> tool;              ///< As of `sample`, where the hand holds one.
+  std::map<ObjectId, std::optional<Lattice>> shapes;  ///< Of those that are driven, likewise; none: the scene's.
+  std::vector<ObjectDent> dents;                      ///< In soft objects, as of `sample`.
+  std::optional<ToolState> tool;                      ///< As of `sample`, where the hand holds one.
   std::uint64_t samplesReceived = 0;
   std::uint64_t takenAt_ns = 0;   ///< This host's monotonic clock when the view was taken.
   double telemetryAge_s = 0;      ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.
@@ -75,6 +76,8 @@ struct MirrorView {
   }
   /// Where the servo has it; until that is known, where the scene has it.
   [[nodiscard]] Pose poseOf(const ObjectRecord& object) const;
+  /// Likewise its lattice, which takes the place of a residue too.
+  [[nodiscard]] DeformationProperties deformationOf(const ObjectRecord& object) const;
   /// The object's dents; none in a rigid one.
   [[nodiscard]] std::vector<Dent> dentsIn(const ObjectRecord& object) const;
   /// The corners of one of its triangles (canonical numbering) as lattice, residue and dents have them, object frame;

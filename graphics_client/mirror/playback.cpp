@@ -110,6 +110,7 @@ class Interpolation {
         body.pose = interpolate(from->second.pose, to->second.pose, s_);
       }
     }
+    shown_.shapes = nearer().shapes;
     const bool firstHolds = holds(&MirrorView::sample), secondHolds = holds(&MirrorView::secondHand);
     shown_.dents = firstHolds && secondHolds ? between(a_.dents, b_.dents, s_) : nearer().dents;
     place(&MirrorView::sample, firstHolds);
@@ -160,9 +161,10 @@ class Interpolation {
 
 /// Whether anything of the scene can change its place or shape by being touched.
 bool anythingYields(const MirrorView& view) {
-  return !view.bodies.empty() || std::ranges::any_of(view.scene->objects(), [](const SceneVersion::Object& object) {
-    return object->deformation.softness.has_value();
-  });
+  return !view.bodies.empty() || !view.shapes.empty() ||
+         std::ranges::any_of(view.scene->objects(), [](const SceneVersion::Object& object) {
+           return object->deformation.softness.has_value();
+         });
 }
 
 /// The servo felt an edit that is not here yet, which may have a dent that has ended in the sample.

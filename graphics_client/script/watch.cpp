@@ -9,6 +9,7 @@
 #include "common/telemetry/tick_gaps.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
+#include "common/wire/driven_shapes.h"
 #include "graphics_client/mirror/tick_queue.h"
 #include "graphics_client/script/verbs.h"
 
@@ -83,6 +84,11 @@ void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   if (view.secondHand) toWireOfSecondHand(*view.secondHand, message);
   for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
   for (const ObjectDent& dent : view.dents) toWire(dent, *message.add_dent());
+  for (const auto& [object, lattice] : view.shapes) {
+    v1::DrivenShape& shape = *message.add_shape();
+    shape.set_object(object);
+    if (lattice) toWire(*lattice, *shape.mutable_lattice());
+  }
   if (view.tool) toWire(*view.tool, *message.mutable_tool());
   std::cout << toJson(message).line() << std::endl;
 }

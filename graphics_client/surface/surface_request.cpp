@@ -41,7 +41,7 @@ std::optional<SurfaceRequest> surfaceRequest(const ObjectRecord& object, const M
                                              std::size_t maxTriangles) {
   SurfaceRequest request{.mesh = object.mesh,
                          .surface = object.material.surface,
-                         .deformation = object.deformation,
+                         .deformation = view.deformationOf(object),
                          .maxTriangles = hasField(object.material.surface) ? maxTriangles : 0,
                          .triangles = find(view.meshes, object.mesh)};
   bool complete = request.triangles != nullptr;

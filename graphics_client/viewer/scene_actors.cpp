@@ -68,7 +68,9 @@ bool SceneActors::isSettling() const {
 bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view,
                          std::size_t maxTriangles) {
   bool changed = takeRenderMesh(shown);
-  if (!shown.pending.valid() && (shown.ordered != object || shown.share != maxTriangles)) {
+  const bool isOther = shown.ordered != object || shown.share != maxTriangles ||
+                       !(shown.request.deformation == view.deformationOf(*object));
+  if (!shown.pending.valid() && isOther) {
     if (std::optional<SurfaceRequest> request = surfaceRequest(*object, view, maxTriangles)) {
       shown.ordered = object;
       shown.share = maxTriangles;

@@ -11,6 +11,7 @@
 #include "haptic_server/net/admission.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/net/session_host.h"
+#include "haptic_server/net/shape_updates.h"
 #include "haptic_server/net/shared_by_connections.h"
 
 namespace haptics {
@@ -45,6 +46,10 @@ class Connection final : public SessionHost {
   void releaseUpload(std::size_t bytes) override { shared_.uploads.release(token_, bytes); }
 
   [[nodiscard]] const MotionState& motion() const override { return shared_.servo.motion(); }
+  void addShapes(v1::Telemetry& sample) override {
+    if (shared_.servo.shapes().count > 0)
+      shapes_.add(shared_.servo.shapes(), *shared_.sceneService.drivenShapes(), now_ns(), sample);
+  }
   [[nodiscard]] EnergySource largestEnergySource() const override { return shared_.servo.largestEnergySource(); }
   [[nodiscard]] const TickHistory* ticks() override { return &shared_.servo.ticks(); }
   [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override;
@@ -78,6 +83,7 @@ class Connection final : public SessionHost {
   ContentHash token_{};  // its hash; of no token where none is asked for
   bool wasRefused_ = false;
   std::stop_source left_;
+  ShapeUpdates shapes_;
   ServerSession session_;  // last: when it ends it gives back what it reserved
 };
 

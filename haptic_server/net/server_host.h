@@ -9,6 +9,7 @@
 #include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
@@ -22,6 +23,8 @@ class HandHost {
   [[nodiscard]] virtual bool popTelemetry(TelemetrySample& sample) = 0;
   /// Where the objects that move are; null when nothing has changed since the last call. By default nothing moves.
   [[nodiscard]] virtual const MotionState* takeMotion() { return nullptr; }
+  /// Where shapes that are driven are, likewise. By default none are.
+  [[nodiscard]] virtual const ShapePlaces* takeShapes() { return nullptr; }
   /// Energy that the objects gave the hand; null when nothing has changed since the last call. By default null.
   [[nodiscard]] virtual const EnergyState* takeEnergy() { return nullptr; }
 

@@ -465,6 +465,7 @@ void ServerSession::addBodiesAndDents(v1::Telemetry& message) {
     toWire(source, *message.add_energy());
   bodies_.add(host_.motion(), message);
   for (const ObjectDent& dent : host_.motion().dents()) toWire(dent, *message.add_dent());
+  host_.addShapes(message);
 }
 
 void ServerSession::sendTicks() {

@@ -24,6 +24,7 @@ class ServoFeed {
     bool any = drainSamples(onAdopted);
     while (takeMotion()) any = drainSamples(onAdopted) || any;
     takeEnergy();
+    if (const ShapePlaces* shapes = host_.takeShapes()) shapes_ = *shapes;
     return any;
   }
 
@@ -36,6 +37,7 @@ class ServoFeed {
   [[nodiscard]] TickHistory& ticks() noexcept { return ticks_; }
   /// Of both hands.
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
+  [[nodiscard]] const ShapePlaces& shapes() const noexcept { return shapes_; }
   /// Energy that the objects gave the hand in the last 20 ms; and which gave most, object 0 for none.
   [[nodiscard]] const EnergyState& energy() const noexcept { return energy_; }
   [[nodiscard]] EnergySource largestEnergySource() const noexcept { return largestEnergySource_; }
@@ -87,6 +89,7 @@ class ServoFeed {
   TickHistory ticks_;
   MotionState motion_;
   MotionState motionOfFirst_, motionOfSecond_;  // where there are two hands
+  ShapePlaces shapes_;
   EnergyState energy_;
   EnergySource largestEnergySource_;
 };

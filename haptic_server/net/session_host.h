@@ -59,6 +59,8 @@ class SessionHost : public SceneHost, public UploadHost {
     static const MotionState kNone;
     return kNone;
   }
+  /// Adds shapes that are driven to a sample of this moment. By default none are.
+  virtual void addShapes([[maybe_unused]] v1::Telemetry& sample) {}
   /// The object and feature that gave the hand most energy; object 0: none gave any, or nothing observes it.
   [[nodiscard]] virtual EnergySource largestEnergySource() const { return {}; }
 

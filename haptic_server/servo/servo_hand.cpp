@@ -60,6 +60,9 @@ void ServoHand::publish(const TelemetrySample& sample) noexcept {
           motion_.dentCount >
       0) [[unlikely]]
     publishMotion(sample.tick);
+  if (state_.reshaped.count + shapes_.count > 0) [[unlikely]] {
+    if (describeShapes(*scene_, state_, shapes_)) shapesOut_.put(shapes_);
+  }
   if (sample.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
     energyPublished_ns_ = sample.time_ns;
     state_.energy.describe(energy_);

@@ -10,6 +10,7 @@
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptic_server/engine/step/two_hands.h"
 #include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/flight_ring.h"
@@ -86,6 +87,8 @@ class ServoHand {
   /// For that thread too, wait-free: where the objects that move are, and the dents that this hand has made; null when
   /// nothing has changed since the last call. Comes after the sample of its tick. A scene in which nothing moves has none.
   [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
+  /// The same of shapes that are driven.
+  [[nodiscard]] const ShapePlaces* takeShapes() noexcept { return shapesOut_.takeNew(); }
   /// The same for the builder thread, which plans by it what a simulated hand explores, and bakes the dents that stay;
   /// null when neither has changed.
   [[nodiscard]] const MotionState* takeMotionForBuilder() noexcept { return motionToBuilder_.takeNew(); }
@@ -112,6 +115,8 @@ class ServoHand {
   HandStatistics statistics_;
   MotionState motion_;
   TripleBuffer<MotionState> motionOut_, motionToBuilder_;
+  ShapePlaces shapes_;
+  TripleBuffer<ShapePlaces> shapesOut_;
   EnergyState energy_;
   TripleBuffer<EnergyState> energyOut_;
   std::uint64_t energyPublished_ns_ = 0;
