@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace haptics::eval {
 
@@ -10,8 +11,9 @@ inline constexpr int kChartFinestMesh = 12 * 289 * 289;  ///< Triangles, 1,002,2
 struct ChartOptions {
   std::uint64_t seed = 1;
   int finest = kChartFinestMesh;  ///< No meshes of more triangles; there are some up to 10 million.
+  std::string method;             ///< Only this one; all of chartMethods() when empty.
   std::filesystem::path kept;     ///< worst.json of a hunt for the slowest tick: the worst is marked. Empty: none is.
-  std::filesystem::path from;     ///< A chart.csv: drawn again instead of measured.
+  std::filesystem::path from;     ///< A chart.csv: drawn again, with `method` measured anew beside its own.
   std::filesystem::path out = ".";
 };
 

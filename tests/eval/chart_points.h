@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace haptics::eval {
 
 /// A method on meshes of about as many triangles: six shapes, 2 mm deep at 0.1 m/s.
 struct ChartPoint {
-  std::string_view method;
+  std::string method;
   int triangles;            ///< Asked for.
   double epsilon;           ///< Not exceeded in 99 % of a shape's ticks; of the worst shape.
   double above100Hz_rms_N;  ///< Force that the surface does not have; of the worst shape.
@@ -20,10 +21,11 @@ struct ChartPoint {
   InstructionCost price;    ///< Medians over the shapes; instructions on the sphere.
 };
 
-/// In order of triangles, then of chartMethods().
-[[nodiscard]] std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest);
+/// In order of triangles, then of the methods. Where one from outside crashes or the like it has no point, which is printed.
+[[nodiscard]] std::vector<ChartPoint> measureChartPoints(std::span<const Method> methods, std::uint64_t seed,
+                                                         int finest);
 
-/// How a method does in the failure scenes that it can be put into.
+/// How a method does in the failure scenes that it can be put into. By a fault of its own it fails.
 struct Outcome {
   std::vector<std::string_view> passed;
   std::vector<std::string_view> failed;

@@ -2,12 +2,13 @@
 
 #include <filesystem>
 #include <map>
+#include <string>
 
 #include "tests/eval/chart_points.h"
 
 namespace haptics::eval {
 
-using Outcomes = std::map<std::string_view, Outcome>;  ///< By method.
+using Outcomes = std::map<std::string, Outcome>;  ///< By method.
 
 /// What the chart shows.
 struct ChartData {

@@ -63,9 +63,7 @@ std::vector<FailureScene> chosenScenes(std::string_view name) {
   std::ranges::copy_if(kFailureScenes, std::back_inserter(scenes),
                        [&](const FailureScene& scene) { return name.empty() || scene.name == name; });
   if (scenes.empty())
-    throw std::invalid_argument("--scene: there is no scene " + std::string(name) + ", but " +
-                                std::string(kFailureScenes.front().name) + " to " +
-                                std::string(kFailureScenes.back().name));
+    throw std::invalid_argument("--scene: there is no scene " + std::string(name) + ", but S1 to S40 and P1 to P9");
   return scenes;
 }
 

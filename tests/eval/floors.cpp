@@ -61,6 +61,11 @@ Shape crackedShape(Cracked kind, double crack_m, double scale) {
   return all;
 }
 
+Shape imported(const std::vector<Vec3>& vertices, const std::vector<TriangleIndices>& triangles) {
+  const auto mesh = canonicalise(vertices, triangles, {});
+  return {mesh->mesh.vertices, mesh->mesh.triangles};
+}
+
 /// Of a segment's rim, which is 2^-21 * 1.75 of the mesh's largest coordinate: what is to be closed for certain.
 double widestCrack_m(double scale) { return 1.6 * 0x1.cp-21 * 0.05 * scale; }
 
@@ -98,11 +103,7 @@ Floor crackedMesh(double scale, Random& random) {
   const double crack_m = random.below(8) == 0 ? 0 : narrowest * std::pow(widest / narrowest, random.between(0, 1));
   const Cracked kind = static_cast<Cracked>(random.below(3));
   const Shape shape = crackedShape(kind, crack_m, floor.scale);
-  const auto imported = canonicalise({shape.vertices.begin(), shape.vertices.end()}, shape.triangles, {});
-  Shape made;
-  made.vertices = imported->mesh.vertices;
-  made.triangles = imported->mesh.triangles;
-  floor.tiles.push_back({std::move(made), Pose{}});
+  floor.tiles.push_back({imported({shape.vertices.begin(), shape.vertices.end()}, shape.triangles), Pose{}});
   floor.low = Vec3(-0.05, -0.05, 0) * floor.scale;
   floor.high = -floor.low;
   floor.seams = {crack_m / 2};
@@ -110,6 +111,53 @@ Floor crackedMesh(double scale, Random& random) {
     for (const double side : {-1.0, 1.0}) floor.seams.push_back(side * (0.025 * floor.scale + crack_m));
     floor.seams[0] = 0;
   }
+  return floor;
+}
+
+Floor fiveBoxes(double width_m, double gap_m) {
+  Floor floor;
+  const double pitch_m = width_m + gap_m;
+  const Vec3 size_m(width_m, 0.125, 0.03125);
+  for (int i = 0; i < 5; ++i)
+    floor.tiles.push_back({shapes::box(size_m), {{1, 0, 0, 0}, {(i - 2) * pitch_m, 0, -size_m.z / 2}}});
+  for (int i = 0; i < 4; ++i) floor.seams.push_back((i - 1.5) * pitch_m);
+  floor.high = Vec3(2 * pitch_m + width_m / 2, size_m.y / 2, 0);
+  floor.low = -floor.high;
+  return floor;
+}
+
+Floor patchedBlock(double gap_m, bool closed) {
+  constexpr int kSquares = 4;
+  constexpr double kHalf_m = 0.05, kHeight_m = 0.02;
+  std::vector<Vec3> vertices;
+  std::vector<TriangleIndices> triangles;
+  const auto quad = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+    const auto k = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), {a, b, c, d});
+    triangles.insert(triangles.end(), {{k, k + 1, k + 2}, {k, k + 2, k + 3}});
+  };
+  for (const auto& [left, right] : {std::pair{-kHalf_m, -gap_m / 2}, {gap_m / 2, kHalf_m}}) {
+    for (int i = 0; i < kSquares; ++i) {
+      for (int j = 0; j < kSquares; ++j) {
+        const double x0 = left + (right - left) * i / kSquares, x1 = left + (right - left) * (i + 1) / kSquares;
+        const double y0 = kHalf_m * (2.0 * j / kSquares - 1), y1 = kHalf_m * (2.0 * (j + 1) / kSquares - 1);
+        quad({x0, y0, 0}, {x1, y0, 0}, {x1, y1, 0}, {x0, y1, 0});
+      }
+    }
+  }
+  if (closed) {
+    const double s = kHalf_m, h = kHeight_m;
+    quad({-s, -s, -h}, {-s, s, -h}, {s, s, -h}, {s, -s, -h});
+    quad({-s, -s, 0}, {-s, -s, -h}, {s, -s, -h}, {s, -s, 0});
+    quad({s, -s, 0}, {s, -s, -h}, {s, s, -h}, {s, s, 0});
+    quad({s, s, 0}, {s, s, -h}, {-s, s, -h}, {-s, s, 0});
+    quad({-s, s, 0}, {-s, s, -h}, {-s, -s, -h}, {-s, -s, 0});
+  }
+  Floor floor;
+  floor.tiles.push_back({imported(vertices, triangles), Pose{}});
+  floor.high = Vec3(kHalf_m, kHalf_m, 0);
+  floor.low = -floor.high;
+  floor.seams = {0};
   return floor;
 }
 

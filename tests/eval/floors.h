@@ -27,5 +27,9 @@ struct Floor {
 /// One mesh, as an import of it leaves it, with a crack that is narrower than the skin: boxes beside one another, an open
 /// sheet in two patches, or a block whose top comes in two patches.
 [[nodiscard]] Floor crackedMesh(double scale, Random& random);
+/// Five boxes so far apart, or in one another where it is negative, m.
+[[nodiscard]] Floor fiveBoxes(double width_m, double gap_m);
+/// A block of 0.1 m without its top, which is two patches of 4 x 4 squares so far apart; or these alone. As imported.
+[[nodiscard]] Floor patchedBlock(double gap_m, bool closed);
 
 }  // namespace haptics::eval

@@ -7,10 +7,10 @@
 
 namespace haptics::eval {
 
-/// What a contact tick costs: medians over a stroke.
+/// What a contact tick costs: medians over a stroke. Of a method from outside hot_ns alone, as its process measured it.
 struct InstructionCost {
-  double hot_ns = 0;        ///< The same stroke again and again.
-  double cold_ns = 0;       ///< Every cache swept before the tick.
+  double hot_ns = 0;        ///< The same stroke again and again; 0 where it was not measured.
+  double cold_ns = 0;       ///< Every cache swept before the tick; 0 where it was not measured.
   double instructions = 0;  ///< Mean; 0 where they were not counted.
 };
 

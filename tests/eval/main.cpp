@@ -1,76 +1,19 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <iterator>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
+#include <stdexcept>
 
-#include "common/command_line/command_line.h"
 #include "common/text/printable.h"
 #include "haptic_server/device/presets.h"
-#include "tests/eval/accuracy.h"
-#include "tests/eval/adapters/outside_method.h"
-#include "tests/eval/advise/advise.h"
-#include "tests/eval/chart.h"
-#include "tests/eval/combinations/combinations.h"
-#include "tests/eval/exchange/judge.h"
-#include "tests/eval/failures.h"
-#include "tests/eval/figure/figure.h"
-#include "tests/eval/fuzz/contact_fuzz.h"
-#include "tests/eval/methods.h"
-#include "tests/eval/replay/replay_verb.h"
-#include "tests/eval/report.h"
-#include "tests/eval/stability/stability.h"
-#include "tests/eval/sweep/nats_sweep.h"
-#include "tests/eval/sweep/sweep.h"
-#include "tests/eval/table1/table1.h"
-#include "tests/eval/textures/textures.h"
 #include "tests/eval/verb_options.h"
-#include "tests/eval/walk/tool_walk.h"
-#include "tests/eval/walk/walk.h"
+#include "tests/eval/verbs.h"
 #include "tests/eval/worst/import_hunt.h"
-#include "tests/eval/worst/worst.h"
 
-// Each verb in a function of its own; parsing the command line runs it.
 namespace haptics::eval {
 namespace {
 
 constexpr int kExitFailed = 1;
-
-struct Arguments {
-  bool fromElsewhere = false;       ///< Somebody else's sweep: it starts no program of its choice here.
-  std::filesystem::path out = ".";  ///< Of verbs whose options have none.
-  FailuresOptions failures;
-  JudgeOptions judge;
-  AccuracyOptions accuracy;
-  CombinationsOptions combinations;
-  ChartOptions chart;
-  std::filesystem::path toolBench;
-  Table1Options table1;
-  bool asInPaper = false;
-  WalkOptions walk;
-  bool walkTool = false;
-  TexturesOptions textures;
-  AdviseOptions advise;
-  StabilityOptions stability;
-  ReplayOptions replay;
-  FuzzOptions fuzz;
-  WorstOptions worst;
-  bool worstImport = false;
-  std::string fuzzMethod;  ///< Empty: the contact core.
-  std::filesystem::path fuzzRecording;
-
-  std::unique_ptr<Sweep> sweep;  ///< Of a verb that is one: it is run when all is known.
-  const std::filesystem::path* sweepOut = &out;
-  std::optional<Shard> shard;
-  NatsServer nats;
-  std::vector<std::filesystem::path> shards;
-
-  bool good = true;  ///< What the verb came to.
-};
 
 /// Every verb of this program.
 void addVerbs(Command& app, Arguments& arguments);
@@ -101,7 +44,8 @@ Option addNats(Command& verb, NatsServer& nats, const char* about) {
   return url;
 }
 
-/// How a verb is run that is a sweep.
+}  // namespace
+
 void addSweep(Command& verb, Arguments& arguments) {
   const auto isShard = [](const std::string& text) -> Result<void> {
     if (!Shard::fromText(text)) return refused("", text + ": give I/N, the I-th of N, such as 2/8");
@@ -120,94 +64,7 @@ void addSweep(Command& verb, Arguments& arguments) {
       .excludes(shard);
 }
 
-void addMethod(Command& verb, std::string& method, const char* about) {
-  verb.option("--method", method, about).typeName("NAME");
-}
-
-void mustNotBeDivided(const Arguments& arguments, const std::string& because) {
-  if (arguments.fromElsewhere || arguments.shard || !arguments.nats.url.empty())
-    throw std::invalid_argument(because + ": runs whole and here; leave out --shard and --nats");
-}
-/// A method from outside is a program, which only who types its name may start.
-void mustRunHere(const Arguments& arguments, const std::string& method) {
-  if (!isOutside(method)) return;
-  mustNotBeDivided(arguments, "--method " + method);
-}
-
-void addFailures(Command& app, Arguments& arguments) {
-  Command verb = addVerb(
-      app,
-      {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
-       "The scenes are S1 to S40; S13 to S15 are for methods that have surface properties, S16\n"
-       "for those whose bodies yield, S18 to S20, S23 to S30 and S40 for ours, of these S26 to S28, S30\n"
-       "and S40 for springs_between_bodies too. Ten seeds wander a million ticks in S20."},
-      arguments.failures.out);
-  FailuresOptions& options = arguments.failures;
-  addSeed(verb, options.seed);
-  addSeeds(verb, options.seeds);
-  addMethod(verb, options.method, "Only this one, such as ours, ./FILE.so or 'python3 FILE.py'");
-  verb.option("--scene", options.scene, "Only this one, such as S17").typeName("NAME");
-  verb.option("--export", options.exportTo,
-              "Write motion, forces and verdict of each run into a folder here, for haptic_eval judge")
-      .typeName("DIR");
-  addSweep(verb, arguments);
-  setRun(verb, [&arguments, &options] {
-    mustRunHere(arguments, options.method);
-    if (!options.exportTo.empty()) mustNotBeDivided(arguments, "--export");
-    arguments.sweep = makeFailuresSweep(options);
-    arguments.sweepOut = &options.out;
-  });
-}
-
-void addJudge(Command& app, Arguments& arguments) {
-  Command verb = addVerb(app,
-                         {"judge", "Verdicts on forces in files, ours or anybody's, without the method that gave them",
-                          "runs --out results",
-                          "  haptic_eval failures --scene S1 --export runs\n"
-                          "Exit status 1: a verdict is not that of verdict.json, or fails where there is none."},
-                         arguments.judge.out);
-  verb.option("FOLDER", arguments.judge.folder, "Of one run, or of such folders").required().existingFolder();
-  setRun(verb, [&arguments] { arguments.good = runJudge(arguments.judge); });
-}
-
-void addAccuracy(Command& app, Arguments& arguments) {
-  Command verb =
-      addVerb(app,
-              {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288",
-               "Beside the errors: peak to peak of the HIP that 1 N holds at rest on the mesh (limit_cycle_um), and\n"
-               "the largest stiffness up to which a press or a tap comes to rest (K_crit_N_per_m; for all shapes\n"
-               "that of the sphere of as many triangles), both of the default device in nobody's hand behind the\n"
-               "server's stabiliser; ticks of the stroke that took the thread more than a period, 1 ms, of processor\n"
-               "time (deadline_misses)."},
-              arguments.accuracy.out);
-  AccuracyOptions& options = arguments.accuracy;
-  addSeed(verb, options.seed);
-  addFinest(verb, options.finest);
-  addMethod(verb, options.method, "Only this one, such as ours, ./FILE.so or 'python3 FILE.py'");
-  setRun(verb, [&arguments, &options] { arguments.good = runAccuracy(options); });
-}
-
-void addCombinations(Command& app, Arguments& arguments) {
-  Command verb = addVerb(
-      app,
-      {"combinations", "Surface features, two at a time: is what is felt that of both?", "--seeds 20 --out results",
-       "The features are texture, shading, friction, softness, plastic, lattice, motion and several (surfaces that "
-       "hold\n"
-       "the IHIP together); a pair is called such as texture-softness. Each seed draws place, direction, speed, depth "
-       "and\n"
-       "parameters. With --ablate only the pairs run that it is about, and each has to fail.\n"
-       "  haptic_eval combinations --pair shading-softness --seeds 5\n"
-       "  haptic_eval combinations --ablate facets"},
-      arguments.combinations.out);
-  CombinationsOptions& options = arguments.combinations;
-  addSeed(verb, options.seed);
-  addSeeds(verb, options.seeds);
-  verb.option("--pair", options.pair, "Only this one, such as texture-softness").typeName("NAME");
-  verb.option("--ablate", options.ablate, "Switch one thing off: " + namesOf(ablationNames()))
-      .oneOf(ablationNames())
-      .typeName("NAME");
-  setRun(verb, [&arguments, &options] { arguments.good = runCombinations(options); });
-}
+namespace {
 
 void addTextures(Command& app, Arguments& arguments) {
   Command verb = addVerb(
@@ -216,33 +73,6 @@ void addTextures(Command& app, Arguments& arguments) {
       arguments.textures.out);
   addSeed(verb, arguments.textures.seed);
   setRun(verb, [&arguments] { arguments.good = runTextures(arguments.textures); });
-}
-
-void addChart(Command& app, Arguments& arguments) {
-  Command verb = addVerb(
-      app,
-      {"chart", "Speed against accuracy of every method, as a picture and a table",
-       "--kept tests/eval/worst/kept.json --out results",
-       "A disc passes every failure scene; a diamond does so too, but rings on a mesh (limit_cycle_um of accuracy); a\n"
-       "cross fails a scene."},
-      arguments.chart.out);
-  ChartOptions& options = arguments.chart;
-  addSeed(verb, options.seed);
-  addFinest(verb, options.finest);
-  const Option kept = addFile(verb, "--kept", options.kept,
-                              "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst");
-  addFile(verb, "--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
-      .excludes(kept);
-  addFile(verb, "--tools", arguments.toolBench,
-          "Draw in its place what a tool's points cost: tool_tick and field_tick of haptic_bench --benchmark_out");
-  setRun(verb, [&arguments, &options] {
-    if (arguments.toolBench.empty()) {
-      runChart(options);
-    } else {
-      drawFigure("tool_points", {{"bench", arguments.toolBench.string()}}, options.out / "tool_points");
-      std::printf("written to %s: tool_points.png, tool_points.svg, tool_points.csv\n", options.out.c_str());
-    }
-  });
 }
 
 void addTable1(Command& app, Arguments& arguments) {
@@ -266,33 +96,6 @@ void addTable1(Command& app, Arguments& arguments) {
       options.runs = kPaperRuns;
     }
     arguments.good = runTable1(options);
-  });
-}
-
-void addWalk(Command& app, Arguments& arguments) {
-  Command verb = addVerb(app,
-                         {"walk", "A random walk over generated and real shapes against a reference",
-                          "--models /var/tmp/models --out results"},
-                         arguments.out);
-  WalkOptions& options = arguments.walk;
-  addSeed(verb, options.seed);
-  addCount(verb, "--ticks", options.ticks, "Of all scenes together");
-  verb.option(
-          "--models", options.models,
-          "Folder that deploy/models/fetch_and_report filled; without it only the generated shapes are walked over, "
-          "and models that are installed")
-      .typeName("DIR")
-      .existingFolder();
-  verb.option("--scene", options.scene, "Only this one, as the table names it").typeName("NAME");
-  verb.option("--method", options.method, "Ours, a baseline, as failures names them, or one from outside")
-      .typeName("NAME")
-      .showDefault()
-      .excludes(verb.flag("--tool", arguments.walkTool, "Tools of 1,000 points in place of the HIP"));
-  addSweep(verb, arguments);
-  setRun(verb, [&arguments, &options] {
-    mustRunHere(arguments, options.method);
-    arguments.sweep =
-        arguments.walkTool ? makeToolWalkSweep(options, arguments.out) : makeWalkSweep(options, arguments.out);
   });
 }
 
@@ -365,175 +168,6 @@ void addReplay(Command& app, Arguments& arguments) {
               "Write what was felt in each tick here (length-delimited haptics.v1.Telemetry)")
       .typeName("FILE");
   setRun(verb, [&arguments, &options] { arguments.good = runReplay(options, arguments.out); });
-}
-
-void addFuzzScenes(Command& verb, Arguments& arguments) {
-  addSeed(verb, arguments.fuzz.seed);
-  addCount(verb, "--scenes", arguments.fuzz.scenes, "How many, each drawn from its own seed, from --seed on");
-}
-
-void addMoving(Command& verb, Arguments& arguments) {
-  verb.option(
-          "--moving",
-          [&arguments](const std::string& which) -> Result<void> {
-            if (which != "both") arguments.fuzz.moving = which == "yes";
-            return {};
-          },
-          "Bodies that move through each other, bodies at rest, or both by turns")
-      .oneOf({"yes", "no", "both"})
-      .typeName("WHICH");
-}
-
-void addFuzzContact(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(
-      fuzz,
-      {"contact", "The contact core among random bodies: is the IHIP ever inside one, or through a sheet?",
-       "--scenes 40000 --out results",
-       "A scene has 2,000 ticks. Bodies at rest and moving, at up to 1 and 4 m/s, in five kinds of worlds, come by\n"
-       "turns: 40,000 scenes are 2,000 of each of the twenty, 80 million ticks. Ctrl-C ends it early: what was found "
-       "is written."},
-      arguments.out, "fuzz contact");
-  addFuzzScenes(verb, arguments);
-  addMoving(verb, arguments);
-  verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
-      .typeName("V")
-      .check(moreThanZero());
-  verb.option(
-          "--world",
-          [&arguments](const std::string& name) -> Result<void> {
-            const auto* const world = std::ranges::find(kContactWorlds, name);
-            arguments.fuzz.world = static_cast<ContactWorld>(world - kContactWorlds.begin());
-            return {};
-          },
-          "Bodies of any kind, floors of flush boxes or cracked meshes, mirrored bodies, or thin plates; all by turns "
-          "when "
-          "left out")
-      .oneOf({kContactWorlds.begin(), kContactWorlds.end()})
-      .typeName("WORLD");
-  addMethod(verb, arguments.fuzzMethod, "In place of the contact core: a baseline, ./FILE.so or 'python3 FILE.py'");
-  setRun(verb, [&arguments] {
-    arguments.good = arguments.fuzzMethod.empty()
-                         ? runFuzzContact(arguments.fuzz, arguments.out)
-                         : runFuzzContactOf(findMethod(arguments.fuzzMethod, methods()), arguments.fuzz, arguments.out);
-  });
-}
-
-void addFuzzEdits(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(
-      fuzz,
-      {"edits", "Edits under a hand at rest: does the force step, is the IHIP inside of something, is the edit felt?",
-       "--scenes 5000 --out results",
-       "A scene has 12 edits. Rates, devices, the stabiliser, softness, textures, friction, shading and bodies that "
-       "the\n"
-       "step moves come at random. Ctrl-C ends it early: what was found is written."},
-      arguments.out, "fuzz edits");
-  addFuzzScenes(verb, arguments);
-  setRun(verb, [&arguments] { arguments.good = runFuzzEdits(arguments.fuzz, arguments.out); });
-}
-
-void addFuzzReplay(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(fuzz,
-                         {"replay", "A finding again: does it still fail?", "results/fuzz-inside-1095",
-                          "fuzz contact and fuzz edits write such folders for what they find."},
-                         arguments.out, "fuzz replay");
-  verb.option("FOLDER", arguments.fuzzRecording, "A finding's folder").required().existingFolder();
-  setRun(verb, [&arguments] { arguments.good = runFuzzReplay(arguments.fuzzRecording, arguments.out); });
-}
-
-void addFuzzReplayLive(Command& fuzz, Arguments& arguments) {
-  Command verb =
-      addVerb(fuzz,
-              {"replay-live",
-               "Recordings of a servo under random edits: does each replay bit for bit, and from every state in it?",
-               "--scenes 2000 --out results",
-               "A world has 20 s of virtual time at a random rate, with one hand or two, devices that fail, ticks that "
-               "are missed,\n"
-               "and edits of every property. Ctrl-C ends it early: what was found is written."},
-              arguments.out, "fuzz replay-live");
-  addFuzzScenes(verb, arguments);
-  setRun(verb, [&arguments] { arguments.good = runFuzzReplayLive(arguments.fuzz, arguments.out); });
-}
-
-void addFuzzStream(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(
-      fuzz,
-      {"stream", "Bodies that are driven under a hand: does any pass it, and is the force what it should be?",
-       "--scenes 500 --out results",
-       "A world has 4,000 ticks; a third are of thin plates. Poses come in every tick, or every 8, 16 or 33 ticks,\n"
-       "a little early or late. Ctrl-C ends it early: what was found is written."},
-      arguments.out, "fuzz stream");
-  addFuzzScenes(verb, arguments);
-  verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the HIP in m/s; 1 when left out")
-      .typeName("V")
-      .check(moreThanZero());
-  setRun(verb, [&arguments] { arguments.good = runFuzzStream(arguments.fuzz, arguments.out); });
-}
-
-void addFuzzBodies(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(
-      fuzz,
-      {"bodies", "Bodies that meet: does what stands stand, and is any deep in another?", "--scenes 2000 --out results",
-       "A world has 3 s: a stack that stands by statics, one put into or above itself, a heap, or bodies "
-       "that float.\nCtrl-C ends it early: what was found is written."},
-      arguments.out, "fuzz bodies");
-  addFuzzScenes(verb, arguments);
-  setRun(verb, [&arguments] { arguments.good = runFuzzBodies(arguments.fuzz, arguments.out); });
-}
-
-void addFuzzDeformedEdits(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(
-      fuzz,
-      {"deformed-edits", "Edits with degenerate numbers, and what deforms after them: is every force finite?",
-       "--scenes 20000 --out results",
-       "A world has ten edits, each felt for 30 ms. Made for builds with sanitizers.\nCtrl-C ends it early: what was "
-       "found is written."},
-      arguments.out, "fuzz deformed-edits");
-  addFuzzScenes(verb, arguments);
-  setRun(verb, [&arguments] { arguments.good = runFuzzDeformedEdits(arguments.fuzz, arguments.out); });
-}
-
-void addFuzzPrices(Command& fuzz, Arguments& arguments) {
-  Command verb = addVerb(
-      fuzz,
-      {"prices", "Edits of any size: does each keep to the price that it has before it begins?",
-       "--scenes 500 --out results",
-       "A world has ten edits. Times are of the processor; a world that fails is run twice more.\nCtrl-C ends it "
-       "early: what was found is written."},
-      arguments.out, "fuzz prices");
-  addFuzzScenes(verb, arguments);
-  setRun(verb, [&arguments] { arguments.good = runFuzzPrices(arguments.fuzz, arguments.out); });
-}
-
-void addFuzzTools(Command& fuzz, Arguments& arguments) {
-  Command verb =
-      addVerb(fuzz,
-              {"tools", "Random tools in the hand: is a vertex of one deeper than 10 um in a body?",
-               "--scenes 1000 --out results",
-               "A scene has 1,500 ticks after the way there. Ctrl-C ends it early: what was found is written."},
-              arguments.out, "fuzz tools");
-  addFuzzScenes(verb, arguments);
-  addMoving(verb, arguments);
-  verb.option("--speed", arguments.fuzz.speed_m_per_s, "Top speed of the tool in m/s; 1 when left out")
-      .typeName("V")
-      .check(moreThanZero());
-  setRun(verb, [&arguments] { arguments.good = runFuzzTools(arguments.fuzz, arguments.out); });
-}
-
-void addFuzz(Command& app, Arguments& arguments) {
-  Command verb = app.verb("fuzz", "Random scenes and motions against an independent judge");
-  verb.needVerb();
-  verb.footer(
-      "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
-      "  haptic_eval fuzz edits --scenes 5000 --out results\n"
-      "  haptic_eval fuzz replay-live --scenes 2000 --out results\n"
-      "  haptic_eval fuzz stream --scenes 500 --out results\n"
-      "  haptic_eval fuzz bodies --scenes 2000 --out results\n"
-      "  haptic_eval fuzz tools --scenes 1000 --out results\n"
-      "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
-      "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplayLive, addFuzzStream, addFuzzBodies, addFuzzTools,
-                         addFuzzDeformedEdits, addFuzzPrices, addFuzzReplay})
-    add(verb, arguments);
 }
 
 void addWorst(Command& app, Arguments& arguments) {

@@ -15,6 +15,8 @@ constexpr std::uint64_t kLeaving = 500;
 
 }  // namespace
 
+std::unique_ptr<BodyWorld> Renderer::makeBodyWorld() const { return std::make_unique<MovingWorld>(); }
+
 MovingSolid solidFrom(const TriMesh& mesh, double mass_kg) {
   const Solid solid = solidOf(mesh.vertices, mesh.triangles);
   MovingSolid made{buildCollisionMesh(mesh.vertices, mesh.triangles), {}};

@@ -55,6 +55,8 @@ struct EditedScene {
 /// What a scene is about, and a method made for. Bodies: that meet one another. Streams: of samples that drive bodies.
 enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion, kSoftness, kBodies, kStreams };
 
+class BodyWorld;
+
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {
  public:
@@ -85,10 +87,8 @@ class Renderer {
   /// The smooth surface of force shading is nowhere farther off the body's polygons (m).
   [[nodiscard]] virtual double highestBulge_m(std::size_t /*body*/) const { return 0; }
 
-  /// How bodies that meet are kept apart: by springs, not by the production step.
-  [[nodiscard]] virtual bool pushesBodiesBySprings() const { return false; }
-  /// The production step's world does not look for bodies that an edit has put into each other.
-  [[nodiscard]] virtual bool overlooksPutBodies() const { return false; }
+  /// Of bodies that meet one another: by the production step, where the method has no way of its own.
+  [[nodiscard]] virtual std::unique_ptr<BodyWorld> makeBodyWorld() const;
   /// Gets bodies that a lattice mirrors with their faces turned over, as the scene service makes them. The published
   /// methods take the triangles as they are.
   [[nodiscard]] virtual bool turnsMirroredOver() const { return false; }

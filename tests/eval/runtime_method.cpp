@@ -4,6 +4,7 @@
 
 #include "haptic_server/engine/step/surface_stages.h"
 #include "haptic_server/scene/servo_scene_builder.h"
+#include "tests/eval/moving_world.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
@@ -12,6 +13,10 @@ namespace {
 constexpr auto kLeavingTicks = static_cast<std::uint64_t>(kRemovalFade_ns * 1e-9 / kPeriod_s);
 
 }  // namespace
+
+std::unique_ptr<BodyWorld> MethodThatOverlooksPutBodies::makeBodyWorld() const {
+  return std::make_unique<MovingWorld>(true);
+}
 
 std::shared_ptr<const SurfaceDetail> RuntimeMethod::makeDetail(const CollisionMesh& surface) const {
   if (!surface_ && !shading_) return nullptr;

@@ -88,7 +88,7 @@ class MethodThatTurnsNothingOver final : public RuntimeMethod {
 /// Bodies that are put into each other are taken for apart.
 class MethodThatOverlooksPutBodies final : public RuntimeMethod {
  public:
-  [[nodiscard]] bool overlooksPutBodies() const override { return true; }
+  [[nodiscard]] std::unique_ptr<BodyWorld> makeBodyWorld() const override;
 };
 
 /// K of Eq. (4) as it was set, whatever the device can bear.

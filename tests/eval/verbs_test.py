@@ -20,6 +20,8 @@ PROGRAM = sys.argv.pop(1)
 HERE = Path(__file__).parent
 
 
+SCENES = [f"S{i}" for i in range(1, 41)] + [f"P{i}" for i in range(1, 10)]
+
 # The program has to find a display itself.
 WITHOUT_DISPLAY = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
 
@@ -377,11 +379,12 @@ class Failures(Verb):
     def test_writes_flat_records_of_every_scene_for_each_seed(self):
         self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours")
         records = self.records("failures")
-        names = [f"S{i}" for i in range(1, 41)]
+        names = SCENES
         self.assertEqual([(r["seed"], r["scene"]) for r in records], [(seed, name) for seed in (3, 4) for name in names])
         for record in records:
             self.assertEqual(record["method"], "ours")
-            if record["scene"] != "S20":  # bodies that move through each other can close a pocket on the IHIP
+            # Bodies that move through each other can close a pocket on the IHIP; of stacks one creeps.
+            if record["scene"] not in ("S20", "P7"):
                 self.assertEqual((record["pass"], record["expected"]), (True, "pass"))
             for key, value in record.items():
                 self.assertIsInstance(value, (bool, int, float, str), key)
@@ -427,7 +430,7 @@ class Outside(Verb):
         WITHOUT_DISPLAY["HAPTICS_FAULT"] = "crash"
         self.addCleanup(WITHOUT_DISPLAY.pop, "HAPTICS_FAULT")
         records = self.verdicts("--method", str(self.METHODS / "faulty.so"))
-        self.assertEqual(list(records), [f"S{i}" for i in range(1, 41)])
+        self.assertEqual(list(records), SCENES)
         self.assertIn("signal 6 (Aborted) in tick 100", records["S2"]["fault"])
         self.assertIs(records["S2"]["pass"], False)
         for scene, why in (("S11", "not closed"), ("S17", "part"), ("S30", "part")):
@@ -447,6 +450,55 @@ class Outside(Verb):
             for their, our in zip(theirs, ours, strict=True):  # a foot on an edge may be rounded as of either triangle
                 self.assertAlmostEqual(their[measure], our[measure], delta=1e-9 * abs(our[measure]) + 1e-9, msg=measure)
         self.assertTrue(all(r["tick_p50_ns"] > 0 and r["pipe_p50_ns"] > 1000 for r in theirs))
+
+    def test_the_chart_has_them_beside_the_curves_of_an_earlier_run(self):
+        kept = self.out.parent / "kept.csv"
+        rows = (HERE.parents[1] / "deploy" / "pictures" / "chart.csv").read_text().splitlines(keepends=True)
+        kept.write_text("".join(row for row in rows if row.startswith(("method,", "ours,", "god_object,"))))
+        said = self.run_well("chart", "--method", self.PENALTY, "--from", str(kept), "--finest", "12")
+        self.assertRegex(said, r"penalty_c +fails \d+ of")
+        table = (self.out / "chart.csv").read_text()
+        self.assertTrue(set(kept.read_text().splitlines()) <= set(table.splitlines()))
+        (row,) = [r for r in csv.DictReader(table.splitlines()) if r["method"] == "penalty_c"]
+        self.assertGreater(float(row["hot_tick_p50_ns"]), 0)
+        self.assertEqual((float(row["cold_tick_p50_ns"]), float(row["instructions_per_tick"])), (0, 0))
+        self.assertIn("S9", row["failed_scenes"].split())
+        self.assertIn("S10", row["passed_scenes"].split())
+        self.check_pictures("chart")
+        self.assertIn("penalty_c, from outside", re.sub(r"<[^>]*>", "", (self.out / "chart.svg").read_text()) + said)
+
+    def test_faults_are_named_by_every_verb(self):
+        WITHOUT_DISPLAY["HAPTICS_FAULT"] = "crash"
+        self.addCleanup(WITHOUT_DISPLAY.pop, "HAPTICS_FAULT")
+        for verb, *options in (("walk", "--scene", "sphere", "--ticks", "500"), ("fuzz", "contact", "--scenes", "4", "--moving", "no"),
+                               ("accuracy", "--finest", "12"), ("combinations", "--pair", "lattice-several")):
+            run(verb, *options, "--method", str(self.METHODS / "faulty.so"), "--out", str(self.out))
+            faults = [r["fault"] for r in self.records(verb) if "fault" in r]
+            self.assertTrue(faults and all("signal 6 (Aborted) in tick 100" in fault for fault in faults), (verb, faults))
+
+    def test_the_chart_names_what_stopped_one(self):
+        WITHOUT_DISPLAY["HAPTICS_FAULT"] = "nan_force"
+        self.addCleanup(WITHOUT_DISPLAY.pop, "HAPTICS_FAULT")
+        done = run("chart", "--method", str(self.METHODS / "faulty.so"), "--finest", "12", "--out", str(self.out))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("a force that is not finite in tick 100", done.stdout)
+        self.assertIn("no method has a point", done.stderr)
+
+    def test_combinations_hand_over_what_they_can(self):
+        self.run_well("combinations", "--method", self.PENALTY)
+        records = self.records("combinations")
+        judged = {r["scene"] for r in records if r["pass"] is not None}
+        self.assertEqual(judged, {"lattice-several"})
+        self.assertEqual({r["method"] for r in records}, {"penalty_c"})
+        whys = {r["scene"]: r["not_applicable"] for r in records if r["pass"] is None}
+        self.assertEqual(len(whys), 27)
+        self.assertEqual(whys["texture-several"], "texture is not handed over")
+        self.assertIn("friction", whys["friction-lattice"])
+        # Ours by the same way, which has shading and friction: within the same limits.
+        self.run_well("combinations", "--method", "ours_without_gain_clamp")
+        judged = {r["scene"]: r["pass"] for r in self.records("combinations") if r["pass"] is not None}
+        self.assertEqual(judged, dict.fromkeys(("shading-friction", "shading-lattice", "shading-several", "friction-lattice",
+                                                "friction-several", "lattice-several"), True))
 
     def test_are_started_by_nobody_but_who_typed_their_name(self):
         for more in (("--shard", "1/2"), ("--nats", "nats://127.0.0.1:1")):
@@ -474,6 +526,23 @@ class Judge(Verb):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual(done.stdout.count("as in verdict.json"), 7)
         self.assertEqual(len(self.records("judge")), 7)
+
+    def test_the_page_is_enough_to_draw_a_run(self):
+        folder = self.export("god_object", "S1")
+        picture = self.out / "S1.png"
+        done = subprocess.run(["/usr/bin/python3", "-B", HERE / "exchange" / "draw_run.py", folder, picture],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = {file: list(csv.DictReader((folder / file).read_text().splitlines())) for file in ("motion.csv", "forces.csv")}
+        first = {row["row"] for row in rows["motion.csv"] if row["load"] == "0"}
+        forces = [row for row in rows["forces.csv"] if row["row"] in first]
+        most = max(sum(float(r[f"force_{k}_N"]) ** 2 for k in "xyz") for r in forces) ** 0.5
+        self.assertIn(f"1 bodies, {len(forces)} ticks, {sum(r['touching'] == '1' for r in forces)} touching, {most:.6g} N", done.stdout)
+        self.assertEqual(picture.read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertGreater(picture.stat().st_size, 30_000)
+        wrong = subprocess.run(["/usr/bin/python3", "-B", HERE / "exchange" / "draw_run.py", folder, picture, "9"],
+                               capture_output=True, text=True)
+        self.assertIn("has loads 0 to", wrong.stderr)
 
     def test_other_forces_have_another_verdict(self):
         folder = self.export("ours", "S9")
@@ -591,8 +660,8 @@ class ChartMeasured(Verb):
         self.assertLessEqual(float(methods["ours"]["limit_cycle_um"]), 110)
         self.assertGreater(float(methods["ours"]["worst_tick_instructions"]),
                            10 * float(methods["ours"]["instructions_per_tick"]))
-        self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), 32)
-        self.assertLessEqual(set(methods["ours"]["failed_scenes"].split()), {"S20"})
+        self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), len(SCENES))
+        self.assertLessEqual(set(methods["ours"]["failed_scenes"].split()), {"S20", "P7"})
         self.assertIn("S14", methods["ours_shaded"]["passed_scenes"].split())
         self.assertEqual(methods["ours_without_substeps"]["failed_scenes"].split(), ["S7"])
         self.assertIn("S4", methods["god_object"]["failed_scenes"].split())
@@ -625,12 +694,12 @@ class Chart(Verb):
                 "force_above_100Hz_rms_N,limit_cycle_um,limit_cycle_allowed_um,worst_tick_instructions,"
                 "passed_scenes,failed_scenes\n")
         row = "ours,12,1,1,1,1,1,0,110,0,"
-        for table, says in (("", "is not a chart.csv"), (head + row.replace("ours", "hearsay") + "S1,\n", ":2: "),
+        for table, says in (("", "is not a chart.csv"), (head + row.replace("ours", "hear say") + "S1,\n", ":2: "),
                             (head.replace("passed_scenes,", "") + row + "\n", "it has no passed_scenes"),
                             (head.replace("limit_cycle_um,", "") + row + "S1,\n", "it has no limit_cycle_um"),
                             (head + "ours,12,1,1,x\n", ":2: "), (head + row + ",S99\n", "S99"),
                             (head + row + "S99,\n", "S99"), (head + row + ",\n", "names no scene that was run"),
-                            (head + row + "S1,\n", "the table has no")):
+                            (head, "the table has no method")):
             (self.out / "wrong.csv").write_text(table)
             done = run("chart", "--from", str(self.out / "wrong.csv"), "--out", str(self.out))
             self.assertEqual(done.returncode, 1, table)

@@ -161,13 +161,6 @@ class OutsideMethod final : public OutsideRenderer {
   bool putOutside_ = false;
 };
 
-bool isName(std::string_view name) {
-  constexpr std::size_t kLongest = 40;
-  return !name.empty() && name.size() <= kLongest && std::ranges::all_of(name, [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
-  });
-}
-
 Declared declarationOf(const std::string& command) {
   AdapterProcess process(command);
   std::string question;
@@ -183,7 +176,7 @@ Declared declarationOf(const std::string& command) {
   const std::string text(said.substr(sizeof hello));
   const std::size_t end = text.find('\n');
   const std::string name = text.substr(0, end);
-  if (!isName(name))
+  if (!isMethodName(name))
     throw MethodFault("is called '" + printable(name) + "'; 1 to 40 letters, digits, '_', '-' and '.' are right");
   return {command, name, end == std::string::npos ? "" : printable(text.substr(end + 1)), hello.abilities};
 }
@@ -204,6 +197,13 @@ struct Known {
 
 bool isOutside(std::string_view name) {
   return name.ends_with(".so") || name.find_first_of("/ ") != std::string_view::npos;
+}
+
+bool isMethodName(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  return !text.empty() && text.size() <= kLongest && std::ranges::all_of(text, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  });
 }
 
 const Method& outsideMethod(const std::string& command) {

@@ -11,6 +11,9 @@ namespace haptics::eval {
 /// Is it the file of a shared library, or a command, and no method's name?
 [[nodiscard]] bool isOutside(std::string_view name);
 
+/// 1 to 40 letters, digits, '_', '-' and '.'.
+[[nodiscard]] bool isMethodName(std::string_view text);
+
 /// A renderer in another process.
 class OutsideRenderer : public Renderer {
  public:
@@ -19,6 +22,9 @@ class OutsideRenderer : public Renderer {
   /// It says that bodies left the IHIP no way in the last tick.
   [[nodiscard]] virtual bool putOutside() const = 0;
 };
+[[nodiscard]] inline bool isOutside(const Renderer& renderer) {
+  return dynamic_cast<const OutsideRenderer*>(&renderer) != nullptr;
+}
 /// Of any renderer; nothing of one in this process.
 [[nodiscard]] inline std::optional<double> ownTime_ns(const Renderer& renderer) {
   const auto* const outside = dynamic_cast<const OutsideRenderer*>(&renderer);

@@ -55,7 +55,7 @@ class SpringWorld final : public BodyWorld {
 /// The hand by the penalty method, alone and among bodies that springs push apart.
 class SpringsBetweenBodies final : public GlobalClosest {
  public:
-  [[nodiscard]] bool pushesBodiesBySprings() const override { return true; }
+  [[nodiscard]] std::unique_ptr<BodyWorld> makeBodyWorld() const override { return std::make_unique<SpringWorld>(); }
 };
 
 }  // namespace haptics::eval

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "common/maths/perception.h"
 #include "haptic_server/engine/surface/surface_detail.h"
+#include "tests/eval/adapters/outside_method.h"
+#include "tests/eval/or_throw.h"
 #include "tests/eval/spectrum.h"
 
 namespace haptics::eval {
@@ -33,6 +36,18 @@ std::shared_ptr<const ScalarField> fieldOf(const Waves& waves, const Vec3* shift
   return std::make_shared<const DisplacedField>(waves.field(), shift);
 }
 
+/// But for its texture.
+SurfaceProperties propertiesOf(const Skin& skin) {
+  constexpr double kCrease_rad = 1;  // a box's edges stay sharp
+  SurfaceProperties properties;
+  if (skin.shaded) properties.shading.emplace().crease_rad = kCrease_rad;
+  if (skin.muStatic > 0) {
+    properties.friction = Friction{skin.muStatic, skin.muDynamic, skin.variation, {}};
+    if (skin.variation != 0) properties.friction->over = FourierFamily{skin.map.terms};
+  }
+  return properties;
+}
+
 double rms(std::span<const Vec3> values) {
   double squares = 0;
   for (const Vec3 v : values) squares += squaredLength(v);
@@ -43,20 +58,15 @@ double rms(std::span<const Vec3> values) {
 
 std::shared_ptr<const SurfaceDetail> detailOf(const Skin& skin, const CollisionMesh& surface, const Vec3* shift,
                                               std::shared_ptr<const std::vector<Vec3f>> material) {
-  constexpr double kCrease_rad = 1;  // a box's edges stay sharp
-  SurfaceProperties properties;
+  SurfaceProperties properties = propertiesOf(skin);
   DetailFields fields;
   fields.material = std::move(material);
-  if (skin.shaded) properties.shading.emplace().crease_rad = kCrease_rad;
   if (skin.textureHeight_m > 0) {
     properties.texture =
         Texture{.family = FourierFamily{skin.relief.terms}, .amplitude_m = skin.textureHeight_m, .gain_K = Skin::kGain};
     fields.texture = fieldOf(skin.relief, shift);
   }
-  if (skin.muStatic > 0) {
-    properties.friction = Friction{skin.muStatic, skin.muDynamic, skin.variation, FourierFamily{skin.map.terms}};
-    fields.friction = fieldOf(skin.map, shift);
-  }
+  if (skin.muStatic > 0 && skin.variation != 0) fields.friction = fieldOf(skin.map, shift);
   return makeSurfaceDetail(surface, properties, fields);
 }
 
@@ -75,6 +85,23 @@ Bench::Bench(std::vector<ServoObject> objects, const Pose& frame)
   adopt(std::move(objects));
 }
 
+Bench::Bench(std::vector<ServoObject> objects, const Pose& frame, const Method* guest, const Skin& skin)
+    : Bench(guest == nullptr ? objects : std::vector<ServoObject>{}, frame) {
+  if (guest == nullptr) return;
+  if ((skin.shaded || skin.muStatic > 0) && !guest->surfaces)
+    throw NotApplicable("a surface is shaded or has friction");
+  guest_ = guest->make();
+  for (const ServoObject& object : objects) {
+    surfaces_.push_back(object.surface);
+    poses_.push_back(composed(frame_, object.pose));
+  }
+  FeltSurface surface;
+  surface.properties = propertiesOf(skin);
+  surface.spring_N_per_m = objects.front().stiffness_N_per_m;
+  surface.device = orThrow(findDevicePreset(kDefaultDevicePreset));
+  guest_->setSurfaceProperties(surface);
+}
+
 void Bench::adopt(std::vector<ServoObject> objects) {
   auto next = std::make_unique<ServoScene>();
   next->number = next->revision = scene_->revision + 1;
@@ -84,7 +111,27 @@ void Bench::adopt(std::vector<ServoObject> objects) {
   scene_ = std::move(next);
 }
 
+TelemetrySample Bench::tickOfGuest(Vec3 hip) {
+  const Vec3 place = toWorld(frame_, hip);
+  if (!std::exchange(begun_, true)) guest_->begin(surfaces_, poses_, place);
+  const Felt felt = guest_->tick(poses_, place);
+  TelemetrySample sample;
+  sample.hip = hip;
+  sample.ihip = toLocal(frame_, felt.ihip);
+  sample.object = felt.touching ? 1 : 0;
+  sample.force.contact = glm::conjugate(frame_.rotation) * felt.force_N;
+  sample.frictionState = felt.sliding ? FrictionState::kSliding : FrictionState::kSticking;
+  return sample;
+}
+
+void tellFrictionApart(TelemetrySample& felt, Vec3 normal) {
+  const double squared = squaredLength(normal);
+  if (squared == 0) return;
+  felt.force.friction = felt.force.contact - normal * (glm::dot(felt.force.contact, normal) / squared);
+}
+
 TelemetrySample Bench::tick(Vec3 hip) {
+  if (guest_) return tickOfGuest(hip);
   const StepInput input{ticks_++, 0, {toWorld(frame_, hip), DeviceState::kReady, {}}};
   TelemetrySample sample = hapticStep(*scene_, *state_, config_, input);
   const auto turn = [this](Vec3& v) { v = glm::conjugate(frame_.rotation) * v; };
@@ -97,7 +144,7 @@ TelemetrySample Bench::tick(Vec3 hip) {
 }
 
 Pose Bench::poseOf(std::size_t body) const {
-  const Pose& world = state_->bodies[body].current;
+  const Pose& world = guest_ ? poses_[body] : state_->bodies[body].current;
   return {glm::conjugate(frame_.rotation) * world.rotation, toLocal(frame_, world.position)};
 }
 

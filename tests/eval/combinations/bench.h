@@ -9,6 +9,7 @@
 #include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/combinations/pair.h"
 #include "tests/eval/combinations/waves.h"
+#include "tests/eval/methods.h"
 
 namespace haptics::eval {
 
@@ -27,29 +28,6 @@ inline constexpr double kBeforeStroke_s = 0.35;  ///< and from the first tick un
   return (depth_m + kClear_m) * smoothStep(time_s / kApproach_s) - kClear_m;
 }
 
-/// The production step in virtual time over objects that are given in a scene's frame, which stands anywhere in the
-/// world.
-class Bench {
- public:
-  Bench(std::vector<ServoObject> objects, const Pose& frame);
-
-  /// The same objects in another shape.
-  void adopt(std::vector<ServoObject> objects);
-  /// HIP in the scene's frame; so are the forces and the IHIP of what comes back.
-  TelemetrySample tick(Vec3 hip);
-
-  /// In the scene's frame, as it was in the last tick.
-  [[nodiscard]] Pose poseOf(std::size_t body) const;
-  [[nodiscard]] HapticState& state() noexcept { return *state_; }
-
- private:
-  Pose frame_;
-  StepConfig config_;
-  std::unique_ptr<HapticState> state_;
-  std::unique_ptr<ServoScene> scene_;
-  std::uint64_t ticks_ = 0;
-};
-
 /// Properties of a surface, and the same as the reference knows them.
 struct Skin {
   bool shaded = false;
@@ -66,6 +44,42 @@ struct Skin {
   [[nodiscard]] Vec3 heightGradient(Vec3 material) const { return textureHeight_m * relief.gradient(material); }
   [[nodiscard]] double factor(Vec3 material) const { return std::max(0.0, 1 + variation * map.value(material)); }
 };
+
+/// The production step in virtual time over objects that are given in a scene's frame, which stands anywhere in the
+/// world.
+class Bench {
+ public:
+  Bench(std::vector<ServoObject> objects, const Pose& frame);
+  /// The same by another method, if there is one: it gets the objects' meshes and poses, all with the first one's stiffness
+  /// and with this skin. Throws NotApplicable where the method knows nothing of that.
+  Bench(std::vector<ServoObject> objects, const Pose& frame, const Method* guest, const Skin& skin);
+
+  /// The same objects in another shape.
+  void adopt(std::vector<ServoObject> objects);
+  /// HIP in the scene's frame; so are the forces and the IHIP of what comes back. A guest's friction is within the contact
+  /// force: tellFrictionApart().
+  TelemetrySample tick(Vec3 hip);
+
+  /// In the scene's frame, as it was in the last tick.
+  [[nodiscard]] Pose poseOf(std::size_t body) const;
+  [[nodiscard]] HapticState& state() noexcept { return *state_; }
+
+ private:
+  TelemetrySample tickOfGuest(Vec3 hip);
+
+  Pose frame_;
+  std::unique_ptr<Renderer> guest_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;  // a guest's,
+  std::vector<Pose> poses_;                                     // in the world
+  bool begun_ = false;
+  StepConfig config_;
+  std::unique_ptr<HapticState> state_;
+  std::unique_ptr<ServoScene> scene_;
+  std::uint64_t ticks_ = 0;
+};
+
+/// What there is of a force beside a direction, as friction. Of a guest, whose answer is one force.
+void tellFrictionApart(TelemetrySample& felt, Vec3 normal);
 
 /// @param shift  Ablation: fields are looked up so far (object frame) from where the runtime asks; null: there.
 /// @param material  As in SurfaceDetail.

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "tests/eval/adapters/outside_method.h"
 #include "tests/eval/combinations/limits.h"
 #include "tests/eval/combinations/sheet.h"
 #include "tests/eval/combinations/solo.h"
@@ -47,16 +48,33 @@ std::vector<FeaturePair> chosenPairs(const std::string& name, const AblationCase
   throw std::invalid_argument("there is no pair " + name + about + "; there are " + known);
 }
 
-PairResult run(const FeaturePair& pair, Ablation ablation, std::uint64_t seed) {
+/// Throws NotApplicable where a guest is not handed what the pair is about.
+PairResult run(const FeaturePair& pair, Ablation ablation, std::uint64_t seed, const Method* guest) {
+  constexpr std::array kHandedOver{Feature::kShading, Feature::kFriction, Feature::kLattice, Feature::kSeveral};
+  for (const Feature feature : {pair.first, pair.second}) {
+    if (guest != nullptr && std::ranges::find(kHandedOver, feature) == kHandedOver.end())
+      throw NotApplicable(std::string(nameOf(feature)) + " is not handed over");
+  }
   constexpr std::uint64_t kApart = 1000;
   const std::uint64_t number =
       static_cast<std::uint64_t>(pair.first) * kFeatures + static_cast<std::uint64_t>(pair.second);
   const Random random(seed * kApart + number);
-  return pair.second == Feature::kSeveral ? runGroove(pair.first, ablation, random)
-                                          : runSolo(pair.first, pair.second, ablation, random);
+  return pair.second == Feature::kSeveral ? runGroove(pair.first, ablation, random, guest)
+                                          : runSolo(pair.first, pair.second, ablation, random, guest);
 }
 
 bool isWithin(double value, const Limit& limit) { return value <= limit.most; }  // not for NaN
+
+/// Null for ours, whose step is judged without a guest's limits.
+const Method* guestOf(const std::string& name) {
+  if (name.empty() || name == kOurs) return nullptr;
+  static const std::vector<Method> all = [] {
+    std::vector<Method> known(methods().begin(), methods().end());
+    known.insert(known.end(), singleConcernMethods().begin(), singleConcernMethods().end());
+    return known;
+  }();
+  return &findMethod(name, all);
+}
 
 /// Of all seeds, by measure.
 class Tally {
@@ -157,6 +175,7 @@ bool runCombinations(const CombinationsOptions& options) {
   const AblationCase* ablation = chosenAblation(options.ablate);
   const std::vector<FeaturePair> pairs = chosenPairs(options.pair, ablation);
   if (ablation != nullptr) std::printf("%s: %s\n", ablation->name.data(), ablation->about.data());
+  const Method* const guest = guestOf(options.method);
   std::vector<Tally> tallies(pairs.begin(), pairs.end());
   std::vector<Record> records;
   for (int i = 0; i < options.seeds; ++i) {
@@ -164,10 +183,20 @@ bool runCombinations(const CombinationsOptions& options) {
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     std::fflush(stdout);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const PairResult result = run(pairs[k], ablation != nullptr ? ablation->ablation : Ablation::kNone, seed);
+      Record record{{"method", ablation != nullptr ? ablation->name
+                               : guest != nullptr  ? guest->name
+                                                   : kOurs},
+                    {"scene", nameOf(pairs[k])},
+                    {"seed", seed}};
+      PairResult result;
+      if (!runOrExplain(record, [&] {
+            result = run(pairs[k], ablation != nullptr ? ablation->ablation : Ablation::kNone, seed, guest);
+          })) {
+        std::printf("%s\n", measuresText(record).c_str());
+        records.push_back(std::move(record));
+        continue;
+      }
       tallies[k].add(result, seed);
-      Record record{
-          {"method", ablation != nullptr ? ablation->name : "ours"}, {"scene", nameOf(pairs[k])}, {"seed", seed}};
       bool pass = true;
       for (const auto& [measure, value] : result.measures) {
         record[std::string(nameOf(measure))] = value;
@@ -180,17 +209,24 @@ bool runCombinations(const CombinationsOptions& options) {
   printTable(pairs, tallies);
   writeRecords(options.out, "combinations", records);
   writeCsv(options.out / "combinations.csv", pairs, tallies);
+  if (guest != nullptr) {
+    std::erase_if(tallies, [](const Tally& tally) { return tally.worst().empty(); });
+    const auto faults = std::ranges::count_if(records, [](const Record& run) { return run.contains("fault"); });
+    std::printf("%zu pairs not applicable, or stopped by %td faults\n", pairs.size() - tallies.size(), faults);
+  }
   const auto good = std::ranges::count_if(tallies, &Tally::good);
   if (ablation != nullptr) {
     const auto failed = std::ranges::count_if(tallies, [&](const Tally& tally) { return tally.fails(*ablation); });
     std::printf("%zu pairs, %td fail by it\n", pairs.size(), failed);
     return failed == std::ssize(tallies);
   }
-  std::printf("%zu pairs, %td within their limits\n", pairs.size(), good);
+  std::printf("%zu pairs, %td within their limits\n", tallies.size(), good);
   std::vector<SheetPair> cells;
   for (const Tally& tally : tallies) cells.push_back(tally.cell());
-  drawCombinations(cells, options.seeds, options.out / "combinations");
-  return good == std::ssize(tallies);
+  if (!cells.empty())
+    drawCombinations(cells, guest != nullptr ? std::string(guest->name) : "the production step", options.seeds,
+                     options.out / "combinations");
+  return guest != nullptr || good == std::ssize(tallies);
 }
 
 }  // namespace haptics::eval

@@ -24,7 +24,8 @@ struct Parts {
 /// Two bodies that hold the IHIP between them. Scene frame.
 class Groove {
  public:
-  Groove(Feature feature, Ablation ablation, Random& random) : feature_(feature), ablation_(ablation) {
+  Groove(Feature feature, Ablation ablation, Random& random, const Method* guest)
+      : feature_(feature), ablation_(ablation), guest_(guest) {
     frame_ = {random.rotation(), random.direction() * random.between(0, 0.2)};
     for (Side& side : sides_) {
       side.contact_N_per_m = random.between(500, 1000);
@@ -38,6 +39,11 @@ class Groove {
     speed_m_per_s_ = random.between(0.03, 0.1) * random.sign();
     length_m_ = random.between(0.02, 0.03);
     slider_ = randomSlider(random);
+    if (guest_ != nullptr) {
+      sides_[0].skin.variation = 0;
+      sides_[1].skin = sides_[0].skin;
+      sides_[1].contact_N_per_m = sides_[0].contact_N_per_m;
+    }
     if (feature == Feature::kShading) {
       placeBall(random);
     } else {
@@ -127,7 +133,7 @@ class Groove {
     if (has(Feature::kMotion) && i == 0) object.motion = slider_.body(mesh);
     return object;
   }
-  [[nodiscard]] Bench makeBench() const { return Bench({object(0), object(1)}, frame_); }
+  [[nodiscard]] Bench makeBench() const { return Bench({object(0), object(1)}, frame_, guest_, sides_[0].skin); }
 
   /// Of two planes, or of ball and pad.
   [[nodiscard]] Parts partsOf(const std::array<Pose, 2>& poses, Vec3 h) const {
@@ -223,6 +229,7 @@ class Groove {
       const Vec3 heading =
           glm::normalize(place(along_m + 1e-4, depth_m[0], depth_m[1]) - hip) * (speed_m_per_s_ > 0 ? 1.0 : -1.0);
       expected.friction_N = -heading * right.friction_N;
+      if (guest_ != nullptr && rubs) felt.force.friction = heading * glm::dot(felt.force.contact, heading);
       comparison.add(felt, expected);
       if (has(Feature::kMotion)) slider.follow(poses[0], partAlong(parts, felt.force.contact, 0) * parts.normal[0]);
     }
@@ -274,6 +281,7 @@ class Groove {
 
   Feature feature_;
   Ablation ablation_;
+  const Method* guest_;
   Pose frame_;
   std::array<Side, 2> sides_;
   double falloff_m_ = 0, plastic_ = 0, speed_m_per_s_ = 0, length_m_ = 0;
@@ -283,8 +291,8 @@ class Groove {
 
 }  // namespace
 
-PairResult runGroove(Feature feature, Ablation ablation, Random random) {
-  return Groove(feature, ablation, random).run();
+PairResult runGroove(Feature feature, Ablation ablation, Random random, const Method* guest) {
+  return Groove(feature, ablation, random, guest).run();
 }
 
 }  // namespace haptics::eval

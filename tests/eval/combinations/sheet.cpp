@@ -31,7 +31,8 @@ std::string numberText(double value) {
 
 }  // namespace
 
-void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& stem) {
+void drawCombinations(const std::vector<SheetPair>& pairs, const std::string& method, int seeds,
+                      const std::filesystem::path& stem) {
   Record all = Record::array();
   for (const SheetPair& pair : pairs) {
     Record bars = Record::array();
@@ -49,9 +50,8 @@ void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std:
                    {"right", pair.right},
                    {"bars", std::move(bars)}});
   }
-  const char* const caption =
-      "Ho, Basdogan & Srinivasan (1999), sections 4 and 5, by the production step, against exact references that share "
-      "no code with it.";
+  const std::string caption = "Ho, Basdogan & Srinivasan (1999), sections 4 and 5, by " + method +
+                              ", against exact references that share no code with it.";
   const std::string below =
       "Above the diagonal: felt and right along a stroke, of the seed that came nearest to a limit. Below: the worst "
       "of " +

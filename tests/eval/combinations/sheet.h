@@ -18,6 +18,7 @@ struct SheetPair {
 };
 
 /// The matrix of the features: a plot of each pair above the diagonal, its measures beside their limits below, into STEM.png.
-void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& stem);
+void drawCombinations(const std::vector<SheetPair>& pairs, const std::string& method, int seeds,
+                      const std::filesystem::path& stem);
 
 }  // namespace haptics::eval

@@ -17,9 +17,10 @@ constexpr double kPi = std::numbers::pi;
 /// One body with two features, its stroke, and the reference of both.
 class Solo {
  public:
-  Solo(Feature a, Feature b, Ablation ablation, Random& random)
-      : a_(a), b_(b), ablation_(ablation), round_(has(Feature::kShading)), shape_(exactShape()) {
+  Solo(Feature a, Feature b, Ablation ablation, Random& random, const Method* guest)
+      : a_(a), b_(b), ablation_(ablation), guest_(guest), round_(has(Feature::kShading)), shape_(exactShape()) {
     draw(random);
+    if (guest_ != nullptr) skin_.variation = 0;
   }
 
   [[nodiscard]] PairResult run() {
@@ -194,7 +195,7 @@ class Solo {
   void stroke(PairResult& result) {
     DeformedShape shape = shape_;
     const ServoObject first = freshObject();
-    Bench bench({first}, frame_);
+    Bench bench({first}, frame_, guest_, skin_);
     if (has(Feature::kPlastic) && !isPressed()) pressDent(bench, first, shape, result);
     Comparison comparison;
     SliderReference body(slider_);
@@ -204,9 +205,10 @@ class Solo {
       const Way way = wayAt(i);
       const auto at = shape.at(shape.walked(start_, along_ * way.along_m));
       const Vec3 hip = at.place - at.normal * way.depth_m;
-      const TelemetrySample felt = bench.tick(hip);
+      TelemetrySample felt = bench.tick(hip);
       const Pose pose = bench.poseOf(0);
       const Answer right = answer(shape, toLocal(pose, hip), material, deepestYield_m);
+      if (guest_ != nullptr && has(Feature::kFriction)) tellFrictionApart(felt, right.normal_N);
       material = right.point.material;
       Comparison::Right expected{.normal_N = right.normal_N,
                                  .height_m = right.height_m,
@@ -235,7 +237,8 @@ class Solo {
     const double breathes_m = sticks ? 0 : 0.2 * depth_m_;
     const Skin kept = skin_;
     if (sticks) skin_ = roughened(skin_);
-    Bench bench({freshObject()}, frame_);
+    if (guest_ != nullptr) skin_.variation = 0;
+    Bench bench({freshObject()}, frame_, guest_, skin_);
     const auto from = shape_.at(start_);
     std::vector<Vec3> force_N, place;
     Vec3 material = start_;
@@ -287,6 +290,7 @@ class Solo {
 
   Feature a_, b_;
   Ablation ablation_;
+  const Method* guest_;
   bool round_;
   DeformedShape shape_;  // before any dent
   Pose frame_;
@@ -301,8 +305,8 @@ class Solo {
 
 }  // namespace
 
-PairResult runSolo(Feature a, Feature b, Ablation ablation, Random random) {
-  return Solo(a, b, ablation, random).run();
+PairResult runSolo(Feature a, Feature b, Ablation ablation, Random random, const Method* guest) {
+  return Solo(a, b, ablation, random, guest).run();
 }
 
 }  // namespace haptics::eval

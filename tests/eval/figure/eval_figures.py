@@ -189,6 +189,8 @@ def chart(data, stem):
              ("intermediate_plane_100Hz", "tangent plane, 100 Hz", PINK),
              ("intermediate_plane_30Hz", "tangent plane, 30 Hz", "#854d80"),
              ("pseudocode_open", "paper as printed, open", "#737373"), ("pseudocode_closed", "paper as printed, closed", "#000000"))
+    looks = tuple(look for look in looks if look[0] in data["notes"])
+    looks += tuple((method, f"{method}, from outside", MANY[-1 - i % len(MANY)]) for i, method in enumerate(data["from_outside"]))
     with open(data["table"]) as table:
         rows = [{key: value if "scenes" in key or key == "method" else float(value) for key, value in row.items()}
                 for row in csv.DictReader(table)]
@@ -208,8 +210,8 @@ def chart(data, stem):
                 curves.append({"style": i, "points": [(row[x], row[y]) for row in own], "markers": [
                     CROSS if row["failed_scenes"].strip() else
                     DISC if row["limit_cycle_um"] <= row["limit_cycle_allowed_um"] else DIAMOND for row in own]})
-                if i == 0 and not panels:
-                    curves[0]["labels"] = [f"{n:.0f}" if n < 1000 else f"{n / 1e3:.0f} k" if n < 1e6 else f"{n / 1e6:.0f} M"
+                if method == "ours" and not panels:
+                    curves[-1]["labels"] = [f"{n:.0f}" if n < 1000 else f"{n / 1e3:.0f} k" if n < 1e6 else f"{n / 1e6:.0f} M"
                                            for n in (row["triangles"] for row in own)]
             panels.append(panel(title, x_label, y_label, decades([row[x] for row in rows] + [mark], 0, 7),
                                 decades([row[y] for row in rows] + shown, *limits), curves,

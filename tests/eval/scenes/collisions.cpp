@@ -5,40 +5,15 @@
 #include <numbers>
 #include <vector>
 
-#include "common/mesh/generators.h"
-#include "haptic_server/engine/collision/collision_points.h"
-#include "tests/eval/baselines/spring_world.h"
-#include "tests/eval/body_world.h"
-#include "tests/eval/moving_world.h"
+#include "tests/eval/scenes/put_bodies.h"
 #include "tests/eval/scenes/scenes.h"
-#include "tests/eval/stage.h"
 
 namespace haptics::eval {
 namespace {
 
-constexpr Vec3 kGravity{0, 0, -9.81};
-constexpr Vec3 kFarAway{0, 0, 1};
+using namespace put_bodies;
+
 const Vec3 kBrick_m{0.06, 0.03, 0.02};
-
-TriMesh boxMesh(Vec3 size_m) { return makeBox(size_m, 1).value(); }
-Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
-
-std::unique_ptr<BodyWorld> worldOf(const Renderer& method) {
-  if (method.pushesBodiesBySprings()) return std::make_unique<SpringWorld>();
-  return std::make_unique<MovingWorld>(method.overlooksPutBodies());
-}
-
-std::uint64_t add(BodyWorld& world, const TriMesh& mesh, double mass_kg, const Pose& pose, Vec3 gravity_m_per_s2) {
-  MovingSolid solid = solidFrom(mesh, std::max(mass_kg, 1e-3));
-  solid.body.gravity_m_per_s2 = gravity_m_per_s2;
-  const std::uint64_t id = world.add(solid, pose, mass_kg > 0);
-  world.object(id).collision = std::make_shared<const CollisionPoints>(makeCollisionPoints(*solid.surface));
-  return id;
-}
-
-std::uint64_t addTable(BodyWorld& world) {
-  return add(world, boxMesh({0.5, 0.5, 0.02}), 0, at({0, 0, -0.01}), Vec3(0));
-}
 
 /// Open upwards, its foot at z = 0: part of a sphere of 80 mm, 5 mm thick.
 constexpr double kInner_m = 0.08, kWall_m = 0.005, kHalfAngle_rad = 0.95;
@@ -85,7 +60,7 @@ TriMesh bowlMesh() {
 /// Five bricks on one another stand for 60 s, fall asleep, and are poked.
 SceneResult standOnOneAnother(Renderer& method, Random& random) {
   constexpr int kTicks = 60'000, kPoke = 1'500;
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   addTable(*world);
   std::vector<std::uint64_t> bricks;
   std::vector<Vec3> begun;
@@ -123,7 +98,7 @@ SceneResult standOnOneAnother(Renderer& method, Random& random) {
 SceneResult squeezeAgainstWall(Renderer& method, Random& random) {
   constexpr int kTicks = 4'000, kSettled = 2'500;
   const double depth_m = random.between(0.002, 0.01), gap_m = random.between(0, 0.01);
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   add(*world, boxMesh({0.02, 0.2, 0.2}), 0, at({0.04 + gap_m, 0, 0}), Vec3(0));
   const std::uint64_t brick = add(*world, boxMesh(kBrick_m), 0.1, at(Vec3(0)), Vec3(0));
   world->publish();
@@ -149,7 +124,7 @@ SceneResult squeezeAgainstWall(Renderer& method, Random& random) {
 /// Bricks that float, pushed one into the next: what the hand gives, but in ticks in which bodies wait, they have together.
 SceneResult passMomentumOn(Renderer& method, Random& random) {
   constexpr int kTicks = 1'500;
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   std::vector<std::uint64_t> bricks;
   for (int i = 0; i < 4; ++i) {
     const Pose pose{glm::angleAxis(random.between(-0.3, 0.3), Vec3(0, 0, 1)),
@@ -184,7 +159,7 @@ SceneResult passMomentumOn(Renderer& method, Random& random) {
 SceneResult fillBowl(Renderer& method, Random& random) {
   constexpr int kTicks = 12'000;
   constexpr double kRadius_m = 0.008;
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   add(*world, bowlMesh(), 0, at(Vec3(0)), Vec3(0));
   std::vector<std::uint64_t> bodies;
   for (int i = 0; i < 32; ++i) {
@@ -259,7 +234,7 @@ TriMesh dented(Vec3 size_m) {
 /// 1 to 50 mm above or beside something, however thin that is.
 void hover(const Renderer& method, Random& random, Put& put) {
   constexpr int kTicks = 400;
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   const Vec3 under_m(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.003, 0.05));
   const Vec3 board_m(random.between(0.03, 0.2), random.between(0.03, 0.2), random.between(0.004, 0.02));
   const double gap_m = 0.001 * std::pow(50, random.between(0, 1));
@@ -277,7 +252,7 @@ void hover(const Renderer& method, Random& random, Put& put) {
 /// A brick, with or without a dent in its top, 0.2 to 3 mm deep in something that is wider, which stands still or floats.
 void overlap(const Renderer& method, Random& random, Put& put) {
   constexpr int kTicks = 300;
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   const Vec3 brick_m = someSize(random, 0.02, 0.04);
   const Vec3 under_m(brick_m.x * random.between(1.2, 4), brick_m.y * random.between(1.2, 4),
                      random.between(0.02, 0.05));
@@ -309,7 +284,7 @@ void overlap(const Renderer& method, Random& random, Put& put) {
 /// A board on a block on a table, wider than the block or not, begun in touch or just above.
 void stack(const Renderer& method, Random& random, Put& put) {
   constexpr int kTicks = 1'500;
-  const std::unique_ptr<BodyWorld> world = worldOf(method);
+  const std::unique_ptr<BodyWorld> world = method.makeBodyWorld();
   addTable(*world);
   const Vec3 block_m(random.between(0.02, 0.06), random.between(0.02, 0.06), random.between(0.015, 0.04));
   const Vec3 board_m(random.between(0.03, 0.2), random.between(0.03, 0.2), random.between(0.005, 0.02));

@@ -1,4 +1,4 @@
-// Bodies that a lattice mirrors: S39.
+// Bodies that a lattice mirrors: S39, P4.
 
 #include <algorithm>
 #include <cmath>
@@ -42,13 +42,9 @@ struct Wrong {
   int heldOutside = 0;  ///< Touching when the hand has left.
 };
 
-void strokeMirrored(Renderer& method, Random& random, Wrong& wrong) {
+void strokeMapped(Renderer& method, const shapes::Shape& shape, const glm::dmat3& map, Random& random, Wrong& wrong) {
   constexpr double kOff_m = 1e-6;
   constexpr double kStep_m = 0.0003;
-  const bool isBox = random.below(2) == 0;
-  const shapes::Shape shape = isBox ? shapes::box({0.03, 0.04, 0.05}, 2) : shapes::bumpy(0.02, 5);
-  const glm::dmat3 map = someMap(random);
-
   shapes::Shape exact = shape.mapped([&](Vec3 v) { return map * v; });
   if (glm::determinant(map) < 0) {
     for (auto& triangle : exact.triangles) std::swap(triangle[1], triangle[2]);
@@ -88,18 +84,35 @@ void strokeMirrored(Renderer& method, Random& random, Wrong& wrong) {
   }
 }
 
+SceneResult resultOf(const Wrong& wrong) {
+  return {{{"ticks", wrong.ticks},
+           {"inside_ticks", wrong.inside},
+           {"unfelt_ticks", wrong.notFelt},
+           {"held_after_leaving", wrong.heldOutside}},
+          wrong.inside + wrong.notFelt + wrong.heldOutside == 0};
+}
+
 }  // namespace
 
 /// The body is felt from outside, on its surface and nowhere else, as one that was always so.
 SceneResult strokeMirroredBodies(Renderer& method, Random& random) {
   constexpr int kBodies = 10;
   Wrong wrong;
-  for (int i = 0; i < kBodies; ++i) strokeMirrored(method, random, wrong);
-  return {{{"ticks", wrong.ticks},
-           {"inside_ticks", wrong.inside},
-           {"unfelt_ticks", wrong.notFelt},
-           {"held_after_leaving", wrong.heldOutside}},
-          wrong.inside + wrong.notFelt + wrong.heldOutside == 0};
+  for (int i = 0; i < kBodies; ++i) {
+    const bool isBox = random.below(2) == 0;
+    const shapes::Shape shape = isBox ? shapes::box({0.03, 0.04, 0.05}, 2) : shapes::bumpy(0.02, 5);
+    strokeMapped(method, shape, someMap(random), random, wrong);
+  }
+  return resultOf(wrong);
+}
+
+SceneResult strokeMirroredBall(Renderer& method, Random& random) {
+  Wrong wrong;
+  for (const Vec3 axes : {Vec3(1), Vec3(-1, 1, 1), Vec3(-1), Vec3(-1, -1, 1)}) {
+    const glm::dmat3 map(Vec3(axes.x, 0, 0), Vec3(0, axes.y, 0), Vec3(0, 0, axes.z));
+    strokeMapped(method, shapes::sphere(0.03, 6), map, random, wrong);
+  }
+  return resultOf(wrong);
 }
 
 }  // namespace haptics::eval

@@ -25,10 +25,12 @@ struct FailureScene {
   std::string_view about;
   SceneRun run;
   Concern concern = Concern::kContact;
+  std::string_view reported = "";  ///< Of P1 to P9: where users of other programs told of it.
 
   /// The same for every method.
   [[nodiscard]] Random random(std::uint64_t seed) const {
-    return Random(seed * 1000 + std::stoul(std::string(name.substr(1))));
+    constexpr std::uint64_t kPublic = 500;
+    return Random(seed * 1000 + (name[0] == 'P' ? kPublic : 0) + std::stoul(std::string(name.substr(1))));
   }
 };
 
@@ -72,6 +74,16 @@ struct FailureScene {
 [[nodiscard]] SceneResult editInSmallSteps(Renderer& method, Random& random);            ///< S38
 [[nodiscard]] SceneResult strokeMirroredBodies(Renderer& method, Random& random);        ///< S39
 [[nodiscard]] SceneResult putBodies(Renderer& method, Random& random);                   ///< S40
+// As reported in public, of which S33 to S40 draw what is alike.
+[[nodiscard]] SceneResult strokeTilesAsReported(Renderer& method, Random& random);   ///< P1
+[[nodiscard]] SceneResult strokeCracksAsReported(Renderer& method, Random& random);  ///< P2
+[[nodiscard]] SceneResult feelRoomsAndHollows(Renderer& method, Random& random);     ///< P3
+[[nodiscard]] SceneResult strokeMirroredBall(Renderer& method, Random& random);      ///< P4
+[[nodiscard]] SceneResult meetThinWalls(Renderer& method, Random& random);           ///< P5
+[[nodiscard]] SceneResult growUnderTheHand(Renderer& method, Random& random);        ///< P6
+[[nodiscard]] SceneResult standAsReported(Renderer& method, Random& random);         ///< P7
+[[nodiscard]] SceneResult putBoardsAsReported(Renderer& method, Random& random);     ///< P8
+[[nodiscard]] SceneResult slideAsReported(Renderer& method, Random& random);         ///< P9
 
 inline constexpr std::array kFailureScenes{
     FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},
@@ -124,6 +136,26 @@ inline constexpr std::array kFailureScenes{
                  Concern::kEdits},
     FailureScene{"S39", "bodies that a lattice mirrors", strokeMirroredBodies, Concern::kEdits},
     FailureScene{"S40", "bodies put beside, upon and into one another", putBodies, Concern::kBodies},
+    FailureScene{"P1", "five boxes, flush, or 1 nm to 0.1 um apart or into one another", strokeTilesAsReported,
+                 Concern::kContact, "bullet3 #92, box2d #341, godot #102544, avian #612"},
+    FailureScene{"P2", "a block whose top comes in two patches, and a sphere whose last meridian is rounded otherwise",
+                 strokeCracksAsReported, Concern::kContact,
+                 "tracefinity PR #164, VMF2OBJ #3, three.js #24621, trimesh #1802"},
+    FailureScene{"P3", "a room, which is a box inside out, and a hollow in a box", feelRoomsAndHollows,
+                 Concern::kContact, "tidy3d PR #1976, xtk #89, admesh #12, trimesh #2082"},
+    FailureScene{"P4", "a ball that a lattice mirrors, or turns by half", strokeMirroredBall, Concern::kEdits,
+                 "gz-sim #2656, mujoco #3604, bullet3 #4530"},
+    FailureScene{"P5", "plates set through a resting hand in steps, and hands of 0.5 to 20 m/s against one",
+                 meetThinWalls, Concern::kStreams, "falconunity #1, habitat-sim #274, use-cannon #71"},
+    FailureScene{"P6", "a ball that grows and shrinks under the hand, 50 edits a second", growUnderTheHand,
+                 Concern::kEdits, "drake #21317, raisim #322, dimple #26, O3DE #2541"},
+    FailureScene{"P7", "stacks of bricks, tall ones, thin ones, heavy on light", standAsReported, Concern::kBodies,
+                 "cannon-es #177, bullet3 #4202, drake PR #5441, jitterphysics #10, FlaxEngine #15, matter-js #1068"},
+    FailureScene{"P8", "boards on blocks narrower than themselves, and weightless ones near others",
+                 putBoardsAsReported, Concern::kBodies,
+                 "matter-js #1068, IMP-Engine PR #37, tsoding/nothing #195, FlaxEngine #15"},
+    FailureScene{"P9", "a slab slides over flush tiles and over fine triangles", slideAsReported, Concern::kBodies,
+                 "avian #612, godot #102544, bounce #13, bullet3 #92"},
 };
 
 }  // namespace haptics::eval

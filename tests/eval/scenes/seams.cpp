@@ -1,12 +1,15 @@
-// Seams and cracks thinner than the skin, at rest and moving: S33 to S35.
+// Seams and cracks thinner than the skin, at rest and moving: S33 to S35, P1, P2.
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
+#include "common/mesh/import.h"
 #include "tests/eval/floors.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
+#include "tests/eval/winding.h"
 
 namespace haptics::eval {
 namespace {
@@ -156,6 +159,74 @@ void strokeMovingFloor(Renderer& method, const Floor& floor, Random& random, Wro
   for (int i = 0; i < 3; ++i) strokes.run(5, placeAt, go);
 }
 
+/// Of 48 by 24 squares; the last meridian is computed at 2 pi, so that its y is the first one's but for sin(2 pi).
+TriMesh meridianSphere(double radius_m) {
+  constexpr int kAround = 48, kDown = 24;
+  std::vector<Vec3> vertices;
+  std::vector<TriangleIndices> triangles;
+  const auto place = [&](int u, int v) {
+    const double a = 2 * std::numbers::pi * u / kAround, b = std::numbers::pi * v / kDown;
+    return radius_m * Vec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
+  };
+  const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
+    const auto k = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), {a, b, c});
+    triangles.push_back({k, k + 1, k + 2});
+  };
+  for (int u = 0; u < kAround; ++u) {
+    for (int v = 0; v < kDown; ++v) {
+      const Vec3 a = place(u, v), b = place(u + 1, v), c = place(u + 1, v + 1), d = place(u, v + 1);
+      if (v > 0) triangle(a, d, b);
+      if (v < kDown - 1) triangle(b, d, c);
+    }
+  }
+  return canonicalise(vertices, triangles, {})->mesh;
+}
+
+/// Pressed on the last meridian and the poles and led over them: the IHIP is on the sphere's facets wherever the hand is
+/// inside, and the force points away from the middle, to within what facets turn it.
+void strokeMeridian(Renderer& method, Random& random, Wrong& wrong) {
+  constexpr double kRadius_m = 0.03, kStep_m = 1e-4;
+  constexpr double kFacet = 0.98;  // cosine of 11 degrees; facets are 7.5 wide and high
+  const TriMesh ball = meridianSphere(kRadius_m);
+  const WindingMesh exact(ball.vertices, ball.triangles);
+  Stage stage(method, random);
+  stage.add(buildCollisionMesh(ball.vertices, ball.triangles));
+  const Vec3 far(0.05, 0, 0.001);
+  stage.begin(far);
+  const auto check = [&](const Felt& felt, Vec3 hip) {
+    ++wrong.ticks;
+    const bool isIn = exact.depthInside(hip) > kOffPlace;
+    const double off_m = felt.touching ? exact.distanceTo(felt.ihip) : 0;
+    wrong.height = std::max(wrong.height, off_m);
+    const bool isRight = felt.touching && off_m < kOffPlace &&
+                         glm::dot(felt.force_N, hip) > kFacet * glm::length(felt.force_N) * glm::length(hip);
+    wrong.wrong += isIn && !isRight ? 1 : 0;
+    wrong.wrong += !felt.touching && felt.force_N != Vec3(0) ? 1 : 0;
+  };
+  const double depth_m = random.between(0.001, 0.006);
+  const auto below = [&](Vec3 direction) { return glm::normalize(direction) * (kRadius_m - depth_m); };
+  Vec3 at = far;
+  const auto go = [&](Vec3 to) {
+    stage.lead(at, to, kStep_m, check);
+    at = to;
+  };
+  go(below({1, 0, 0.05}));
+  for (int i = 0; i < 6; ++i) go(below({1, random.between(-0.3, 0.3), random.between(-1, 1)}));
+  go(below({1, 0, 0.5}));
+  go(below({1, 0, -0.5}));  // along it
+  go(far);
+  go(Vec3(0.05, 0, 0.05));
+  for (const double pole : {1.0, -1.0}) {
+    const Vec3 above(0, 0, 0.05 * pole);
+    stage.place(above);
+    at = above;
+    go(below({0, 0, pole}));
+    for (int i = 0; i < 4; ++i) go(below({random.between(-0.2, 0.2), random.between(-0.2, 0.2), pole}));
+    go(above);
+  }
+}
+
 SceneResult resultOf(const Wrong& wrong) {
   return {{{"ticks", wrong.ticks},
            {"wrong_ticks", wrong.wrong},
@@ -188,6 +259,23 @@ SceneResult strokeMovingSeams(Renderer& method, Random& random) {
     strokeMovingFloor(method,
                       i % 2 == 0 ? flushBoxes(someScale(random), random) : crackedMesh(someScale(random), random),
                       random, wrong);
+  return resultOf(wrong);
+}
+
+SceneResult strokeTilesAsReported(Renderer& method, Random& random) {
+  Wrong wrong;
+  for (const double gap_m : {0.0, 1e-9, 1e-8, 1e-7, -1e-9, -1e-6})
+    strokeFloor(method, fiveBoxes(1.0 / 64, gap_m), random, wrong);
+  strokeFloor(method, fiveBoxes(0.02, 0), random, wrong);
+  return resultOf(wrong);
+}
+
+SceneResult strokeCracksAsReported(Renderer& method, Random& random) {
+  Wrong wrong;
+  for (const double gap_m : {0.0, 1e-9, 1e-8, 5e-8}) {
+    for (const bool closed : {true, false}) strokeFloor(method, patchedBlock(gap_m, closed), random, wrong);
+  }
+  strokeMeridian(method, random, wrong);
   return resultOf(wrong);
 }
 

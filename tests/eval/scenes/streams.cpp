@@ -1,9 +1,11 @@
-// What comes in small steps while the hand rests: bodies driven against it, shapes and poses edited under it. S36 to S38.
+// What comes in small steps while the hand rests: bodies driven against it, shapes and poses edited under it. S36 to S38, P5, P6.
 
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 
+#include "tests/eval/closest_on_triangle.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
 
@@ -167,6 +169,95 @@ void editUnder(Renderer& method, Random& random, Wrong& wrong) {
   }
 }
 
+/// A plate, or a sheet where it is of no thickness, that is lifted in steps onto a hand at rest, 2 mm farther, and stays there.
+void setThrough(Renderer& method, double thickness_m, double step_m, int every, Random& random, Wrong& wrong) {
+  constexpr double kLifted_m = 0.002, kOff_N = 0.02;
+  constexpr int kLag = 80, kRest = 300;
+  const Vec3 hip(random.between(-0.01, 0.01), random.between(-0.01, 0.01), 0);
+  const shapes::Shape shape =
+      thickness_m == 0 ? shapes::sheet(kWide_m, 3) : shapes::box({kWide_m, kWide_m, thickness_m}, 2);
+  const auto poseAt = [&](double top_m) { return Pose{{1, 0, 0, 0}, {0, 0, top_m - thickness_m / 2}}; };
+  double top_m = -0.01;
+  Stage stage(method, random);
+  const int body = stage.add(shape.build(), poseAt(top_m));
+  stage.begin(hip);
+  std::deque<double> depths_m;
+  for (int tick = 0, rested = 0; rested < kRest; ++tick) {
+    const bool comes = tick % every == 0;
+    if (comes) {
+      top_m = std::min(top_m + step_m, kLifted_m);
+      stage.move(body, poseAt(top_m));
+    }
+    rested += top_m == kLifted_m ? 1 : 0;
+    const Felt felt = stage.drive(hip, comes);
+    depths_m.push_back(std::max(0.0, top_m));
+    if (depths_m.size() > kLag) depths_m.pop_front();
+    const auto [least, most] = std::ranges::minmax(depths_m);
+    const double up_N = felt.force_N.z;
+    const double off_N = std::max({kSpring_N_per_m * least - up_N, up_N - kSpring_N_per_m * most,
+                                   std::hypot(felt.force_N.x, felt.force_N.y), 0.0});
+    wrong.see(off_N, isFinite(felt.force_N) && off_N < kOff_N);
+  }
+}
+
+/// A hand that goes 50 mm beyond the upper face of a plate of 0.5 mm: the face holds it.
+void throwAgainst(Renderer& method, double speed_m_per_s, Random& random, Wrong& wrong) {
+  constexpr double kThickness_m = 0.0005, kOff_N = kSpring_N_per_m * 1e-6;
+  const Vec3 from(random.between(-0.02, 0.02), random.between(-0.02, 0.02), 0.02);
+  Stage stage(method, random);
+  stage.add(shapes::box({kWide_m, kWide_m, kThickness_m}, 2), {0, 0, -kThickness_m / 2});
+  stage.begin(from);
+  stage.lead(from, {from.x, from.y, -0.05}, speed_m_per_s * kPeriod_s, [&](const Felt& felt, Vec3 hip) {
+    const double off_N = glm::distance(felt.force_N, Vec3(0, 0, kSpring_N_per_m * std::max(0.0, -hip.z)));
+    wrong.see(off_N, isFinite(felt.force_N) && off_N < kOff_N);
+  });
+}
+
+/// How long the force is that a ball's triangles give: to the nearest of them.
+double pressOn(const shapes::Shape& ball, Vec3 hip) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (std::size_t t = 0; t < ball.triangles.size(); ++t) {
+    const Vec3 on = closestOnTriangle(hip, {ball.corner(t, 0), ball.corner(t, 1), ball.corner(t, 2)});
+    nearest_m = std::min(nearest_m, glm::distance(on, hip));
+  }
+  return kSpring_N_per_m * nearest_m;
+}
+
+/// A ball of 20 mm grows by a tenth within a second and shrinks again, by 40 um an edit, under a hand 2 mm deep: the force
+/// goes from 2 to 4 N and back, and points away from the ball's middle to within what facets turn it.
+void growUnder(Renderer& method, Random& random, Wrong& wrong) {
+  constexpr int kEvery = 20, kSettled = 300, kLag = 60, kGrowing = 50, kFacets = 12;
+  constexpr double kRadius_m = 0.02, kPressed_m = 0.002, kGrown_m = 4e-5;
+  constexpr double kOff_N = 0.03, kAside = 0.15;
+  const Vec3 up = random.direction();
+  const Vec3 hip = up * (kRadius_m - kPressed_m);
+  shapes::Shape ball = shapes::sphere(kRadius_m, kFacets);
+  Stage stage(method, random);
+  const int body = stage.add(ball);
+  stage.begin(up * (kRadius_m + 0.005));
+  stage.lead(up * (kRadius_m + 0.005), hip, 1e-4, [](const Felt&, Vec3) {});
+  std::deque<double> exact_N{pressOn(ball, hip)};
+  for (int tick = 1; tick < kSettled + 2 * kGrowing * kEvery + kSettled; ++tick) {
+    double now_N = exact_N.back();
+    const int edits = (tick - kSettled) / kEvery;
+    if (tick > kSettled && (tick - kSettled) % kEvery == 0 && edits <= 2 * kGrowing) {
+      ball = shapes::sphere(kRadius_m + kGrown_m * (kGrowing - std::abs(kGrowing - edits)), kFacets);
+      stage.replace(body, ball.build());
+      stage.edit(hip);
+      now_N = pressOn(ball, hip);
+    }
+    exact_N.push_back(now_N);
+    if (exact_N.size() > kLag) exact_N.pop_front();
+    const Felt felt = stage.tick(hip);
+    if (tick < kSettled) continue;
+    const auto [least_N, most_N] = std::ranges::minmax(exact_N);
+    const double felt_N = glm::length(felt.force_N);
+    const double aside_N = glm::length(felt.force_N - glm::dot(felt.force_N, up) * up) - kAside * felt_N;
+    const double off_N = std::max({least_N - felt_N, felt_N - most_N, aside_N});
+    wrong.see(off_N, isFinite(felt.force_N) && off_N < kOff_N);
+  }
+}
+
 SceneResult resultOf(const Wrong& wrong) {
   return {{{"ticks", wrong.ticks}, {"wrong_ticks", wrong.wrong}, {"force_error_max_N", wrong.worst_N}},
           wrong.wrong == 0};
@@ -184,5 +275,21 @@ SceneResult run(void (*one)(Renderer&, Random&, Wrong&), Renderer& method, Rando
 SceneResult drivePastStillHip(Renderer& method, Random& random) { return run(drivePast, method, random); }
 SceneResult streamUnderStillHip(Renderer& method, Random& random) { return run(streamUnder, method, random); }
 SceneResult editInSmallSteps(Renderer& method, Random& random) { return run(editUnder, method, random); }
+
+SceneResult meetThinWalls(Renderer& method, Random& random) {
+  Wrong wrong;
+  for (const double thickness_m : {0.0, 1e-4, 5e-4, 0.002, 0.01}) {
+    for (const auto& [step_m, every] : {std::pair{3e-4, 16}, {5e-4, 16}, {1e-4, 4}, {3e-5, 1}})
+      setThrough(method, thickness_m, step_m, every, random, wrong);
+  }
+  for (const double speed_m_per_s : {0.5, 2.0, 5.0, 20.0}) throwAgainst(method, speed_m_per_s, random, wrong);
+  return resultOf(wrong);
+}
+
+SceneResult growUnderTheHand(Renderer& method, Random& random) {
+  Wrong wrong;
+  for (int i = 0; i < 4; ++i) growUnder(method, random, wrong);
+  return resultOf(wrong);
+}
 
 }  // namespace haptics::eval
