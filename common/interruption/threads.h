@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "common/interruption/interruption.h"
+#include "common/interruption/work_meter.h"
 
 namespace haptics {
 
 /// Calls `work` in `threads` threads at once, the calling one among them, and returns when all have. In the others it is
-/// interruptible as in the calling one.
+/// interruptible as in the calling one, and counts for the same meter.
 /// Throws what one of them throws, when all have ended.
 template <class Work>
 void runInThreads(int threads, const Work& work) {
@@ -18,8 +19,9 @@ void runInThreads(int threads, const Work& work) {
     std::vector<std::jthread> others;
     others.reserve(thrown.size());
     for (std::exception_ptr& mine : thrown) {
-      others.emplace_back([&work, &mine, token = Interruptible::token()] {
+      others.emplace_back([&work, &mine, token = Interruptible::token(), meter = WorkMeter::current()] {
         const Interruptible as(token);
+        const WorkMeter::Counting counting(meter);
         try {
           work();
         } catch (...) {

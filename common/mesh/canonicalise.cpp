@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/interruption/grow.h"
 #include "common/mesh/import.h"
 #include "common/mesh/joined_edges.h"
 #include "common/mesh/topology.h"
@@ -112,7 +113,8 @@ std::vector<std::uint32_t> firstAtSamePlace(const std::vector<Vec3f>& vertices) 
   const std::size_t capacity = std::bit_ceil(2 * vertices.size() + 1);
   std::vector<std::uint32_t> table(capacity, kNone);
   std::vector<std::uint32_t> first(vertices.size());
-  for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+  forEach(vertices.size(), [&](std::size_t i) {
+    const auto v = static_cast<std::uint32_t>(i);
     std::uint64_t hash = 0;
     for (int axis = 0; axis < 3; ++axis) {  // Fibonacci hashing: the odd number next to 2^64 / golden ratio
       hash = (std::rotl(hash, 29) ^ std::bit_cast<std::uint32_t>(vertices[v][axis])) * 0x9E3779B97F4A7C15U;
@@ -121,7 +123,7 @@ std::vector<std::uint32_t> firstAtSamePlace(const std::vector<Vec3f>& vertices) 
     while (table[slot] != kNone && vertices[table[slot]] != vertices[v]) slot = (slot + 1) & (capacity - 1);
     if (table[slot] == kNone) table[slot] = v;
     first[v] = table[slot];
-  }
+  });
   return first;
 }
 
@@ -136,11 +138,11 @@ TriMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIn
                 const std::vector<std::uint32_t>& first) {
   TriMesh mesh;
   std::vector<std::uint32_t> canonical(vertices.size(), kNone);
-  for (const TriangleIndices& triangle : triangles) {
+  forEach(triangles.size(), [&](std::size_t t) {
     TriangleIndices corners;
-    for (std::size_t k = 0; k < 3; ++k) corners[k] = first[triangle[k]];
+    for (std::size_t k = 0; k < 3; ++k) corners[k] = first[triangles[t][k]];
     // Corners at one place make no area.
-    if (!hasArea(vertices[corners[0]], vertices[corners[1]], vertices[corners[2]])) continue;
+    if (!hasArea(vertices[corners[0]], vertices[corners[1]], vertices[corners[2]])) return;
     for (std::uint32_t& corner : corners) {
       std::uint32_t& id = canonical[corner];
       if (id == kNone) {
@@ -150,7 +152,7 @@ TriMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIn
       corner = id;
     }
     mesh.triangles.push_back(corners);
-  }
+  });
   return mesh;
 }
 

@@ -296,6 +296,7 @@ TriMesh Decimation::copyOf(std::size_t triangles) const {
   }
   std::vector<TriangleIndices> left;
   for (const TriangleIndices& t : mesh_.triangles) {
+    interruptionPoint();
     const TriangleIndices moved{stands[t[0]], stands[t[1]], stands[t[2]]};
     if (moved[0] != moved[1] && moved[1] != moved[2] && moved[2] != moved[0]) left.push_back(moved);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/deform/free_form.h"
+#include "common/interruption/grow.h"
 
 namespace haptics {
 namespace {
@@ -35,9 +36,9 @@ SoftTissue tissueOf(const Softness& softness) {
 }
 
 std::vector<Vec3f> shapedBy(const Lattice& lattice, std::span<const Vec3f> vertices) {
+  const FreeForm shape(lattice.low_m, lattice.size_m, lattice.points, lattice.control_m);
   std::vector<Vec3f> shaped(vertices.size());
-  std::ranges::transform(vertices, shaped.begin(),
-                         FreeForm(lattice.low_m, lattice.size_m, lattice.points, lattice.control_m));
+  forEach(vertices.size(), [&](std::size_t i) { shaped[i] = shape(vertices[i]); });
   return shaped;
 }
 

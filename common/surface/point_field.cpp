@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/fade.h"
 #include "common/surface/sampled_field.h"
 
@@ -91,7 +92,10 @@ class Summit {
   const PointField& field_;
   double sign_;
 
-  [[nodiscard]] Place at(Vec3 point) const { return {point, sign_ * field_.at(point).value}; }
+  [[nodiscard]] Place at(Vec3 point) const {
+    interruptionPoint();
+    return {point, sign_ * field_.at(point).value};
+  }
   static void keepBest(std::vector<Place>& places, std::size_t most) {
     const auto end = places.begin() + static_cast<std::ptrdiff_t>(std::min(most, places.size()));
     std::partial_sort(places.begin(), end, places.end(),
@@ -120,6 +124,7 @@ void visitSurface(const PointField& field, const NearSamples& near, Visit visit)
   const auto samples = field.samples();
   const std::size_t stride = (samples.size() + kLookedAt - 1) / kLookedAt;
   for (std::size_t i = 0; i < samples.size(); i += stride) {
+    interruptionPoint();
     const Vec3 here(samples[i].point);
     visit(here);
     double least = field.reach_m();

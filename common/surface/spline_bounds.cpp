@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/cubic_spline.h"
 #include "common/surface/spline_grid.h"
 
@@ -145,6 +146,7 @@ SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples) {
   const auto cells = static_cast<double>(samples.size());
   const auto stride = static_cast<std::size_t>(std::ceil(std::sqrt(cells / kMaxCells)));
   for (std::size_t y = 0; y < grid.height; ++y) {
+    interruptionPoint();
     for (std::size_t x = 0; x < grid.width; ++x) {
       const auto [low, high] = rangeAround(grid, x, y);
       if (!ceiling.mayHold(high)) ceiling.raiseTo(netAround(grid, x, y, 1));

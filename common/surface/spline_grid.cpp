@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/interruption/interruption.h"
+
 namespace haptics {
 namespace {
 
@@ -20,6 +22,7 @@ void filter(double* samples, std::size_t count, std::vector<double>& state) {
     for (std::size_t k = 0; k < lines; ++k) state[k] = kPole * state[k] + at[k];
   }
   for (std::size_t i = 0; i < count; ++i) {
+    interruptionPoint();
     double* at = samples + i * lines;
     for (std::size_t k = 0; k < lines; ++k) at[k] = state[k] = at[k] + kPole * state[k];
   }
@@ -30,6 +33,7 @@ void filter(double* samples, std::size_t count, std::vector<double>& state) {
     for (std::size_t k = 0; k < lines; ++k) state[k] = kPole * (state[k] - at[k]);
   }
   for (std::size_t i = count; i > 0; --i) {
+    interruptionPoint();
     double* at = samples + (i - 1) * lines;
     for (std::size_t k = 0; k < lines; ++k) {
       state[k] = kPole * (state[k] - at[k]);

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "common/interruption/interruption.h"
+#include "common/interruption/grow.h"
 #include "common/mesh/triangle_distance.h"
 #include "haptic_server/scene/surface_warnings.h"
 
@@ -72,10 +72,12 @@ std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh&
 
 std::size_t flattenedBy(const Lattice& lattice, const TriMesh& mesh) {
   const std::vector<Vec3f> shaped = shapedBy(lattice, mesh.vertices);
-  interruptionPoint();
-  return static_cast<std::size_t>(std::ranges::count_if(mesh.triangles, [&](const TriangleIndices& t) {
-    return areaNormal(corners(shaped, t)) == Vec3(0) && areaNormal(corners(mesh.vertices, t)) != Vec3(0);
-  }));
+  std::size_t flattened = 0;
+  forEach(mesh.triangles.size(), [&](std::size_t i) {
+    const TriangleIndices& t = mesh.triangles[i];
+    if (areaNormal(corners(shaped, t)) == Vec3(0) && areaNormal(corners(mesh.vertices, t)) != Vec3(0)) ++flattened;
+  });
+  return flattened;
 }
 
 std::vector<std::string> deformationWarnings(const DeformationProperties& properties, const TriMesh& mesh,

@@ -27,6 +27,7 @@
 #include "haptic_server/scene/servo_scene_builder.h"
 #include "haptic_server/scene/session_lanes.h"
 #include "haptic_server/scene/work_notes.h"
+#include "haptic_server/scene/work_watch.h"
 #include "haptic_server/servo/scene_mailbox.h"
 
 namespace haptics {
@@ -46,6 +47,7 @@ class SceneService {
     /// empty. Called on the builder thread after start().
     std::function<const MotionState*()> takeMotion = nullptr;
     DeviceLimits device = {};                     ///< For clamps and warnings of them.
+    WorkLimits mostOfEdit = {};                   ///< What takes more is ended, and refused.
     std::string readOnlyReason = {};              ///< Why every edit is refused; empty: none is for that.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
     /// Each scene that the servo is about to get, and what it is made of; may be empty. On the thread that publishes it.

@@ -18,8 +18,7 @@
 namespace haptics {
 namespace {
 
-/// How often it is seen whether anybody waits behind what takes longer than short work.
-constexpr std::chrono::milliseconds kLookAgain{50};
+using namespace std::chrono_literals;
 
 /// How often the builder frees scenes that the servo has left behind while nothing is edited.
 constexpr std::chrono::milliseconds kReclaimEvery{100};
@@ -335,9 +334,18 @@ bool SceneService::execute(Edit& edit) {
   }
   if (!edit.preparation) edit.preparation = std::make_unique<Preparation>(library_);
   const bool unchanged = edit.scene && edit.scene->history == sequencer_.history();
-  if (unchanged || edit.timesPrepared >= kMaxPreparations) edit.preparation->allowLongWork();
-  if (const auto outcomes = apply({&edit.submission, 1}, *edit.preparation, edit.unwanted)) {
-    edit.reply(outcomes->front());
+  const bool inVain = edit.timesPrepared >= kMaxPreparations;
+  if (unchanged || inVain) edit.preparation->allowLongWork();
+  std::stop_source enough;
+  const auto stop = [&enough] { enough.request_stop(); };
+  const std::stop_callback onUnwanted(edit.unwanted, stop);
+  std::optional<WorkWatch> watch;
+  if (inVain) watch.emplace(options_.mostOfEdit, stop);
+  if (auto outcomes = apply({&edit.submission, 1}, *edit.preparation, enough.get_token())) {
+    EditOutcome& outcome = outcomes->front();
+    if (auto tooMuch = watch ? watch->tooMuch() : std::nullopt; tooMuch && std::holds_alternative<Error>(outcome))
+      outcome = *std::move(tooMuch);
+    edit.reply(outcome);
     return true;
   }
   edit.scene = sequencer_.scene();
@@ -419,34 +427,34 @@ SceneService::Prepared SceneService::prepare(Job& job, std::optional<std::chrono
   const std::stop_callback onStop(stop_.get_token(), stop);
   const std::stop_callback onUnwanted(unwanted, stop);
   const Interruptible interruptible(either.get_token());
-  std::atomic<bool> takesLong = false;
-  std::jthread timer;
+  auto* edit = std::get_if<Edit>(&job.task);
   auto* upload = std::get_if<Upload>(&job.task);
   if (upload && patience && upload->bytes.size() > kShortUpload_bytes) return Prepared::kTakesLong;
-  if (!upload && patience) {
-    timer = std::jthread([&, patience = *patience](const std::stop_token& done) {
-      std::unique_lock lock(queueMutex_);
-      std::condition_variable_any never;
-      never.wait_for(lock, done, patience, [] { return false; });
-      while (!done.stop_requested() && !(lanes_.anyAside() && idle_ == 0))
-        never.wait_for(lock, done, kLookAgain, [] { return false; });
-      if (done.stop_requested()) return;
-      lock.unlock();
-      takesLong = true;
-      stop();
-    });
-  }
+  std::atomic<bool> takesLong = false;
+  const auto othersWait = [&, patient = std::chrono::steady_clock::now() + patience.value_or(0ms)] {
+    if (!patience || std::chrono::steady_clock::now() < patient) return false;
+    const std::lock_guard lock(queueMutex_);
+    return takesLong = lanes_.anyAside() && idle_ == 0;
+  };
+  std::optional<WorkWatch> watch;
+  if (edit) watch.emplace(options_.mostOfEdit, stop, othersWait);
+  const auto refuseTooMuch = [&] {
+    if (auto tooMuch = watch ? watch->tooMuch() : std::nullopt) edit->failure = std::move(tooMuch);
+    return edit && edit->failure;
+  };
   try {
     interruptionPoint();
-    if (auto* edit = std::get_if<Edit>(&job.task)) prepare(*edit);
+    if (edit) prepare(*edit);
     if (upload) {
       build(*upload);
       if (journal_ && *upload->built) journal_->prepare(**upload->built);
     }
   } catch (const Interrupted&) {
-    const bool wanted = !unwanted.stop_requested() && !stop_.stop_requested();
-    return wanted && takesLong ? Prepared::kTakesLong : Prepared::kUnwanted;
+    if (unwanted.stop_requested() || stop_.stop_requested()) return Prepared::kUnwanted;
+    if (refuseTooMuch()) return Prepared::kDone;
+    return takesLong ? Prepared::kTakesLong : Prepared::kUnwanted;
   }
+  static_cast<void>(refuseTooMuch());
   return unwanted.stop_requested() ? Prepared::kUnwanted : Prepared::kDone;
 }
 

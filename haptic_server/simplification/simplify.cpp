@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/interruption/interruption.h"
+#include "common/interruption/work_meter.h"
 #include "common/maths/perception.h"
 #include "common/mesh/decimation.h"
 #include "common/mesh/self_intersection_repair.h"
@@ -35,10 +36,11 @@ constexpr double kFarthest = 2;
 /// A copy that is farther off than so many times what it may be is not fitted: fitting halves the distance at best.
 constexpr double kHopeless = 3;
 
-/// In a thread of its own, which ends when the calling one's work is to end.
+/// In a thread of its own, which ends when the calling one's work is to end, and counts for its meter.
 auto beside(std::invocable auto work) {
-  return std::async(std::launch::async, [stop = Interruptible::token(), work] {
+  return std::async(std::launch::async, [stop = Interruptible::token(), meter = WorkMeter::current(), work] {
     const Interruptible here(stop);
+    const WorkMeter::Counting counting(meter);
     return work();
   });
 }

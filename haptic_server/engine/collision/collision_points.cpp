@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/maths/elementary.h"
 #include "haptic_server/engine/geometry/spaced_points.h"
 
@@ -20,6 +21,7 @@ constexpr std::size_t kPointsOfLeaf = 4;
 void addRoundVertices(const CollisionMesh& mesh, SpacedPoints& points) {
   const double flat = elementary::cos(kFlat_rad), sharp = elementary::cos(kSharp_rad);
   for (std::uint32_t t = 0; t < mesh.triangleCount() && points.size() <= kMaxCollisionPoints; ++t) {
+    interruptionPoint();
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t other = mesh.triangle(t).neighbour(k);
       if (other == kNoTriangle || other < t) continue;
@@ -58,7 +60,10 @@ void addRoundVertices(const CollisionMesh& mesh, SpacedPoints& points) {
                                                               const std::vector<Vec3>& places) {
   std::vector<CollisionPoints::Point> points;
   points.reserve(places.size());
-  for (const Vec3& place : places) points.push_back({place, normalAt(mesh, place)});
+  for (const Vec3& place : places) {
+    interruptionPoint();
+    points.push_back({place, normalAt(mesh, place)});
+  }
   return points;
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/engine/geometry/spaced_points.h"
 
 namespace haptics {
@@ -33,12 +34,14 @@ class FlatFaces {
   /// False: there are too many, or some part is behind another.
   [[nodiscard]] bool find() {
     for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
+      interruptionPoint();
       if (faceOf_[t] != kNone) continue;
       if (planes_.size() == Polytope::kMaxFaces) return false;
       planes_.push_back({mesh_.faceNormal(t), glm::dot(mesh_.faceNormal(t), mesh_.triangle(t).corner(0))});
       spread(t);
     }
     for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
+      interruptionPoint();
       for (int k = 0; k < 3; ++k) {
         const Vec3 corner = mesh_.triangle(t).corner(k);
         const auto isAbove = [&](const Plane& p) { return glm::dot(p.normal, corner) > p.offset_m + rounding_m_; };
@@ -53,6 +56,7 @@ class FlatFaces {
   [[nodiscard]] std::map<std::array<double, 3>, std::set<Polytope::FaceIndex>> corners() const {
     std::map<std::array<double, 3>, std::set<Polytope::FaceIndex>> all;
     for (std::uint32_t t = 0; t < mesh_.triangleCount(); ++t) {
+      interruptionPoint();
       for (int k = 0; k < 3; ++k) {
         const Vec3 corner = mesh_.triangle(t).corner(k);
         all[{corner.x, corner.y, corner.z}].insert(faceOf_[t]);
@@ -74,6 +78,7 @@ class FlatFaces {
     std::vector<std::uint32_t> open{from};
     faceOf_[from] = face;
     while (!open.empty()) {
+      interruptionPoint();
       const TriangleRecord& triangle = mesh_.triangle(open.back());
       open.pop_back();
       for (int k = 0; k < 3; ++k) {
@@ -306,6 +311,7 @@ class Hull {
   for (double spacing_m = kHullSpacing * mesh.radius_m();; spacing_m *= kWider) {
     SpacedPoints points(spacing_m);
     for (std::uint32_t t = 0; t < mesh.triangleCount() && points.size() <= Polytope::kMaxCorners; ++t) {
+      interruptionPoint();
       for (int k = 0; k < 3; ++k) points.add(mesh.triangle(t).corner(k));
     }
     if (points.size() <= Polytope::kMaxCorners) return points.take();
@@ -316,6 +322,7 @@ class Hull {
 [[nodiscard]] bool isWithin(const CollisionMesh& mesh, const Polytope& polytope, double error_m) {
   Polytope::Corner near = 0;
   for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    interruptionPoint();
     for (int k = 0; k < 3; ++k) {
       const Vec3 from = mesh.triangle(t).corner(k), to = mesh.triangle(t).corner(nextCorner(k));
       for (const Vec3 at : {from, (from + to) / 2.0}) {

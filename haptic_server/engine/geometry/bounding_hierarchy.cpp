@@ -438,6 +438,7 @@ void BoundingHierarchy::refit(std::span<const TriangleRecord> triangles, double 
     return box;
   };
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    interruptionPoint();
     for (std::size_t i = 0; i < kWidth; ++i) {
       if (node->bounds[0][0][i] <= node->bounds[1][0][i]) setPlace(*node, i, boxOfChild(node->child[i]));
     }

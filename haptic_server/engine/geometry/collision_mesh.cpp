@@ -54,7 +54,7 @@ CollisionMesh::CollisionMesh(const CollisionMesh& from, std::span<const Vec3f> v
     : records_(from.records_), hierarchy_(from.hierarchy_), vertexNormals_(from.vertexNormals_), closed_(from.closed_) {
   measure(vertices);
   std::vector<std::uint8_t> changed(records_.size());
-  for (std::size_t t = 0; t < records_.size(); ++t) {
+  forEach(records_.size(), [&](std::size_t t) {
     TriangleRecord& r = records_[t];
     changed[t] = r.selfIntersecting() ? 1 : 0;  // what crossed it may have moved away
     for (std::size_t k = 0; k < 3; ++k) {
@@ -67,8 +67,7 @@ CollisionMesh::CollisionMesh(const CollisionMesh& from, std::span<const Vec3f> v
     }
     r.flags &= ~(TriangleRecord::kZeroArea | TriangleRecord::kSelfIntersecting);
     if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
-  }
-  interruptionPoint();
+  });
   sumVertexNormals(changed, vertices.size());
   hierarchy_.refit(records_, extent_);
   markSelfIntersecting(changed, 1);
@@ -154,9 +153,9 @@ void CollisionMesh::sumVertexNormals(std::span<const std::uint8_t> changed, std:
     for (std::size_t k = 0; k < 3; ++k) sum[vertex[k]] += normal * angles[k];
   });
   vertexNormals_.resize(vertexCount);
-  for (std::size_t v = 0; v < vertexCount; ++v) {
+  forEach(vertexCount, [&](std::size_t v) {
     if (anew[v] != 0) vertexNormals_[v] = Vec3f(unitOrZero(sum[v]));
-  }
+  });
 }
 
 Vec3 CollisionMesh::faceNormal(std::uint32_t t) const noexcept {

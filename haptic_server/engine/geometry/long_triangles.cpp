@@ -183,6 +183,7 @@ Grid gridFor(const Bounds& bounds, std::span<const std::uint32_t> triangles,
     const Grid grid(bounds, along);
     double listed = 0, samples = 0;
     for (std::size_t i = 0; i < triangles.size(); i += stride, ++samples) {
+      interruptionPoint();
       grid.visit(corners(triangles[i]), [&](std::size_t) { ++listed; });
     }
     if (listed / samples * count <= most) return grid;

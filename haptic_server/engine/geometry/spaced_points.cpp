@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/interruption/grow.h"
 #include "common/maths/elementary.h"
 
 namespace haptics {
@@ -24,14 +25,15 @@ struct Line {
 [[nodiscard]] std::vector<Line> sharpLines(const CollisionMesh& mesh) {
   std::vector<Line> sharp;
   const double minCosine = elementary::cos(kSharp_rad);
-  for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+  forEach(mesh.triangleCount(), [&](std::size_t i) {
+    const auto t = static_cast<std::uint32_t>(i);
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t other = mesh.triangle(t).neighbour(k);
       const bool joined = other != kNoTriangle;
       if (joined && (other < t || glm::dot(mesh.faceNormal(t), mesh.faceNormal(other)) >= minCosine)) continue;
       sharp.push_back({mesh.triangle(t).corner(k), mesh.triangle(t).corner(nextCorner(k))});
     }
-  }
+  });
   return sharp;
 }
 
@@ -79,9 +81,11 @@ bool addSharpPoints(const CollisionMesh& mesh, double spacing_m, std::size_t max
     return points.size() <= max;
   };
   for (const Line& line : lines) {
+    interruptionPoint();
     if (!add(line.a) || !add(line.b)) return false;
   }
   for (const Line& line : lines) {
+    interruptionPoint();
     const double parts = std::floor(glm::distance(line.a, line.b) / spacing_m);
     if (parts > static_cast<double>(max)) return false;
     for (double part = 1; part < parts; ++part) {

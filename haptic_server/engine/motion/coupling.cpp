@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/interruption/grow.h"
+
 namespace haptics {
 namespace {
 
@@ -34,12 +36,12 @@ namespace {
 double minApparentMass_kg(const RigidBody& body, std::span<const Vec3f> vertices) {
   if (body.freedom == Freedom::kSlider) return body.mass.mass_kg;
   double most = 0;
-  for (const Vec3f vertex : vertices) {
-    const Vec3 place(vertex);
+  forEach(vertices.size(), [&](std::size_t i) {
+    const Vec3 place(vertices[i]);
     most = std::max(most, body.freedom == Freedom::kHinge
                               ? freedomOnHinge(body, place)
                               : freedomAt(body.mass, glm::conjugate(body.mass.principal) * (place - body.mass.centre)));
-  }
+  });
   return 1 / most;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "common/interruption/interruption.h"
 #include "common/maths/elementary.h"
 
 namespace haptics {
@@ -23,6 +24,7 @@ namespace {
 std::vector<Vec3> supportPoints(std::span<const Vec3f> vertices) {
   std::vector<std::size_t> farthest;
   for (int k = 0; k < kSupportDirections && !vertices.empty(); ++k) {
+    interruptionPoint();
     const Vec3 out = direction(k);
     std::size_t best = 0;
     double reach = glm::dot(out, Vec3(vertices[0]));

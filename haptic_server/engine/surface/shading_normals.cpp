@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/interruption/grow.h"
 #include "common/maths/elementary.h"
 
 namespace haptics {
@@ -14,6 +15,10 @@ struct Sector {
   double roundness = 0;  // 1/m
   double hollowness = 0;
 };
+
+void forEachTriangle(const CollisionMesh& surface, auto work) {
+  forEach(surface.triangleCount(), [&](std::size_t t) { work(static_cast<std::uint32_t>(t)); });
+}
 
 [[nodiscard]] std::size_t placeOf(std::uint32_t t, int k) { return 3 * std::size_t{t} + static_cast<std::size_t>(k); }
 
@@ -37,20 +42,20 @@ class Builder {
     sharp_.resize(corners);
     sharpVertex_.resize(vertexCount());
     sectorOf_.assign(corners, kNone);
-    for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    forEachTriangle(surface, [&](std::uint32_t t) {
       for (int k = 0; k < 3; ++k) {
         if (!isSharp(t, k)) continue;
         sharp_[placeOf(t, k)] = 1;
         for (const int end : {k, nextCorner(k)}) sharpVertex_[surface.triangle(t).vertexAt(end)] = 1;
       }
-    }
-    for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    });
+    forEachTriangle(surface, [&](std::uint32_t t) {
       for (int k = 0; k < 3; ++k) {
         if (sectorOf_[placeOf(t, k)] == kNone) addSector(t, k);
       }
-    }
-    for (Sector& sector : sectors_) sector.normal = unitOrZero(sector.normal);
-    for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) bendAlong(t);
+    });
+    forEach(sectors_.size(), [&](std::size_t i) { sectors_[i].normal = unitOrZero(sectors_[i].normal); });
+    forEachTriangle(surface, [&](std::uint32_t t) { bendAlong(t); });
   }
 
   [[nodiscard]] ShadingRecord record(std::uint32_t t) const {
@@ -160,10 +165,10 @@ ShadingNormals::ShadingNormals(const CollisionMesh& surface, double crease_rad,
                                std::span<const std::array<std::uint32_t, 2>> creases) {
   const Builder builder(surface, crease_rad, creases);
   records_.resize(surface.triangleCount());
-  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+  forEachTriangle(surface, [&](std::uint32_t t) {
     records_[t] = builder.record(t);
     highestBulge_m_ = std::max(highestBulge_m_, bulgeBound(surface.triangle(t), records_[t]));
-  }
+  });
 }
 
 }  // namespace haptics

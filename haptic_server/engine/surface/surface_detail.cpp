@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/maths/barycentric.h"
 #include "common/maths/elementary.h"
 
@@ -74,6 +75,7 @@ TextureDetail::TextureDetail(const CollisionMesh& surface, const Texture& textur
       highest_m_(amplitude_m_ * (field_->highest() - zero_)) {
   const std::uint32_t count = surface.triangleCount();
   for (std::uint32_t i = 0; i < kSamples; ++i) {
+    interruptionPoint();
     const auto t = static_cast<std::uint32_t>(std::uint64_t{count} * i / kSamples);
     const TriangleMap::Corners corners = cornersOf(surface.triangle(t), material);
     const Vec3 normal = unitOrZero(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));

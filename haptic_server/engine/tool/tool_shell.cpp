@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/engine/geometry/spaced_points.h"
 
 namespace haptics {
@@ -30,6 +31,7 @@ constexpr std::size_t kMaxWithVertices = 2'000, kMaxVertices = 1'000;
   SpacedPoints all(apart);
   for (const Vec3& point : points) all.add(point);
   for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    interruptionPoint();
     for (int k = 0; k < 3; ++k) {
       const Vec3 vertex = mesh.triangle(t).corner(k);
       if (!all.add(vertex)) continue;
@@ -59,6 +61,7 @@ Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m) {
   std::uint64_t number = 0;
   std::vector<Vec3> darts;
   for (std::uint32_t t = 0; t < triangles; ++t) {
+    interruptionPoint();
     const TriangleRecord& r = mesh.triangle(t);
     const Vec3 a = r.corner(0), b = r.corner(1), c = r.corner(2);
     for (due += wanted * 0.5 * glm::length(r.areaNormal()) / area; due >= 1; --due) {
@@ -71,6 +74,7 @@ Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m) {
   const std::size_t count = darts.size();
   constexpr std::size_t kStride = 2'654'435'761;  // prime, and larger than any count
   for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + kStride) % count) {
+    interruptionPoint();
     points.add(darts[at]);
     if (points.size() > kMaxToolPoints) return tooMany();
   }
