@@ -9,6 +9,7 @@
 
 #include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/point_field.h"
+#include "haptic_server/engine/geometry/long_triangles.h"
 #include "haptic_server/engine/motion/support_points.h"
 #include "haptic_server/simplification/probe_strokes.h"
 #include "haptic_server/simplification/simplify.h"
@@ -35,6 +36,35 @@ struct Area {
 };
 
 double squared(double number) noexcept { return number * number; }
+
+/// To find the cells that long triangles pass through, and what passes through what in each (long_triangles.h).
+double timeOfLong_s(double triangles) noexcept {
+  constexpr double kFew = 64, kSearch_s = 0.5;  // fewer are left out; for a grid
+  if (triangles < kFew) return 0;
+  const double listed = std::min(kMaxListed * triangles, kMaxListedOfAll);
+  return std::min(2e-4 * triangles, kSearch_s) + 6e-7 * listed;
+}
+
+/// False: it is one-to-one, since its Jacobian is nowhere farther than 1 from the identity, in a box, which is convex. The
+/// derivatives are means of the differences between neighbouring control points.
+bool mayFold(const Lattice& lattice) noexcept {
+  if (!glm::all(glm::greaterThan(lattice.size_m, Vec3(0)))) return true;  // it will be that of the mesh
+  double farthest2 = 0;
+  for (std::size_t axis = 0, stride = 1; axis < lattice.points.size(); stride *= lattice.points[axis++]) {
+    const auto d = static_cast<int>(axis);
+    const std::size_t along = lattice.points[axis];
+    double most2 = 0;
+    for (std::size_t i = 0; i + stride < lattice.control_m.size(); ++i) {
+      if (i / stride % along == along - 1) continue;
+      Vec3 difference = Vec3(lattice.control_m[i + stride]) - Vec3(lattice.control_m[i]);
+      difference *= static_cast<double>(along - 1) / lattice.size_m[d];
+      difference[d] -= 1;
+      most2 = std::max(most2, glm::dot(difference, difference));
+    }
+    farthest2 += most2;
+  }
+  return !(farthest2 < 1);
+}
 
 /// To ask a field for one value, seconds.
 double timeOfValue_s(const FieldFamily& family) noexcept {
@@ -79,14 +109,17 @@ MeshNumbers numbersOf(const MeshAsset& mesh) {
   return {.triangles = static_cast<double>(mesh.mesh->triangles.size()),
           .vertices = static_cast<double>(mesh.mesh->vertices.size()),
           .longest_m = std::max({size.x, size.y, size.z}),
+          .longTriangles = mesh.surface && mesh.surface->hierarchy().hasCells()
+                               ? static_cast<double>(mesh.surface->triangleCount())
+                               : 0,
           .closedAndPlain = mesh.surface && mesh.surface->closed() && !mesh.surface->anySelfIntersecting()};
 }
 
 MeshNumbers numbersOf(const MeshRecipe& recipe) noexcept {
-  constexpr std::uint32_t kFewAround = 64;
+  constexpr std::uint32_t kFewAround = 5;  // with more the boxes of its triangles overlap less than is looked at
   const double triangles = trianglesOf(recipe);
   const auto* torus = std::get_if<TorusSource>(&recipe);
-  const bool areLong = std::holds_alternative<CylinderSource>(recipe) || (torus && torus->majorSegments < kFewAround);
+  const bool areLong = torus && torus->majorSegments < kFewAround;
   return {.triangles = triangles,
           .vertices = triangles / 2 + 2,
           .longest_m = std::visit(LongestSide{}, recipe),
@@ -96,8 +129,7 @@ MeshNumbers numbersOf(const MeshRecipe& recipe) noexcept {
 double areaOf_m2(const MeshRecipe& recipe) noexcept { return std::visit(Area{}, recipe); }
 
 Price priceOfMesh(const MeshNumbers& mesh) noexcept {
-  constexpr double kMaxForLong_s = 3;
-  return {.time_s = 2.9e-6 * mesh.triangles + std::min(2e-4 * mesh.longTriangles, kMaxForLong_s),
+  return {.time_s = 2.9e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
           .kept_bytes = 118 * mesh.triangles,
           .working_bytes = 35 * mesh.triangles};
 }
@@ -105,7 +137,7 @@ Price priceOfMesh(const MeshNumbers& mesh) noexcept {
 Price priceOfSimplifying(const MeshNumbers& mesh, double stiffness_N_per_m) noexcept {
   const double places = std::min(kMaxPlaces, placesOfStrokes(mesh.longest_m, stiffness_N_per_m));
   const double slower = mesh.closedAndPlain ? 1 : 4;
-  return {.time_s = 0.02 + slower * (2.5e-5 * mesh.triangles + 5e-6 * places),
+  return {.time_s = 0.02 + slower * (2e-5 * mesh.triangles + 1.5e-6 * places),
           .kept_bytes = 150 * mesh.triangles,
           .working_bytes = 300 * mesh.triangles + 200 * places};
 }
@@ -116,50 +148,69 @@ Price priceOf(const FieldSource& source) noexcept {
     Price operator()(const AssetSource&) const { return {}; }
     Price operator()(const ReactionDiffusionSource& source) const {
       const double samples = squared(source.resolution), cells = squared(source.cells);
-      return {.time_s = 1e-7 * samples + 2.5e-3 * cells,
+      return {.time_s = 2e-7 * samples + 9e-4 * cells,
               .kept_bytes = 20 * samples,
               .working_bytes = 20 * samples + 4096 * cells};
     }
     Price operator()(const SpotNoiseSource& source) const {
       const double samples = squared(source.resolution);
-      return {.time_s = 2e-7 * samples, .kept_bytes = 20 * samples, .working_bytes = 20 * samples};
+      return {.time_s = 3.5e-7 * samples, .kept_bytes = 20 * samples, .working_bytes = 20 * samples};
     }
   };
   return std::visit(Made{}, source);
 }
 
 Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbers& mesh, double area_m2) noexcept {
-  const double samples = std::min(samplesToGrow(source, area_m2), static_cast<double>(PointField::kMaxSamples));
+  const double wanted = samplesToGrow(source, area_m2);
+  const double samples = wanted <= static_cast<double>(PointField::kMaxSamples) ? wanted : 0;  // else it is refused
   return {.time_s = 3e-4 * samples + 5e-8 * mesh.triangles,
           .kept_bytes = 2000 * samples,
           .working_bytes = 2000 * samples + 40 * mesh.triangles};
 }
 
-Price priceOfShape(const MeshNumbers& mesh, double latticePoints) noexcept {
-  constexpr double kMaxTests = 0x1p25, kTestsEach = 64;  // of triangles that pass through each other
-  const double tests = std::min(mesh.triangles * mesh.triangles / 2, kMaxTests + kTestsEach * mesh.triangles);
-  return {.time_s = (2e-8 * latticePoints) * mesh.vertices + 1e-6 * mesh.triangles + 2e-8 * tests,
-          .kept_bytes = 150 * mesh.triangles,
-          .working_bytes = 60 * mesh.triangles};
+Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation) noexcept {
+  Price price{.time_s = 1.2e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
+              .kept_bytes = 150 * mesh.triangles,
+              .working_bytes = 60 * mesh.triangles};
+  if (!deformation.lattice) return price;
+  const Lattice& lattice = *deformation.lattice;
+  constexpr double kTimes = 2;  // for the shape, and to count what is left without an area
+  price.time_s += kTimes * (1e-7 + 2.6e-9 * static_cast<double>(lattice.control_m.size())) * mesh.vertices;
+  if (!mayFold(lattice)) return price;
+  // It may be turned inside out, and then is built anew, and all of its triangles may pass through each other.
+  constexpr double kMaxTests = 0x1p25, kTestsEach = 64;  // self_intersections.cpp's
+  const double tests = std::min(squared(mesh.triangles) / 2, kMaxTests + kTestsEach * mesh.triangles);
+  price.time_s += 1.5e-6 * mesh.triangles + timeOfLong_s(mesh.triangles) + 2e-8 * tests;
+  return price;
 }
 
 Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexcept {
-  Price price{.time_s = 1e-7 * mesh.triangles, .kept_bytes = 1e6};
-  if (!motion.planes.empty()) price += {.time_s = 1e-9 * kSupportDirections * mesh.vertices};
-  if (motion.collision) price += {.time_s = 0.1 + 1e-6 * mesh.triangles, .working_bytes = 60 * mesh.triangles};
+  const double triangles = mesh.triangles;
+  Price price{.time_s = 1e-7 * triangles + 1e-7 * mesh.vertices, .kept_bytes = 1e6};
+  if (!motion.inertia) {
+    price += {.time_s = 3e-8 * triangles};
+    // The sides of a mesh that may be open are sorted.
+    if (!mesh.closedAndPlain)
+      price += {.time_s = 3e-8 * triangles * std::log2(3 * triangles + 1), .working_bytes = 50 * triangles};
+  }
+  if (!motion.planes.empty()) price += {.time_s = 2.5e-9 * kSupportDirections * mesh.vertices};
+  if (motion.collision) price += {.time_s = 0.03 + 2.2e-6 * triangles, .working_bytes = 60 * triangles};
   return price;
 }
 
 Price priceOfTool(const MeshNumbers& mesh, double area_m2, double spacing_m) noexcept {
   constexpr double kDartsPerDisk = 32, kMaxDarts = 4e6;  // tool_shell.cpp's
-  const double darts = std::min(kDartsPerDisk * area_m2 / (spacing_m * spacing_m), kMaxDarts);
-  return {.time_s = 0.25 + 1e-6 * darts + 2e-6 * mesh.triangles,
-          .kept_bytes = 1e6,
-          .working_bytes = 60 * darts + 60 * mesh.triangles};
+  const double wanted = kDartsPerDisk * area_m2 / (spacing_m * spacing_m);
+  const double darts = wanted <= kMaxDarts ? wanted : 0;  // else it is refused
+  Price price{.time_s = 0.03 + 1e-6 * darts + 1e-6 * mesh.triangles,
+              .kept_bytes = 1e6,
+              .working_bytes = 60 * darts + 60 * mesh.triangles};
+  price.time_s += priceOfSharpPoints(mesh).time_s;
+  return price;
 }
 
 Price priceOfShading(const MeshNumbers& mesh, std::size_t creases) noexcept {
-  return {.time_s = (1e-6 + 3e-8 * static_cast<double>(std::bit_width(creases))) * mesh.triangles,
+  return {.time_s = (7e-7 + 3e-8 * static_cast<double>(std::bit_width(creases))) * mesh.triangles,
           .kept_bytes = 80 * mesh.triangles,
           .working_bytes = 60 * mesh.triangles};
 }
@@ -168,7 +219,11 @@ Price priceOfLooking(const MeshNumbers& mesh) noexcept {
   return {.time_s = 1e-3 + 1e-7 * mesh.triangles, .kept_bytes = 1e5, .working_bytes = 20 * mesh.triangles};
 }
 
-Price priceOfSharpPoints(const MeshNumbers& mesh) noexcept { return {.time_s = 2e-7 * mesh.triangles}; }
+Price priceOfSharpPoints(const MeshNumbers& mesh) noexcept {
+  // Of a mesh that is not closed any line may be sharp, and long.
+  if (!mesh.closedAndPlain) return {.time_s = std::min(1e-4 * mesh.triangles, 0.2 + 1e-5 * mesh.triangles)};
+  return {.time_s = 2e-7 * mesh.triangles};
+}
 
 Price priceOf(const Texture& texture) noexcept {
   constexpr double kValues = 2 * 5 * 4096;

@@ -31,7 +31,7 @@ inline constexpr double kMaxTime_s = 40, kMaxMemory_bytes = 2e9;
 struct MeshNumbers {
   double triangles = 0, vertices = 0;
   double longest_m = 0;        ///< Side of its box.
-  double longTriangles = 0;    ///< Of a recipe's: in whose boxes many others are.
+  double longTriangles = 0;    ///< In whose boxes many others are.
   bool closedAndPlain = true;  ///< It has an inside, and does not pass through itself.
 };
 [[nodiscard]] MeshNumbers numbersOf(const MeshAsset& mesh);
@@ -47,8 +47,8 @@ struct MeshNumbers {
 /// grownReactionDiffusion().
 [[nodiscard]] Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbers& mesh,
                                    double area_m2) noexcept;
-/// A mesh as its lattice, of so many points, and a residue have it.
-[[nodiscard]] Price priceOfShape(const MeshNumbers& mesh, double latticePoints) noexcept;
+/// A mesh as its lattice and a residue have it.
+[[nodiscard]] Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation) noexcept;
 /// What is looked at of all of a mesh for a motion.
 [[nodiscard]] Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexcept;
 /// makeToolShell().

@@ -79,8 +79,7 @@ Price SceneDraft::priceOfParts(const ObjectRecord& record, const FieldPaths& giv
   const DeformationProperties& deformation = record.deformation;
   const bool newShape = !(given.mesh.empty() && given.deformation.empty() && given.residue.empty());
   Price price = priceOfLooking(mesh);
-  if (newShape && (deformation.lattice || deformation.residue))
-    price += priceOfShape(mesh, deformation.lattice ? static_cast<double>(deformation.lattice->control_m.size()) : 0);
+  if (newShape && (deformation.lattice || deformation.residue)) price += priceOfShape(mesh, deformation);
   if (record.motion && !(given.mesh.empty() && given.motion.empty())) {
     price += priceOfBody(mesh, *record.motion);
     if (record.motion->tool) price += priceOfTool(mesh, areaOf_m2(priced), record.motion->tool->spacing_m);

@@ -50,7 +50,7 @@ struct FuzzOptions {
 [[nodiscard]] bool runFuzzDeformedEdits(const FuzzOptions& options, const std::filesystem::path& out);
 
 /// Edits of any size, from a pose to a thousand meshes: does what each takes of the processor and of memory keep to its
-/// price, and are nine of ten prices of what takes above 0.1 s within ten times that? Writes DIR/fuzz.json, DIR/prices.csv.
+/// price, are nine of ten prices of accepted ones above 0.1 s within ten times that, and does what is cancelled end at once? Writes DIR/fuzz.json, DIR/prices.csv.
 /// @return Whether that is so.
 [[nodiscard]] bool runFuzzPrices(const FuzzOptions& options, const std::filesystem::path& out);
 

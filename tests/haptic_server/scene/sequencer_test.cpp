@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "common/deform/free_form.h"
 #include "common/mesh/mesh_asset.h"
 #include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/scene/edit_price.h"
@@ -487,8 +488,24 @@ TEST(EditPrice, TakesTheLargestMeshWithAMass) {
   price += priceOfLooking(largest);
   price += priceOfBody(largest, motion);
   EXPECT_TRUE(checkPrice(price)) << price.time_s << " s, " << price.memory_bytes() << " bytes";
-  price += priceOfShape(largest, 8);
+  const Lattice lattice{Vec3(-1), Vec3(2), {2, 2, 2}, std::vector<Vec3f>(8)};
+  price += priceOfShape(largest, {.softness = {}, .lattice = lattice});
   EXPECT_FALSE(checkPrice(price));
+}
+
+TEST(EditPrice, TellsALatticeThatMayFoldFromOneThatBends) {
+  const MeshNumbers mesh{.triangles = 6000, .vertices = 3000};
+  const Vec3 low(-0.1), size(0.2);
+  const std::array points{3U, 2U, 4U};
+  const auto timeOf_s = [&](Vec3f times, Vec3f turn) {
+    Lattice lattice{low, size, points, FreeForm::atRest(low, size, points)};
+    for (Vec3f& control : lattice.control_m) control = times * control + turn * control.z;
+    return priceOfShape(mesh, {.softness = {}, .lattice = std::move(lattice)}).time_s;
+  };
+  const double bent_s = timeOf_s({1, 1, 1}, {0, 0, 0});
+  EXPECT_EQ(timeOf_s({1.5F, 1, 0.5F}, {0.5F, 0, 0}), bent_s);
+  EXPECT_GT(timeOf_s({-1, 1, 1}, {0, 0, 0}), 50 * bent_s) << "inside out";
+  EXPECT_GT(timeOf_s({1, 1, 0}, {0, 0, 0}), 50 * bent_s) << "flat";
 }
 
 TEST(EditDeduplicator, ForgetsTheSessionThatEditedLongestAgo) {
