@@ -2,7 +2,7 @@
 
 #include <fcntl.h>
 #include <pthread.h>
-#include <sched.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -19,13 +19,14 @@ namespace {
 
 constexpr std::size_t kPiece_bytes = 64U << 10;
 
-/// Whether or not the system lets it: then it costs a little more.
-void giveWayToAll() {
+/// Whether or not the system lets it: then it costs a little more. Not SCHED_IDLE, nor that class of the disk: on a busy machine
+/// such a thread does not run for seconds, not even to end, and the process cannot end without it.
+void giveWay() {
+  constexpr int kNice = 10;
   pthread_setname_np(pthread_self(), "scrubber");
-  const sched_param none{};
-  (void)sched_setscheduler(0, SCHED_IDLE, &none);
-  constexpr int kOfThisThread = 1, kIdle = 3, kClassShift = 13;
-  (void)::syscall(SYS_ioprio_set, kOfThisThread, 0, kIdle << kClassShift);
+  (void)::setpriority(PRIO_PROCESS, 0, kNice);  // this thread's
+  constexpr int kOfThisThread = 1, kBestEffort = 2, kLast = 7, kClassShift = 13;
+  (void)::syscall(SYS_ioprio_set, kOfThisThread, 0, kBestEffort << kClassShift | kLast);
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ bool StateScrubber::wait(std::chrono::nanoseconds time) {
 }
 
 void StateScrubber::run() {
-  giveWayToAll();
+  giveWay();
   while (wait(options_.pause)) scrub();
 }
 

@@ -17,8 +17,8 @@
 namespace haptics {
 
 /// Reads the files of a state folder again and again, so that what a disk damages is found while the server still holds
-/// the scene, not when it starts and no longer does. On a thread of its own, which gets the processor and the disk when
-/// nobody else wants them; what was just read is not left in the page cache, which would hide the disk.
+/// the scene, not when it starts and no longer does. On a thread of its own, which gives way to the others at the
+/// processor and the disk; what was just read is not left in the page cache, which would hide the disk.
 class StateScrubber {
  public:
   struct Options {
