@@ -2,6 +2,7 @@
 import os
 import random
 import signal
+import subprocess
 import time
 import unittest
 
@@ -44,6 +45,7 @@ class Stopping(harness.EndToEnd):
         self.assets.mkdir()
         write_soup(self.assets / "soup.obj")
         self.clients = []
+        self.busy = []
 
     def editor(self):
         self.clients.append(Editor(self.server))
@@ -110,6 +112,11 @@ class Stopping(harness.EndToEnd):
                 os.kill(pid, signal.SIGKILL)
             time.sleep(0.1)
 
+    def processors_that_are_busy(self):
+        for _ in range(4 * os.cpu_count()):
+            self.busy.append(subprocess.Popen(["sh", "-c", "while :; do :; done"]))
+        self.a_flood_of_edits()
+
     def check(self, situation):
         longest_s = 0
         for _ in range(TIMES):
@@ -126,6 +133,10 @@ class Stopping(harness.EndToEnd):
                     client.close()
                 self.clients = []
                 self.server.kill()
+                for process in self.busy:
+                    process.kill()
+                    process.wait()
+                self.busy = []
         print(f"{situation.__name__}: at most {longest_s:.2f} s", flush=True)
         if not BUSY:
             self.assertLessEqual(longest_s, WITHIN_S)
@@ -137,7 +148,8 @@ def add_test(name):
 
 for what in ("an_import", "imports_of_many", "an_importer_that_stands_still", "a_mesh_that_is_made", "a_mesh_that_is_built",
              "many_remeshes", "a_mesh_that_is_simplified", "a_flood_of_edits", "clients_that_do_not_read",
-             "connections_that_say_nothing", "a_watchdog_that_stands_still", "a_watchdog_that_ends_again_and_again"):
+             "connections_that_say_nothing", "a_watchdog_that_stands_still", "a_watchdog_that_ends_again_and_again",
+             "processors_that_are_busy"):
     add_test(what)
 
 if __name__ == "__main__":
