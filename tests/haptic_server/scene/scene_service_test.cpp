@@ -482,6 +482,29 @@ TEST_F(SceneServiceTest, EndsWhatItBuildsWhenNobodyWaitsForItAnyMore) {
   EXPECT_EQ(sceneService.history()->version.objects().size(), 1U);
 }
 
+/// Why a service that gives an edit no more refuses a mesh of 480,000 triangles. It goes on with others' edits.
+std::string refusalOf(const WorkLimits& most) {
+  SceneMailbox mailbox;
+  SceneService sceneService({.assetFolders = {}, .makePlan = {}, .mostOfEdit = most, .log = {}}, mailbox);
+  sceneService.start();
+  std::promise<EditOutcome> decided;
+  const auto reply = [&](const EditOutcome& outcome) { decided.set_value(outcome); };
+  EXPECT_TRUE(sceneService.submitEdit(kBob, 1, edit(add("large", {SphereSource{0.1, 200}})), reply));
+  auto outcome = decided.get_future();
+  EXPECT_EQ(outcome.wait_for(kPatience), std::future_status::ready);
+  EXPECT_TRUE(std::holds_alternative<Accepted>(submitTo(sceneService, 1, edit(add("a")))));
+  EXPECT_EQ(sceneService.history()->version.objects().size(), 1U);
+  const EditOutcome decision = outcome.get();
+  const auto* error = std::get_if<Error>(&decision);
+  return error == nullptr ? "" : error->text();
+}
+
+TEST(SceneService, EndsAnEditThatTakesMoreThanOneMay) {
+  EXPECT_THAT(refusalOf({.time_s = 0.05, .memory_bytes = 2e9}),
+              HasSubstr("operations: were ended when they had taken"));
+  EXPECT_THAT(refusalOf({.time_s = 1000, .memory_bytes = 2e7}), HasSubstr("the server gives one edit"));
+}
+
 TEST_F(SceneServiceTest, EditsPassOneThatTakesLong) {
   sceneService.start();
   std::atomic<bool> isThere = false;
