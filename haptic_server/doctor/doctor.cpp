@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <iterator>
 #include <optional>
 
 #include "common/command_line/command_line.h"
 #include "common/json/json.h"
+#include "haptic_server/doctor/device_facts.h"
 #include "haptic_server/doctor/findings.h"
 
 namespace haptics {
@@ -79,8 +81,11 @@ void print(const WakeUps& wakeUps) {
 }
 
 [[nodiscard]] std::optional<int> parse(int argc, char** argv, DoctorOptions& options) {
-  CommandLine app{"What this machine permits a real-time servo, how punctually it wakes one up, and what to change.",
-                  "haptic_server doctor"};
+  CommandLine app{
+      "What this machine permits a real-time servo, how punctually it wakes one up, what devices that are here lack, "
+      "and what to "
+      "change.",
+      "haptic_server doctor"};
   app.option("--seconds", options.seconds, "Measure for this long").range(0.1, 86'400.0).showDefault();
   app.option("--rate", options.rate_Hz, "Servo rate in Hz").range(100.0, 20'000.0).showDefault();
   app.option("--pin", options.cpu, "CPU to bind the measuring thread to").zeroOrMore();
@@ -96,6 +101,7 @@ int runDoctor(int argc, char** argv) {
   DoctorOptions options;
   if (const auto code = parse(argc, argv, options)) return *code;
   std::vector<Finding> findings = judge(readMachineFacts());
+  std::ranges::move(judge(readDeviceFacts(deviceEnvironment())), std::back_inserter(findings));
   if (!options.json) {
     for (const Finding& finding : findings) print(finding);
     std::printf("measuring wake-ups for %g s ...\n", options.seconds);

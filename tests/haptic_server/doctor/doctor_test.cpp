@@ -4,6 +4,7 @@
 #include <fstream>
 #include <numeric>
 
+#include "haptic_server/doctor/device_facts.h"
 #include "haptic_server/doctor/findings.h"
 #include "tests/common/temporary_folder.h"
 
@@ -37,6 +38,12 @@ class Machine {
     std::ofstream(path) << text;
   }
   void remove(const std::string& file) { std::filesystem::remove_all(folder_ / file); }
+  /// In its place; to nothing, as root may open every file.
+  void link(const std::string& file, const std::string& to) {
+    remove(file);
+    std::filesystem::create_symlink(to, folder_ / file);
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
   [[nodiscard]] MachineFacts facts() const { return readMachineFacts(folder_.path()); }
   [[nodiscard]] Finding finding(const std::string& what) const {
     for (const Finding& finding : judge(facts())) {
@@ -126,6 +133,85 @@ TEST(Doctor, MissesThePriorityAndTheMemoryThatTheServoNeeds) {
   facts.lockableMemory_bytes = ~std::uint64_t{0};
   EXPECT_EQ(judge(facts)[0].verdict, Verdict::kGood);
   EXPECT_EQ(judge(facts)[1].verdict, Verdict::kGood);
+}
+
+/// All that the three makers' devices need.
+class MachineOfDevices : public Machine {
+ public:
+  MachineOfDevices() {
+    plugIn("1-1", "1451", "0402", "7");
+    plugIn("1-2", "2988", "0302", "8");
+    write("dev/ttyACM0", "");
+    write("usr/lib/libHD.so.3.4", "");
+    write("usr/share/3DSystems/config/Default Device.config", "");
+    write("sdk/lib/release/lin-x86_64-gcc/libdrd.so.3.17.6", "");
+    write("proc/net/tcp", "  0: 0100007F:2711 00000000:0000 0A 00000000:00000000\n");
+  }
+  void plugIn(const std::string& port, const std::string& vendor, const std::string& product,
+              const std::string& number) {
+    const std::string folder = "sys/bus/usb/devices/" + port + "/";
+    write(folder + "idVendor", vendor + "\n");
+    write(folder + "idProduct", product + "\n");
+    write(folder + "busnum", "1\n");
+    write(folder + "devnum", number + "\n");
+    write(folder + "power/control", "on\n");
+    write("dev/bus/usb/001/00" + number, "");
+  }
+  [[nodiscard]] std::vector<Finding> findings() const { return judge(readDeviceFacts(environment, path())); }
+
+  Environment environment{{"GTDD_HOME", "/usr/share/3DSystems"}, {"FDSDK", "/sdk"}};
+};
+
+TEST(DeviceFacts, SayNothingWhereNoDeviceIs) {
+  EXPECT_THAT(judge(readDeviceFacts({}, Machine().path())), ElementsAre());
+}
+
+TEST(DeviceFacts, FindNothingToChangeWhereAllIsSetUp) {
+  const auto findings = MachineOfDevices().findings();
+  EXPECT_EQ(findings.size(), 6U);
+  for (const Finding& finding : findings) EXPECT_EQ(finding.verdict, Verdict::kGood) << finding.what;
+}
+
+TEST(DeviceFacts, NameEachThingThatIsAmissAndWhatToDo) {
+  using Harm = void (*)(MachineOfDevices&);
+  const struct {
+    Harm harm;
+    const char *what, *found, *advice;
+  } kCases[] = {
+      {[](auto& machine) { machine.remove("dev/bus/usb/001/007"); }, "Force Dimension", "may not be opened", "udev"},
+      {[](auto& machine) { machine.write("sys/bus/usb/devices/1-1/power/control", "auto"); }, "Force Dimension",
+       "sleep", "power/control"},
+      {[](auto& machine) { machine.write("sys/bus/usb/devices/1-2/power/control", "auto"); }, "3D Systems Touch",
+       "sleep", "power/control"},
+      {[](auto& machine) { machine.remove("usr/lib/libHD.so.3.4"); }, "OpenHaptics", "no libHD.so", "LD_LIBRARY_PATH"},
+      {[](auto& machine) { machine.environment.erase("GTDD_HOME"); }, "GTDD_HOME", "is not set", "export GTDD_HOME"},
+      {[](auto& machine) { machine.remove("usr/share/3DSystems/config"); }, "GTDD_HOME", "is no folder with files",
+       "pair the device"},
+      {[](auto& machine) { machine.environment["GTDD_HOME"] = "/gone"; }, "GTDD_HOME", "/gone is no folder", "pair"},
+      {[](auto& machine) { machine.link("dev/ttyACM0", "gone"); }, "Touch on USB", "/dev/ttyACM0 may not be opened",
+       "dialout"},
+      {[](auto& machine) { machine.remove("sdk/lib"); }, "Force Dimension SDK", "below FDSDK, /sdk", "FDSDK"},
+      {[](auto& machine) {
+         machine.write("proc/net/tcp", "  0: 0100007F:2711 0100007F:9999 01 00000000:00000000\n");
+         machine.write("opt/Haply/hub", "");
+       },
+       "Haply's service", "nothing listens", "systemctl start"},
+  };
+  for (const auto& c : kCases) {
+    MachineOfDevices machine;
+    c.harm(machine);
+    bool found = false;
+    for (const Finding& finding : machine.findings()) {
+      if (finding.verdict == Verdict::kGood) continue;
+      EXPECT_FALSE(found) << c.what << " and " << finding.what;
+      found = true;
+      EXPECT_EQ(finding.what, c.what);
+      EXPECT_EQ(finding.verdict, Verdict::kWorse);
+      EXPECT_THAT(finding.found, HasSubstr(c.found));
+      EXPECT_THAT(finding.advice, HasSubstr(c.advice));
+    }
+    EXPECT_TRUE(found) << c.what << ", " << c.found;
+  }
 }
 
 TEST(WakeUps, AreMeasuredAtTheRateAndEveryOneIsInTheHistogram) {
