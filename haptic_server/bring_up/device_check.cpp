@@ -67,7 +67,7 @@ DeviceReading DeviceCheck::tickBy(Force forceOf) {
   const DeviceReading reading = device_.read(tick_++);
   device_.write(forceOf(reading));
   measured_ns_ = time_.now_ns() - std::min(time_.now_ns(), std::uint64_t{1'000} * reading.status.age_us);
-  if (fresh_ && reading.state == DeviceState::kReady) quality_.add(reading.position, measured_ns_);
+  if (fresh_) quality_.add(reading.position, measured_ns_);  // also those that the driver does not believe
   return reading;
 }
 
@@ -79,7 +79,10 @@ bool DeviceCheck::waitUntilReady() {
   DeviceReading reading;
   for (double waited_s = 0; waited_s < kReadyWithin_s; waited_s += period_s_) {
     reading = tick(Vec3(0));
-    if (reading.state == DeviceState::kReady) return true;
+    if (reading.state == DeviceState::kReady) {
+      quality_ = PositionQuality(device_.info().resolution_m);  // coordinates jump at homing
+      return true;
+    }
   }
   return report(false, std::string("within 30 s it is not ready: ") + inWords(reading.status.fault));
 }
