@@ -40,11 +40,16 @@ PLUGIN = """
 #include <stdint.h>
 #include <stdio.h>
 #include <unistd.h>
+#ifdef __cplusplus
+#include <locale>
+#include <sstream>
+#endif
 static const char* open_it(const char* which, void** device, struct haptics_device_info* info) {
   static const struct haptics_device_info what = {.name = "test", .max_force_N = FORCE, .max_rate_Hz = 1000, .degrees = DEGREES,
     .rotation = {.is_driven = DRIVEN, .max_torque_Nm = TORQUE}};
   static int here;
   setlocale(LC_ALL, LOCALE);
+  IN_OPEN;
   if (which[0] == 'x') return "it is in the cupboard";
   *device = &here; *info = what;
   return NULL;
@@ -72,14 +77,14 @@ static int write_it(void* device, const double* force_N, const double* torque_Nm
 static void close_it(void* device) {
   (void)device;
   FILE* report = fopen(REPORT, "w");
-  if (report) { fprintf(report, "%.9f %.9f %s", largest_Nm, last_Nm, setlocale(LC_NUMERIC, NULL)); fclose(report); }
+  if (report) { fprintf(report, "%.9f %.9f %s %s", largest_Nm, last_Nm, setlocale(LC_NUMERIC, NULL), AT_CLOSE); fclose(report); }
 }
 const struct haptics_device_functions* NAME(void) {
   static const struct haptics_device_functions all = {ABI, open_it, read_it, WRITE, close_it};
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "REPORT": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "REPORT": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "IN_OPEN": "(void)0", "AT_CLOSE": '"1.5"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -256,6 +261,20 @@ class DevicePlugin(harness.EndToEnd):
         server = self.start_server(device=f"plugin:{library}")
         self.stop_and_check(server)
         self.assertEqual(report.read_text().split()[2], "C")
+
+    def test_one_that_it_gives_streams_or_the_thread_is_taken_back_too(self):
+        report = self.folder / "report"
+        comma = "struct Comma : std::numpunct<char> { char do_decimal_point() const override { return ','; } }; " \
+                "std::locale::global(std::locale(std::locale(), new Comma))"
+        for compiler, in_open, at_close in (
+                ("c++ -x c++", comma, "(std::ostringstream() << 1.5).str().c_str()"),
+                ("cc -D_GNU_SOURCE", 'uselocale(newlocale(LC_ALL_MASK, "C.UTF-8", (locale_t)0))',
+                 'uselocale((locale_t)0) == LC_GLOBAL_LOCALE ? "1.5" : "of the thread"')):
+            with self.subTest(in_open):
+                library = self.build_plugin(compiler, IN_OPEN=in_open, AT_CLOSE=at_close, REPORT=f'"{report}"')
+                server = self.start_server(device=f"plugin:{library}")
+                self.stop_and_check(server)
+                self.assertEqual(report.read_text().split(maxsplit=3)[3], "1.5")
 
     def refusal_of(self, device, *options):
         done = subprocess.run([harness.BIN / "haptic_server", "--listen", "127.0.0.1:0", "--device", device, *options],

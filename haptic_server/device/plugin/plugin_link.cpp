@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <locale>
 #include <optional>
 #include <thread>
 #include <tuple>
@@ -78,11 +79,13 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
   return {};
 }
 
-/// Numbers in replies, logs and files have points, whatever locale a vendor's library gives the process.
+/// Numbers in replies, logs and files have points, whatever locale a vendor's library gives the process, its streams or the thread.
 class KeptLocale {
  public:
   KeptLocale() = default;
   ~KeptLocale() {
+    if (::uselocale(nullptr) != LC_GLOBAL_LOCALE) ::uselocale(LC_GLOBAL_LOCALE);
+    if (std::locale() != std::locale::classic()) std::locale::global(std::locale::classic());
     if (std::strcmp(::setlocale(LC_NUMERIC, nullptr), "C") != 0) ::setlocale(LC_NUMERIC, "C");
   }
   KeptLocale(const KeptLocale&) = delete;
