@@ -16,7 +16,7 @@ namespace haptics {
 /// Of the change of F_felt in a tick, so much is the hand's own and goes through at once:
 ///   2 (K T + B) dx / T,
 /// K and B the stiffness and damping that are felt, T the period, dx the way of the HIP: twice what a plane makes of it, so
-/// that contact stays what it is, and nothing of it while the device stands still: an observer's HIP answers to the force. What is more is taken into R, which then lets it in at the rate r; with the hand at rest
+/// that contact stays what it is, and nothing of it while device and surface stand still: an observer's HIP answers to the force. What is more is taken into R, which then lets it in at the rate r; with the hand at rest
 /// that is everything. No general slew limit, which at 0.3 N a tick turned a stable tap into an unstable one.
 class EditSlew {
  public:
@@ -58,7 +58,7 @@ class EditSlew {
     measured_ = measured;
     way_m_ = std::max(glm::distance(hip, hip_) + carried_m, way_m_ * (1 - std::min(1.0, period_s / kMemory_s)));
     if (k.spring_N_per_m > 0) k_ = k;
-    const bool nothing = jumps || resting_s_ >= kResting_s;
+    const bool nothing = jumps || (resting_s_ >= kResting_s && carried_m == 0);
     const double own_N =
         (nothing ? 0 : 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_) + (jumps ? 0 : byTime_N);
     const Vec3 change_N = felt - felt_N_;

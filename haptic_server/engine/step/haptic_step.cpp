@@ -137,9 +137,11 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
       force = Vec3(0);
       state.limits.slew.begin();
     }
+    const bool edited = state.now.adopted && state.adoption.tick == input.tick;  // by more than a sample of a stream
     const bool jumps = state.now.contactBroken || state.now.clutchMoved || result.contact.work.depenetrated ||
                        result.contact.work.allowanceSpent || state.now.effectsEdited ||
-                       (state.now.adopted && (state.now.detailEdited || result.object != state.report.object));
+                       (state.now.adopted && state.now.detailEdited) ||
+                       (edited && result.object != state.report.object);
     if (jumps) state.limits.slew.begin();
     if (state.limits.slew.active()) {
       const Stiffness touched = touchedStiffness(state, result.contact);

@@ -243,7 +243,10 @@ void RandomEdits::addDeformation(v1::Deformation& deformation, const ObjectRecor
   if (object != nullptr && object->deformation.residue && chance(0.2)) deformation.mutable_residue();
   if (!chance(0.3)) return;
   v1::Lattice& lattice = *deformation.mutable_lattice();
-  if (chance(0.2)) return;
+  if (!chance(0.2)) addBends(lattice);
+}
+
+void RandomEdits::addBends(v1::Lattice& lattice) {
   const std::uint32_t side = one({2U, 3U, 5U});
   constexpr double kHalf_m = 0.12;
   lattice.set_points_x(side);
@@ -338,7 +341,14 @@ void RandomEdits::addOperation(v1::Operation& operation, const SceneVersion& sce
   }
 }
 
-void RandomEdits::addSample(v1::SetPose& sample) {
+void RandomEdits::addSample(v1::Operation& operation) {
+  if (streamsShape_) {
+    v1::SetDeformation& sample = *operation.mutable_set_deformation();
+    sample.mutable_object()->set_id(streamed_);
+    sample.set_kinematic(true);
+    return addBends(*sample.mutable_deformation()->mutable_lattice());
+  }
+  v1::SetPose& sample = *operation.mutable_set_pose();
   place_m_ += step_m_;
   sample.mutable_object()->set_id(streamed_);
   sample.set_kinematic(true);
@@ -350,13 +360,14 @@ v1::Transaction RandomEdits::next(const SceneVersion& scene) {
   v1::Transaction transaction;
   if (samplesLeft_ > 0) {
     --samplesLeft_;
-    addSample(*transaction.add_operations()->mutable_set_pose());
+    addSample(*transaction.add_operations());
     return transaction;
   }
   const int count = static_cast<int>(scene.objects().size());
   if (count > 0 && chance(0.15)) {
     samplesLeft_ = one({2, 20, 60});
     streamed_ = scene.objects()[static_cast<std::size_t>(random_.below(count))]->id;
+    streamsShape_ = chance(0.4);
     step_m_ = random_.direction() * spread(1e-5, 0.01);
     place_m_ = -0.5 * samplesLeft_ * step_m_;
   }

@@ -46,13 +46,15 @@ class RandomEdits {
   void addEffect(v1::Effect& effect);
   void addObject(v1::AddObject& add);
   void addOperation(v1::Operation& operation, const SceneVersion& scene);
-  void addSample(v1::SetPose& sample);
+  void addBends(v1::Lattice& lattice);
+  void addSample(v1::Operation& operation);
 
   Random random_;
   std::uint64_t named_ = 0;
   // Of the stream: samples, whose object, where it is and how it goes on.
   int samplesLeft_ = 0;
   ObjectId streamed_ = 0;
+  bool streamsShape_ = false;
   Vec3 place_m_{0}, step_m_{0};
 };
 

@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "common/deform/free_form.h"
 #include "common/mesh/generators.h"
 #include "common/scene/deformation_properties.h"
+#include "haptic_server/world/scene_world.h"
 #include "haptic_server/world/stepped_scene.h"
 #include "tests/eval/fuzz/streamed_path.h"
 #include "tests/eval/random.h"
@@ -19,8 +22,9 @@
 namespace haptics::eval {
 namespace {
 
-constexpr std::array kPeriods{1, 1, 8, 16, 33};  // ticks
-constexpr double kDeepest_m = 0.006;             // the HIP is drawn back where it is farther from the IHIP
+constexpr std::array kPeriods{1, 1, 8, 16, 33};        // ticks
+constexpr std::array kScenePeriods{5, 8, 16, 33, 50};  // the same of a scene's objects
+constexpr double kDeepest_m = 0.006;                   // the HIP is drawn back where it is farther from the IHIP
 
 using Corners = std::array<Vec3, 3>;
 
@@ -56,8 +60,11 @@ using Corners = std::array<Vec3, 3>;
 /// A body as it is in a tick: a closed mesh, or a sheet with a far box below it that has it as its lid.
 class Shape {
  public:
-  Shape(TriMesh mesh, std::size_t lid) : mesh_(std::move(mesh)), lid_(lid), at_(mesh_.vertices.size()) {}
+  /// @param recipe  Of a scene file; empty: there is none.
+  Shape(TriMesh mesh, std::size_t lid, std::string recipe = {})
+      : mesh_(std::move(mesh)), lid_(lid), recipe_(std::move(recipe)), at_(mesh_.vertices.size()) {}
 
+  [[nodiscard]] const std::string& recipe() const noexcept { return recipe_; }
   [[nodiscard]] const TriMesh& mesh() const noexcept { return mesh_; }
   [[nodiscard]] bool isSheet() const noexcept { return lid_ < mesh_.triangles.size(); }
   /// Those that can be felt.
@@ -111,6 +118,7 @@ class Shape {
 
   TriMesh mesh_;
   std::size_t lid_;  // of the triangles, those before
+  std::string recipe_;
   std::vector<Vec3> at_;
 };
 
@@ -142,21 +150,44 @@ class Shape {
   return {std::move(mesh), lid};
 }
 
-[[nodiscard]] Shape closed(TriMesh mesh) {
+[[nodiscard]] Shape closed(TriMesh mesh, std::string recipe) {
   const std::size_t all = mesh.triangles.size();
-  return {std::move(mesh), all};
+  return {std::move(mesh), all, std::move(recipe)};
 }
 
-[[nodiscard]] Shape someShape(Random& random) {
-  switch (random.below(5)) {
-    case 0:
-      return closed(makeSphere(random.between(0.02, 0.05), 5).value());
-    case 1:
-      return closed(makeBox(Vec3(random.between(0.03, 0.08), random.between(0.03, 0.08), 0.05), 4).value());
+/// For a scene file, to the last bit.
+[[nodiscard]] std::string text(double number) {
+  std::array<char, 40> digits{};
+  std::snprintf(digits.data(), digits.size(), "%.17g", number);
+  return digits.data();
+}
+[[nodiscard]] std::string text(Vec3 v) { return "x: " + text(v.x) + " y: " + text(v.y) + " z: " + text(v.z); }
+[[nodiscard]] std::string text(const Pose& pose) {
+  const Quat& q = pose.rotation;
+  return "pose { position { " + text(pose.position) + " } rotation { w: " + text(q.w) + " " +
+         text(Vec3(q.x, q.y, q.z)) + " } }";
+}
+
+[[nodiscard]] Shape someBox(Vec3 size_m, std::uint32_t segments) {
+  return closed(makeBox(size_m, segments).value(),
+                "box { size_m { " + text(size_m) + " } segments: " + std::to_string(segments) + " }");
+}
+
+[[nodiscard]] Shape someShape(Random& random, bool inScene) {
+  switch (random.below(inScene ? 4 : 5)) {
+    case 0: {
+      const double radius_m = random.between(0.02, 0.05);
+      return closed(makeSphere(radius_m, 5).value(), "sphere { radius_m: " + text(radius_m) + " segments: 5 }");
+    }
+    case 1: {
+      const double side_m = random.between(0.03, 0.08);
+      return someBox(Vec3(side_m, random.between(0.03, 0.08), 0.05), 4);
+    }
     case 2:  // a thin plate
-      return closed(makeBox(Vec3(0.1, 0.1, std::pow(10, random.between(-4, -2.5))), 5).value());
+      return someBox(Vec3(0.1, 0.1, std::pow(10, random.between(-4, -2.5))), 5);
     case 3:
-      return closed(makeTorus(0.04, 0.015, 18, 10).value());
+      return closed(makeTorus(0.04, 0.015, 18, 10).value(),
+                    "torus { major_radius_m: 0.04 minor_radius_m: 0.015 major_segments: 18 minor_segments: 10 }");
     default:
       return makeSheet(0.12, 9);
   }
@@ -165,8 +196,11 @@ class Shape {
 /// Where vertices go by time: growth, a shift, and waves that bend by less than half, or a lattice whose control points swing.
 class Motion {
  public:
-  Motion(Random& random, std::vector<Vec3f> rest, double speed_m_per_s)
-      : rest_(std::move(rest)), byLattice_(random.chance(0.4)) {
+  Motion(Random& random, std::vector<Vec3f> rest, double speed_m_per_s, bool inScene)
+      : rest_(std::move(rest)),
+        byLattice_(inScene || random.chance(0.4)),
+        points_(inScene ? 2 + static_cast<std::uint32_t>(random.below(7)) : 3),
+        swings_(std::size_t{points_} * points_ * points_) {
     rate_ = 1;
     growth_ = random.chance(0.5) ? random.between(0, 0.3) : 0;
     shift_m_ = random.direction() * (random.chance(0.4) ? random.between(0, 0.05) : 0);
@@ -196,28 +230,29 @@ class Motion {
   [[nodiscard]] std::vector<Vec3f> at(double time_s) const {
     const double time = rate_ * time_s;
     const double scale = 1 + growth_ * (1 - std::cos(time)) / 2;
+    if (byLattice_) return shapedBy(latticeAt(time_s), rest_);
     std::vector<Vec3f> places;
-    if (byLattice_) {
-      Lattice lattice{.low_m = low_, .size_m = high_ - low_, .points = {3, 3, 3}, .control_m = {}};
-      for (std::size_t i = 0; i < swings_.size(); ++i) {
-        const Vec3 cell(double(i % 3), double(i / 3 % 3), double(i / 9));
-        const Vec3 rest = low_ + lattice.size_m * cell / 2.0;
-        lattice.control_m.emplace_back(rest + swings_[i] * lattice.size_m / 2.0 *
-                                                  (std::sin(time + double(i)) - std::sin(double(i))));
+    for (const Vec3f& v : rest_) {
+      Vec3 place(v);
+      for (const Wave& w : waves_) {
+        const double angle = glm::dot(w.number_per_m, Vec3(v)) + w.phase;
+        place += w.way_m * (std::sin(angle + w.rate * time) - std::sin(angle));
       }
-      places = shapedBy(lattice, rest_);
-    } else {
-      for (const Vec3f& v : rest_) {
-        Vec3 place(v);
-        for (const Wave& w : waves_) {
-          const double angle = glm::dot(w.number_per_m, Vec3(v)) + w.phase;
-          place += w.way_m * (std::sin(angle + w.rate * time) - std::sin(angle));
-        }
-        places.emplace_back(place);
-      }
+      places.emplace_back(place * scale + shift_m_ * std::sin(time));
     }
-    for (Vec3f& place : places) place = Vec3f(Vec3(place) * scale + shift_m_ * std::sin(time));
     return places;
+  }
+  [[nodiscard]] Lattice latticeAt(double time_s) const {
+    const double time = rate_ * time_s;
+    const double scale = 1 + growth_ * (1 - std::cos(time)) / 2;
+    Lattice lattice{.low_m = low_, .size_m = high_ - low_, .points = {points_, points_, points_}, .control_m = {}};
+    const Vec3 cell_m = lattice.size_m / (points_ - 1.0);
+    for (std::size_t i = 0; i < swings_.size(); ++i) {
+      const Vec3 cell(double(i % points_), double(i / points_ % points_), double(i / points_ / points_));
+      const Vec3 swing = swings_[i] * (std::sin(time + double(i)) - std::sin(double(i)));
+      lattice.control_m.emplace_back((low_ + cell_m * (cell + swing)) * scale + shift_m_ * std::sin(time));
+    }
+    return lattice;
   }
 
  private:
@@ -227,10 +262,11 @@ class Motion {
   };
   std::vector<Vec3f> rest_;
   bool byLattice_;
+  std::uint32_t points_;  // of the lattice's sides
   double rate_, growth_ = 0;
   Vec3 shift_m_{0}, low_{0}, high_{0};
   std::array<Wave, 3> waves_;
-  std::array<Vec3, 27> swings_;
+  std::vector<Vec3> swings_;
 };
 
 /// What world.h says of the vertices: evenly over the samples to the newest one, in as many ticks as lay between the last two.
@@ -277,18 +313,18 @@ class ShapePath {
 
 class ReshapedWorld {
  public:
-  ReshapedWorld(std::uint64_t seed, double speed_m_per_s)
+  ReshapedWorld(std::uint64_t seed, double speed_m_per_s, bool inScene)
       : random_(seed),
-        period_(kPeriods[static_cast<std::size_t>(random_.below(static_cast<int>(kPeriods.size())))]),
-        shape_(someShape(random_)),
-        motion_(random_, shape_.moved(), speed_m_per_s),
+        period_((inScene ? kScenePeriods : kPeriods)[static_cast<std::size_t>(random_.below(int(kPeriods.size())))]),
+        shape_(someShape(random_, inScene)),
+        motion_(random_, shape_.moved(), speed_m_per_s, inScene),
         world_(device()),
         shapePath_(shape_.mesh().vertices),
         posePath_(Pose{random_.rotation(), Vec3(random_.between(-0.1, 0.1), 0, 0)}),
         spin_rad_per_s_(random_.chance(0.25) ? random_.between(-1, 1) : 0),
         first_(posePath_.at()) {
-    const std::vector<TriangleIndices> felt(shape_.felt().begin(), shape_.felt().end());
-    body_ = world_.add("shape", {rowsOf(shape_.mesh().vertices), felt}, material(), worldPose(first_));
+    if (inScene) scene_.emplace(device());
+    body_ = add("shape", shape_, first_);
     shape_.put(shapePath_.at(first_));
     if (!shape_.isSheet() && random_.chance(0.3)) addBystander();
     hip_ = somewhere(1.3);
@@ -296,7 +332,7 @@ class ReshapedWorld {
     isBehind_ = shape_.isWithin(hip_);  // of a sheet
     for (int i = 0; i < kRiseTicks; ++i) {
       stream(i, 0);
-      static_cast<void>(world_.step(vectorOf(hip_)));
+      static_cast<void>(step());
     }
   }
 
@@ -306,7 +342,7 @@ class ReshapedWorld {
     for (int tick = kRiseTicks; tick < kRiseTicks + kStreamedTicks; ++tick) {
       stream(tick, 1e-3 * (tick - kRiseTicks));
       leadHand(ihip);
-      const World::Sample sample = world_.step(vectorOf(hip_));
+      const World::Sample sample = step();
       ihip = vec(sample.ihip_m);
       count(sample, ihip, counted);
       if (counted.notFinite > 0) break;
@@ -318,12 +354,46 @@ class ReshapedWorld {
   [[nodiscard]] static World::Material material() {
     return {.stiffness_N_per_m = kStreamStiffness_N_per_m, .damping_Ns_per_m = 0};
   }
+  [[nodiscard]] std::uint64_t add(const std::string& name, const Shape& shape, const Pose& pose) {
+    if (!scene_) {
+      const std::vector<TriangleIndices> felt(shape.felt().begin(), shape.felt().end());
+      return world_.add(name, {rowsOf(shape.mesh().vertices), felt}, material(), worldPose(pose));
+    }
+    scene_->apply("operations { add { name: \"" + name + "\" mesh { " + shape.recipe() + " } " + text(pose) +
+                  " material { stiffness_N_per_m: " + text(kStreamStiffness_N_per_m) + " damping_Ns_per_m: 0 } } }");
+    return scene_->bodies().back().number;
+  }
+  [[nodiscard]] World::Sample step() noexcept {
+    return scene_ ? scene_->step(vectorOf(hip_)) : world_.step(vectorOf(hip_));
+  }
+  /// @return Where the vertices go.
+  [[nodiscard]] std::vector<Vec3f> moveVertices(double time_s) {
+    auto places = shape_.withApex(motion_.at(time_s));
+    if (!scene_) {
+      world_.moveVerticesKinematic(body_, rowsOf(places));
+      return places;
+    }
+    const Lattice lattice = motion_.latticeAt(time_s);
+    const std::string points = std::to_string(lattice.points[0]);
+    std::string edit =
+        "operations { set_deformation { object { name: \"shape\" } kinematic: true deformation { lattice { low_m { " +
+        text(lattice.low_m) + " } size_m { " + text(lattice.size_m) + " } points_x: " + points +
+        " points_y: " + points + " points_z: " + points;
+    for (const Vec3f& point : lattice.control_m) {
+      for (int d = 0; d < 3; ++d) edit += " control_m: " + text(point[d]);
+    }
+    scene_->apply(edit + " } } } }");
+    return places;
+  }
+  void movePose(const Pose& pose) {
+    if (!scene_) return world_.moveKinematic(body_, worldPose(pose));
+    scene_->apply("operations { set_pose { object { name: \"shape\" } kinematic: true " + text(pose) + " } }");
+  }
   void addBystander() {
-    Shape other = closed(makeBox(Vec3(0.03), 1).value());
+    Shape other = someBox(Vec3(0.03), 1);
     const Pose pose{random_.rotation(), first_.position + random_.direction() * random_.between(0.06, 0.1)};
-    const std::vector<Vec3f>& vertices = other.mesh().vertices;
-    world_.add("bystander", {rowsOf(vertices), other.mesh().triangles}, material(), worldPose(pose));
-    other.put(ShapePath(vertices).at(pose));
+    static_cast<void>(add("bystander", other, pose));
+    other.put(ShapePath(other.mesh().vertices).at(pose));
     bystander_ = std::move(other);
   }
   [[nodiscard]] bool isInAny(Vec3 place) const {
@@ -345,14 +415,13 @@ class ReshapedWorld {
 
   void stream(int tick, double time_s) {
     if (tick >= due_) {
-      auto places = shape_.withApex(motion_.at(time_s));
-      world_.moveVerticesKinematic(body_, rowsOf(places));
+      auto places = moveVertices(time_s);
       const int since = last_ < 0 ? 1 : tick - last_;
       shapePath_.sample(std::move(places), since);
       if (spin_rad_per_s_ != 0) {
         const Pose pose{glm::angleAxis(spin_rad_per_s_ * time_s, Vec3(0, 0, 1)) * first_.rotation,
                         first_.position + Vec3(0, 0, 0.02) * std::sin(time_s)};
-        world_.moveKinematic(body_, worldPose(pose));
+        movePose(pose);
         posePath_.sample(pose, since);
       }
       last_ = tick;
@@ -424,6 +493,7 @@ class ReshapedWorld {
   Shape shape_;
   Motion motion_;
   World world_;
+  std::optional<SceneWorld> scene_;  // in its place
   ShapePath shapePath_;
   StreamedPath posePath_;
   double spin_rad_per_s_;
@@ -446,8 +516,8 @@ StreamCount& StreamCount::operator+=(const StreamCount& o) noexcept {
   return *this;
 }
 
-StreamRun runReshapedWorld(std::uint64_t seed, double speed_m_per_s) {
-  return ReshapedWorld(seed, speed_m_per_s).run();
+StreamRun runReshapedWorld(std::uint64_t seed, double speed_m_per_s, bool inScene) {
+  return ReshapedWorld(seed, speed_m_per_s, inScene).run();
 }
 
 }  // namespace haptics::eval

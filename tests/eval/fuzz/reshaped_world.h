@@ -32,6 +32,8 @@ struct StreamRun {
 /// samples that come less often, up to `speed_m_per_s`; a hand near it rests or wanders. In some worlds the body's pose is driven,
 /// too, or another body stands by. Judged in every tick, in double and by triangles alone, on the shape between the samples:
 /// winding numbers, stiffness times the IHIP's distance, and whether small steps over the surface lead from there nearer to the HIP.
-[[nodiscard]] StreamRun runReshapedWorld(std::uint64_t seed, double speed_m_per_s);
+/// @param inScene  A SceneWorld instead, whose object goes by lattices of 2 to 8 points a side that set_deformation streams, 20 to
+/// 200 a second.
+[[nodiscard]] StreamRun runReshapedWorld(std::uint64_t seed, double speed_m_per_s, bool inScene);
 
 }  // namespace haptics::eval

@@ -20,7 +20,8 @@ namespace {
 constexpr std::array kSamplePeriods{1, 1, 1, 8, 16, 33};  // ticks between samples
 constexpr int kTicksToARest = 20;                         // of contact, from one in which it is looked for to the next
 constexpr std::uint64_t kWorldsToALine = 100;
-constexpr std::uint64_t kReshapedEvery = 4;  // world, vertices are moved
+constexpr std::uint64_t kReshapedEvery = 4;  // world, vertices are moved,
+constexpr std::uint64_t kInSceneEvery = 8;   // those of a scene's object by its edits
 
 class StreamedWorld {
  public:
@@ -145,7 +146,8 @@ bool runFuzzStream(const FuzzOptions& options, const std::filesystem::path& out)
     const double speed_m_per_s = options.speed_m_per_s.value_or(1);
     const bool isReshaped = seed % kReshapedEvery == kReshapedEvery - 1;
     const auto [counted, period] =
-        isReshaped ? runReshapedWorld(seed, speed_m_per_s) : StreamedWorld(seed, speed_m_per_s).run();
+        isReshaped ? runReshapedWorld(seed, speed_m_per_s, seed % kInSceneEvery == kInSceneEvery - 1)
+                   : StreamedWorld(seed, speed_m_per_s).run();
     all += counted;
     reshaped += isReshaped ? counted : StreamCount{};
     if (counted.wrong() > 0) {
