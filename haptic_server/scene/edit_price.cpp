@@ -129,7 +129,7 @@ MeshNumbers numbersOf(const MeshRecipe& recipe) noexcept {
 double areaOf_m2(const MeshRecipe& recipe) noexcept { return std::visit(Area{}, recipe); }
 
 Price priceOfMesh(const MeshNumbers& mesh) noexcept {
-  return {.time_s = 2.9e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
+  return {.time_s = 2.8e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
           .kept_bytes = 118 * mesh.triangles,
           .working_bytes = 35 * mesh.triangles};
 }
