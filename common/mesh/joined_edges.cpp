@@ -75,7 +75,7 @@ class SidesByPlace {
         for (std::int64_t z = cellOf(low.z); z <= cellOf(high.z); ++z) {
           const std::uint64_t key = keyOf(x, y, z);
           auto entry = std::ranges::lower_bound(entries_, key, {}, &Entry::key);
-          for (int looked = 0; entry != entries_.end() && entry->key == key && looked < kMostInACell; ++looked)
+          for (int looked = 0; entry != entries_.end() && entry->key == key && looked < kMaxInACell; ++looked)
             look(*entry++);
         }
       }
@@ -86,7 +86,7 @@ class SidesByPlace {
  private:
   /// In lengths looked within: larger looks at more sides, smaller into more cells.
   static constexpr double kCell = 4;
-  static constexpr int kMostInACell = 16;
+  static constexpr int kMaxInACell = 16;
   struct Entry {
     std::uint64_t key;
     std::uint32_t side;

@@ -271,7 +271,10 @@ std::vector<NumberProperty> withScalars(std::span<const NumberProperty> rows) {
   const auto add = [&all](std::string_view name, double /*none*/) {
     const auto& field = materialScalar(name);
     const v1::Scalar& scalar = field.options().GetExtension(v1::scalar);
-    const std::string& label = texts.emplace_back(name.substr(0, name.find('_')));
+    std::string word(name.substr(0, name.find('_')));
+    if (std::ranges::any_of(all, [&](const NumberProperty& row) { return row.label == word; }))
+      word += " (" + scalar.unit() + ")";
+    const std::string& label = texts.emplace_back(std::move(word));
     const std::string& unit = texts.emplace_back(" " + scalar.unit());
     const auto get = [name](const ObjectRecord& object) {
       std::optional<double> its;

@@ -26,7 +26,7 @@ constexpr double kLongestDelay_s = 0.01;
 /// A device takes its force away 25 ms after the last one was written (device_plugin.h); the rest is what the measurement is sure to.
 constexpr double kWatchdog_s = 0.05;
 constexpr std::array kPauses_s{0.015, 0.03, 0.05, 0.08, 0.15, 0.3};
-constexpr double kLeastStiffness_N_per_m = 100, kMostStiffness_N_per_m = 5'000, kStiffnessStep = 1.4;
+constexpr double kMinStiffness_N_per_m = 100, kMaxStiffness_N_per_m = 5'000, kStiffnessStep = 1.4;
 constexpr std::array kAxes{"x", "y", "z"};
 
 [[nodiscard]] std::string nameOf(int axis) { return kAxes[static_cast<std::size_t>(axis)]; }
@@ -336,8 +336,8 @@ bool DeviceCheck::shakesAt(double stiffness_N_per_m, double force_N) {
 /// A spring to where the hand is, stiffer and stiffer, until it shakes.
 void DeviceCheck::raiseStiffness(double force_N) {
   const double said = device_.info().maxStiffness_N_per_m;
-  const double most = said > 0 ? 2 * said : kMostStiffness_N_per_m;
-  double steady = 0, stiffness = kLeastStiffness_N_per_m;
+  const double most = said > 0 ? 2 * said : kMaxStiffness_N_per_m;
+  double steady = 0, stiffness = kMinStiffness_N_per_m;
   for (; stiffness <= most && !shakesAt(stiffness, force_N); stiffness *= kStiffnessStep) steady = stiffness;
   if (stiffness > most) {
     line("stiffness", "steady at %.0f N/m, the most that was tried; it says %.0f N/m", steady, said);

@@ -68,7 +68,7 @@ Result<DrivenShape> RecordedScenes::shapeOf(const v1::RecordedShape& message, co
   if (!hasRoom_) return refused("number", "is there, and the head's limits are those of fewer hands");
   if (const auto why = whyNotReshaped(record)) return refused("number", "is of an object that " + *why);
   const auto samples = static_cast<std::size_t>(message.sample_size());
-  if (samples < 2 || samples > ShapeSamples::kMost || message.number() < samples - 1)
+  if (samples < 2 || samples > ShapeSamples::kMax || message.number() < samples - 1)
     return refused("sample",
                    "is there " + std::to_string(samples) + " times, up to number " + std::to_string(message.number()));
   DrivenShape shape{.number = message.number(), .samples = {}};

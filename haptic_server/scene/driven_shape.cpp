@@ -22,7 +22,7 @@ void DrivenShape::take(std::shared_ptr<const Sample> sample, bool isMore) {
   if (!isMore) samples.pop_back();
   samples.push_back(std::move(sample));
   if (isMore) ++number;
-  if (samples.size() > ShapeSamples::kMost) samples.erase(samples.begin());
+  if (samples.size() > ShapeSamples::kMax) samples.erase(samples.begin());
 }
 
 std::optional<std::string> whyNotReshaped(const ObjectRecord& object) {

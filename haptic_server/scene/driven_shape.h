@@ -22,7 +22,7 @@ struct DrivenShape {
   };
 
   std::uint64_t number = 0;  ///< KinematicShape::number.
-  /// The newest last; two to ShapeSamples::kMost where there are any. Before the first one comes the object's own shape.
+  /// The newest last; two to ShapeSamples::kMax where there are any. Before the first one comes the object's own shape.
   std::vector<std::shared_ptr<const Sample>> samples;
 
   bool operator==(const DrivenShape&) const = default;

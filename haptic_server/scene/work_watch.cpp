@@ -25,7 +25,7 @@ WorkWatch::WorkWatch(const WorkLimits& limits, std::function<void()> stop, std::
       }) {}
 
 void WorkWatch::watch(const std::stop_token& done, const std::function<void()>& stop,
-                      const std::function<bool()>& isEnough) const {
+                      const std::function<bool()>& isEnough) {
   std::mutex mutex;
   std::unique_lock lock(mutex);
   std::condition_variable_any never;
@@ -34,7 +34,13 @@ void WorkWatch::watch(const std::stop_token& done, const std::function<void()>& 
   }
 }
 
-std::optional<Error> WorkWatch::tooMuch() const {
+std::optional<Error> WorkWatch::tooMuch() {
+  const std::lock_guard lock(mutex_);
+  if (!exceeded_) exceeded_ = measure();
+  return exceeded_;
+}
+
+std::optional<Error> WorkWatch::measure() const {
   const double time_s = meter_.time_s(), memory_bytes = static_cast<double>(meter_.held_bytes());
   if (time_s <= limits_.time_s && memory_bytes <= limits_.memory_bytes) return std::nullopt;
   std::ostringstream text;

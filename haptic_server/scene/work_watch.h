@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <thread>
@@ -25,17 +26,19 @@ class WorkWatch {
   /// \param stop  Called once, on that thread: the work takes more than it may, or `isEnough`, which may be empty, says so.
   WorkWatch(const WorkLimits& limits, std::function<void()> stop, std::function<bool()> isEnough = {});
 
-  /// Why the work is to be refused, if it has taken more than it may.
-  [[nodiscard]] std::optional<Error> tooMuch() const;
+  /// Why the work is to be refused, if it has taken more than it may: also where it has freed that since.
+  [[nodiscard]] std::optional<Error> tooMuch();
 
  private:
   const WorkLimits limits_;
   WorkMeter meter_;
   const WorkMeter::Counting counting_{&meter_};
+  std::mutex mutex_;  // guards the next
+  std::optional<Error> exceeded_;
   const std::jthread thread_;  // last: it uses the others
 
-  void watch(const std::stop_token& done, const std::function<void()>& stop,
-             const std::function<bool()>& isEnough) const;
+  void watch(const std::stop_token& done, const std::function<void()>& stop, const std::function<bool()>& isEnough);
+  [[nodiscard]] std::optional<Error> measure() const;
 };
 
 }  // namespace haptics

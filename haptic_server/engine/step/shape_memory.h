@@ -16,10 +16,10 @@ using ShapeSample = std::shared_ptr<const std::vector<Vec3f>>;
 /// The newest samples of whoever moves an object's vertices: its shape goes from one to the next evenly.
 struct ShapeSamples {
   /// One more than a stream without gaps needs, in which a sample comes before the last is reached: for some that come at once.
-  static constexpr std::size_t kMost = 4;
-  static constexpr double kNewest = kMost - 1;  ///< "Along" them (ShapeMemory::moveTo()).
+  static constexpr std::size_t kMax = 4;
+  static constexpr double kNewest = kMax - 1;  ///< "Along" them (ShapeMemory::moveTo()).
 
-  std::array<ShapeSample, kMost> from_oldest;  ///< At least the last two; null before the first.
+  std::array<ShapeSample, kMax> from_oldest;  ///< At least the last two; null before the first.
 
   [[nodiscard]] double oldest() const noexcept {
     return static_cast<double>(std::ranges::find_if(from_oldest, [](const auto& s) { return s != nullptr; }) -

@@ -11,9 +11,9 @@ namespace haptics {
 namespace {
 
 /// Of all that rings at once, or half of the device's force where that is less. More is felt as a blow.
-constexpr double kMost_N = 2;
+constexpr double kMax_N = 2;
 /// What is left of that once kSlowestTap_per_s has decayed for 0.1 s: it ends there, by a step of no more than this.
-constexpr double kLeast_N = 5e-3;
+constexpr double kMin_N = 5e-3;
 /// What taps may give the hand at once, and again in each second: they are active, and so the account has an end.
 constexpr double kBudget_J = 5e-3;
 
@@ -34,7 +34,7 @@ void ring(TapMemory& tap) noexcept {
   const Vec3 cosine_N = tap.turnCosine * tap.cosine_N - tap.turnSine * tap.sine_N;
   tap.sine_N = tap.turnCosine * tap.sine_N + tap.turnSine * tap.cosine_N;
   tap.cosine_N = cosine_N;
-  if (amplitude_N(tap) >= kLeast_N) return;
+  if (amplitude_N(tap) >= kMin_N) return;
   tap.cosine_N = tap.sine_N = Vec3(0);
 }
 
@@ -45,9 +45,9 @@ void strike(const ServoObject& touched, HapticState& state, const StepConfig& co
   if (detail == nullptr || !(detail->scalars.tap_Ns_per_m > 0)) return;
   const double speed_m_per_s = -separationSpeed(state, contact.body, contact.ihip, contact.normal, config.period_s);
   TapMemory& tap = state.surface.tap;
-  const double room_N = std::min(kMost_N, config.maxForce_N / 2) - amplitude_N(tap);
+  const double room_N = std::min(kMax_N, config.maxForce_N / 2) - amplitude_N(tap);
   const double added_N = std::min(detail->scalars.tap_Ns_per_m * speed_m_per_s, room_N);
-  if (!(added_N >= kLeast_N)) return;
+  if (!(added_N >= kMin_N)) return;
   const double shrinking =
       elementary::exp(-std::max(kSlowestTap_per_s, detail->scalars.tap_decay_per_s) * config.period_s);
   const auto turn = elementary::sineCosine(2 * std::numbers::pi * detail->scalars.tap_Hz * config.period_s);

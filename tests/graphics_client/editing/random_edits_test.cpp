@@ -83,10 +83,12 @@ TEST_P(RandomlyEdited, SceneKeepsWhatSomebodyElseDidBetweenWhenTheRestIsUndone) 
   RandomEdits random(GetParam());
   constexpr int kEditsPerOther = 8;
   std::map<std::string, ContentHash> others;  // objects as the other editor left them
-  for (int i = 0; i < 2 * kEdits; ++i) {
+  bool isLastOfOther = false;
+  for (int i = 0; i < 2 * kEdits || !isLastOfOther; ++i) {
     const RandomEdit edit = random.next(server.scene());
     (void)editor.submit(edit.transaction, edit.uploads);
-    if (i % kEditsPerOther != kEditsPerOther - 1 || server.scene().objects().empty()) continue;
+    isLastOfOther = i % kEditsPerOther == kEditsPerOther - 1 && !server.scene().objects().empty();
+    if (!isLastOfOther) continue;
     const std::string name =
         server.scene().objects()[static_cast<std::size_t>(i) % server.scene().objects().size()]->name;
     ASSERT_TRUE(other.submit(setStiffness(name, 1000 + i)));

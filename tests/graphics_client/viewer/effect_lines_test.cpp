@@ -50,7 +50,7 @@ TEST(EffectLines, DrawRegionsAtTheirSize) {
   fluid.size_m = Vec3(0.2, 0.4, 0.6);
   const auto box = effectLines(fluid);
   EXPECT_EQ(box.size(), 24U);
-  for (const Vec3 p : box) EXPECT_EQ(glm::abs(p - fluid.point_m), fluid.size_m / 2.0);
+  for (const Vec3 p : box) EXPECT_LT(glm::distance(glm::abs(p - fluid.point_m), fluid.size_m / 2.0), 1e-12);
   fluid.region = Effect::Region::kSphere;
   for (const Vec3 p : effectLines(fluid)) EXPECT_NEAR(glm::distance(p, fluid.point_m), 0.1, 1e-9);
 }

@@ -392,7 +392,7 @@ TEST_F(SessionHand, TakesWhatIsToBeAddedToItsForce) {
   EXPECT_EQ(wrenches[1], Wrench{});
   message.mutable_force_n()->set_y(std::numeric_limits<double>::quiet_NaN());
   add(message);
-  EXPECT_EQ(client.refusal().field(), "add_wrench.force_N");
+  EXPECT_EQ(client.refusal().field(), "add_wrench.force_N.y");
   EXPECT_EQ(wrenches.size(), 2U);
 }
 
@@ -400,7 +400,7 @@ TEST_F(SessionHand, RefusesATorqueThatNoHandBears) {
   v1::AddWrench message;
   message.mutable_torque_nm()->set_y(10.1);
   add(message);
-  EXPECT_EQ(client.refusal().field(), "add_wrench.torque_Nm");
+  EXPECT_EQ(client.refusal().field(), "add_wrench.torque_Nm.y");
 }
 
 TEST_F(SessionHand, RefusesToAddToAHandThatIsNotThere) {

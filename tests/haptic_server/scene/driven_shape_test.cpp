@@ -85,7 +85,7 @@ TEST_F(DrivenShapeTest, ASampleMakesNoRevisionAndIsOneMoreInEachEdit) {
   ASSERT_THAT(shape().samples, SizeIs(3));
   EXPECT_FLOAT_EQ(shape().samples[2]->lattice->control_m[0].z, -0.05F + 0.03F);
   for (int i = 0; i < 5; ++i) accept(edit(lattice(Vec3(0.1), {0, 0, 0.01 * i})));
-  EXPECT_THAT(shape().samples, SizeIs(ShapeSamples::kMost));
+  EXPECT_THAT(shape().samples, SizeIs(ShapeSamples::kMax));
   EXPECT_EQ(shape().first(), 0U) << "the first is not among them any more";
 }
 

@@ -464,7 +464,7 @@ TEST_F(SequencerTest, RefusesWorkWithItsPriceBeforeAnythingIsMade) {
   Transaction many;
   for (int i = 0; i < 1000; ++i)
     many.operations.push_back(RemeshObject{named("a"), {SphereSource{0.03 + 1e-6 * i, 64}}});
-  EXPECT_THAT(refusal(many), HasSubstr("operations: take up to 143 s of a processor and 5.88 GB together"));
+  EXPECT_THAT(refusal(many), HasSubstr("operations: take up to 138 s of a processor and 5.88 GB together"));
   EXPECT_EQ(resolver.resolved, 0);
   many.operations.resize(250);
   EXPECT_THAT(refusal(many), Not(HasSubstr("take up to"))) << "but a sphere is no box";

@@ -101,7 +101,7 @@ class Page(unittest.TestCase):
         expected = re.findall(r'Expectation\{"(\w+)", "([^"]*)", "([^"]*)"\}', text("tests/eval/expected_failures.h"))
         expected = {name: (fails.split(), either.split()) for name, fails, either in expected}
         for name, _, ablation, scenes in rows().values():
-            named = re.findall(r"S\d+", scenes)
+            named = re.findall(r"[SP]\d+", scenes)
             fails, either = expected[ablation]
             self.assertLessEqual(set(fails), set(named), name)
             self.assertLessEqual(set(named), set(fails) | set(either), name)
