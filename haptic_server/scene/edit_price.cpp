@@ -229,7 +229,7 @@ Price priceOfSharpPoints(const MeshNumbers& mesh) noexcept {
 
 Price priceOf(const Texture& texture) noexcept {
   constexpr double kValues = 2 * 5 * 4096;
-  return {.time_s = kValues * timeOfValue_s(texture.family)};
+  return {.time_s = kValues * timeOfValue_s(texture.family), .kept_bytes = 8e6};
 }
 
 Price priceOfDeciding(std::size_t operations, std::size_t objects) noexcept {
