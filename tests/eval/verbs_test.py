@@ -451,6 +451,7 @@ class Outside(Verb):
                 self.assertAlmostEqual(their[measure], our[measure], delta=1e-9 * abs(our[measure]) + 1e-9, msg=measure)
         self.assertTrue(all(r["tick_p50_ns"] > 0 and r["pipe_p50_ns"] > 1000 for r in theirs))
 
+    @unittest.skipUnless(os.environ.get("HAPTICS_LONG"), "by the failure scenes, with a method of brute force: many minutes")
     def test_the_chart_has_them_beside_the_curves_of_an_earlier_run(self):
         kept = self.out.parent / "kept.csv"
         rows = (HERE.parents[1] / "deploy" / "pictures" / "chart.csv").read_text().splitlines(keepends=True)
@@ -473,7 +474,7 @@ class Outside(Verb):
         for verb, *options in (("walk", "--scene", "sphere", "--ticks", "500"), ("fuzz", "contact", "--scenes", "4", "--moving", "no"),
                                ("accuracy", "--finest", "12"), ("combinations", "--pair", "lattice-several")):
             run(verb, *options, "--method", str(self.METHODS / "faulty.so"), "--out", str(self.out))
-            faults = [r["fault"] for r in self.records(verb) if "fault" in r]
+            faults = re.findall('"fault": "([^"]*)"', json.dumps(self.records(verb)))
             self.assertTrue(faults and all("signal 6 (Aborted) in tick 100" in fault for fault in faults), (verb, faults))
 
     def test_the_chart_names_what_stopped_one(self):
