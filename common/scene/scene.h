@@ -183,7 +183,7 @@ struct SetMotion {
 struct SetDeformation {
   ObjectRef object;
   DeformationEdit deformation;
-  bool kinematic = false;  ///< As in SetPose: of lattice and residue.
+  bool kinematic = false;  ///< As in SetPose: of the lattice alone.
 };
 struct SetEffects {
   ObjectRef object;
