@@ -65,7 +65,7 @@ Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<
 }
 
 Result<void> writeVideo(const std::string& recording, const VideoOptions& options, const std::atomic<bool>& stop) {
-  constexpr std::size_t kTold = 10;  // times
+  constexpr std::size_t kProgressLines = 10;  // times
   const Application application;
   std::stop_source reading;
   auto session = RecordedSession::read(recording, reading.get_token(), [&](double /*share*/) {
@@ -75,10 +75,10 @@ Result<void> writeVideo(const std::string& recording, const VideoOptions& option
   auto begun = RecordingVideo::begin(std::make_shared<const RecordedSession>(*std::move(session)), options, {});
   if (!begun) return tl::unexpected(std::move(begun).error());
   RecordingVideo& video = **begun;
-  for (std::size_t told = 0; video.drawn() < video.pictures() && !stop;) {
+  for (std::size_t said = 0; video.drawn() < video.pictures() && !stop;) {
     if (Result<void> drawn = video.drawNext(); !drawn) return drawn;
-    const std::size_t done = kTold * video.drawn() / video.pictures();
-    if (done > std::exchange(told, done)) {
+    const std::size_t done = kProgressLines * video.drawn() / video.pictures();
+    if (done > std::exchange(said, done)) {
       logInfo("video: " + std::to_string(video.drawn()) + " of " + std::to_string(video.pictures()) + " pictures");
     }
   }

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t kMaxPeers = 16;
 constexpr std::chrono::milliseconds kLook{100};
-/// Objects that stand still are told again so often: a peer may have just begun to listen to them.
+/// Objects that stand still are sent again so often: a peer may have just begun to listen to them.
 constexpr std::uint64_t kStill_ns = 1'000'000'000;
 
 struct Peer {
@@ -115,7 +115,7 @@ class Bridge {
       if (!still && !view->bodies.contains(object->id)) continue;
       if (object->name.size() > kMaxName) {
         if (tooLong_.insert(object->name).second)
-          options_.say("\"" + object->name + "\" is not told: its name is longer than OpenIGTLink's 20 characters");
+          options_.say("\"" + object->name + "\" is not sent: its name is longer than OpenIGTLink's 20 characters");
         continue;
       }
       bytes += transform(object->name, unix_ns, view->poseOf(*object));

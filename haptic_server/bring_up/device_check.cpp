@@ -264,7 +264,7 @@ void DeviceCheck::measureDelay(double force_N) {
          "forces are in time for hard surfaces (10 ms, or what the device says)");
 }
 
-/// For how long it was, as told by the clock; there is no force afterwards. 0: it was not.
+/// For how long it was, by the clock; there is no force afterwards. 0: it was not.
 double DeviceCheck::standStill_s(double seconds, Vec3 force_N) {
   if (!time_.pauseProcess(seconds)) return 0;
   const std::uint64_t began_ns = time_.now_ns();

@@ -22,7 +22,7 @@ class CheckTime {
 /// Reads and pushes a device as the servo does, and says what is wrong with it.
 class DeviceCheck {
  public:
-  /// @param say  Is told each finding, a line without its end.
+  /// @param say  Called with each finding, a line without its end.
   DeviceCheck(Device& device, CheckTime& time, double rate_Hz, std::function<void(const std::string&)> say);
 
   /// False: it is not within 30 s, and nothing else is to be asked.

@@ -16,8 +16,9 @@ namespace haptics {
 /// Of the change of F_felt in a tick, so much is the hand's own and goes through at once:
 ///   2 (K T + B) dx / T,
 /// K and B the stiffness and damping that are felt, T the period, dx the way of the HIP: twice what a plane makes of it, so
-/// that contact stays what it is, and nothing of it while device and surface stand still: an observer's HIP answers to the force. What is more is taken into R, which then lets it in at the rate r; with the hand at rest
-/// that is everything. No general slew limit, which at 0.3 N a tick turned a stable tap into an unstable one.
+/// that contact stays what it is, and nothing of it while device and surface stand still: an observer's HIP answers to the
+/// force. What is more is taken into R, which then lets it in at the rate r; with both at rest that is everything. No general
+/// slew limit, which at 0.3 N a tick turned a stable tap into an unstable one.
 class EditSlew {
  public:
   static constexpr double kRate_N_per_s = RateLimitedStiffness::kRate_N_per_s;  ///< r

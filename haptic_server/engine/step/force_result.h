@@ -13,7 +13,7 @@ namespace haptics {
 struct ForceResult {
   ForceResult() noexcept {}  // no aggregate: the compiler would clear those in a loop, which takes longer
 
-  /// To be told before the force is computed.
+  /// A client's force on the hand (N, world); call it before the force is computed.
   void add(Vec3 force_N) noexcept {
     adds = true;
     added_N = force_N;

@@ -34,8 +34,8 @@ struct StepInput {
                                          const StepInput& input, const Vec3* added_N = nullptr) noexcept;
 
 /// The half of hapticStep() that the device waits for, from its position to its force.
-/// @param[in,out] result  Pass it as constructed, with what a client adds. Then `result.force.written` (N, world) is for the device, the rest for
-/// finishStep().
+/// @param[in,out] result  Pass it as constructed, with what a client adds. Then `result.force.written` (N, world) is for the
+/// device, the rest for finishStep().
 /// @param cache  Triangles that a rehearsal computed ahead, which saves time and changes no bit; null: none.
 void computeForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
                   ForceResult& result, const TriangleCache* cache = nullptr) noexcept;

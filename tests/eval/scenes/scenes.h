@@ -25,7 +25,7 @@ struct FailureScene {
   std::string_view about;
   SceneRun run;
   Concern concern = Concern::kContact;
-  std::string_view reported = "";  ///< Of P1 to P9: where users of other programs told of it.
+  std::string_view reported = "";  ///< Of P1 to P9: where users of other programs reported it.
 
   /// The same for every method.
   [[nodiscard]] Random random(std::uint64_t seed) const {
