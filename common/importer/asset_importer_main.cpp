@@ -73,7 +73,7 @@ std::optional<std::string> askFor(const std::string& name) {
 /// Whether a library is at work that may take any time on a file that was made for it to.
 volatile std::sig_atomic_t reading = false;
 
-/// Processor time that Assimp gets for a file, seconds: three times what it takes of the slowest format.
+/// Processor time that Assimp or Coin gets for a file, seconds: three times what it takes of the slowest format.
 unsigned readingTime_s(std::uintmax_t file_bytes) {
   constexpr std::uintmax_t kAtLeast_s = 2, kBytesPerSecond = 1'000'000;
   return static_cast<unsigned>(kAtLeast_s + file_bytes / kBytesPerSecond);
@@ -149,7 +149,7 @@ int run() {
   const auto* mesh = std::get_if<MeshFileRequest>(&request);
   const MeshReader reader = mesh != nullptr ? readerOf(mesh->format) : MeshReader::kOwn;
   if (reader == MeshReader::kCoin) startInventor();
-  if (reader == MeshReader::kAssimp) {
+  if (reader != MeshReader::kOwn) {
     struct stat status {};
     fstat(file.descriptor(), &status);
     const auto bytes = static_cast<std::uintmax_t>(status.st_size);

@@ -76,6 +76,9 @@ TEST_F(ImportFiles, AreUnpacked) {
   std::string claims = packed;
   claims.replace(claims.size() - 4, 4, "\xff\xff\xff\xff");
   EXPECT_THAT(refusal("t.off.gz", claims), HasSubstr("gzip file that is cut off"));
+  const std::string few = packed.substr(0, 10) + std::string(300'000, 'x');
+  EXPECT_THAT(refusal("t.off.gz", few + fixture::raw(std::uint32_t{250'000'000})),
+              HasSubstr("unpacks to 250000000 bytes, more than 50 times its own; at most 200000000 are"));
   EXPECT_THAT(refusal("t.gz", packed), HasSubstr("unknown format"));
 }
 

@@ -12,6 +12,7 @@ namespace haptics::import_inventor_test {
 namespace {
 
 using fixture::tetrahedron;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 using ImportInventor = fixture::FileImports;
@@ -274,6 +275,14 @@ TEST_F(ImportInventor, RefusesFewBytesThatMakeMuch) {
   EXPECT_THAT(refusal("t.iv", bomb), HasSubstr("by repeating"));
   EXPECT_THAT(refusal("t.iv", chain + "}\n"), HasSubstr("levels deep"));
   EXPECT_THAT(refusal("t.iv", kHeader + "DEF A Separator { Cube {} USE A }"), HasSubstr("within itself"));
+  std::string section, spine;
+  for (int i = 0; i < 4000; ++i) {
+    section += std::to_string(i % 7) + ' ' + std::to_string(i % 11) + ' ';
+    spine += std::to_string(i) + ' ' + std::to_string(i % 5) + " 0 ";
+  }
+  EXPECT_THAT(refusal("t.wrl", "#VRML V2.0 utf8\nShape { geometry Extrusion { crossSection [" + section + "] spine [" +
+                                   spine + "] } }"),
+              AnyOf(HasSubstr("memory than a file of its size"), HasSubstr("too long"), HasSubstr("by round ones")));
   EXPECT_EQ(import("t.iv", kHeader + "Array { numElements1 30 Cube {} }")->report.trianglesInFile, 360U);
 }
 
