@@ -29,6 +29,8 @@ namespace haptics {
 namespace {
 
 constexpr double kMaxPush_N = 2;
+/// Exit status of the process that checks: this and what check() says. Another one is that of a driver that ended it.
+constexpr int kCheckEnded = 100;
 
 void sleepFor(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
@@ -94,6 +96,22 @@ void describeMachine(Said& said) {
   return static_cast<bool>(std::getline(std::cin, text));
 }
 
+/// From its end on the process has a few seconds left: a call of a driver may never return.
+class LastSeconds {
+ public:
+  LastSeconds() = default;
+  ~LastSeconds() {
+    std::thread([] {
+      constexpr double kForTheDriver_s = 3;
+      sleepFor(kForTheDriver_s);
+      std::cerr << "check-device: a call of the driver does not return; it is not waited for" << std::endl;
+      std::_Exit(kCheckEnded + 1);
+    }).detach();
+  }
+  LastSeconds(const LastSeconds&) = delete;
+  LastSeconds& operator=(const LastSeconds&) = delete;
+};
+
 struct CheckOptions {
   ServerOptions server;
   double seconds = 5, force_N = 0;
@@ -111,6 +129,7 @@ struct CheckOptions {
     std::cerr << "check-device: " << printable(attached.error().text()) << '\n';
     return 1;
   }
+  const LastSeconds ending;  // goes before the device, whose driver it waits for
   Device& device = (*attached)->device();
   char text[128];
   std::snprintf(text, sizeof text, "%s: at most %g N", printable(device.info().name).c_str(), device.info().maxForce_N);
@@ -150,13 +169,17 @@ struct CheckOptions {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     const int code = ::getppid() == self ? check(options) : 1;
     std::cout.flush();
-    std::exit(code);
+    std::exit(kCheckEnded + code);
   }
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFEXITED(status)) return WEXITSTATUS(status);
-  std::cerr << "check-device: ended by signal " << WTERMSIG(status) << '\n';
+  if (WIFEXITED(status) && WEXITSTATUS(status) >= kCheckEnded) return WEXITSTATUS(status) - kCheckEnded;
+  if (WIFEXITED(status)) {
+    std::cerr << "check-device: the driver ended it, with the status " << WEXITSTATUS(status) << '\n';
+  } else {
+    std::cerr << "check-device: ended by signal " << WTERMSIG(status) << '\n';
+  }
   return 1;
 }
 

@@ -1,10 +1,14 @@
 #include "graphics_client/mirror/object_poses.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "common/clock/monotonic.h"
 #include "common/text/printable.h"
@@ -24,6 +28,9 @@ struct ObjectPoses::Stream {
   Say say;
   std::mutex mutex;  // guards what follows
   std::map<std::string, Pose, std::less<>> waiting;
+  std::set<std::string, std::less<>> refused;  // last; each goes alone, for what is beside it is refused with it
+  std::string lastAlone;
+  bool wasAlone = false;
   bool inFlight = false;
   bool isOver = false;
   std::uint64_t quietUntil_ns = 0;
@@ -40,22 +47,56 @@ struct ObjectPoses::Stream {
     say(printable(words));
   }
 
+  /// Taken out of `waiting`, which is not empty: all that were not refused, and one that was, in turn.
+  std::map<std::string, Pose, std::less<>> next() {
+    const auto wasRefused = [this](const auto& entry) { return refused.contains(entry.first); };
+    auto alone = std::find_if(waiting.upper_bound(lastAlone), waiting.end(), wasRefused);
+    if (alone == waiting.end()) alone = std::find_if(waiting.begin(), alone, wasRefused);
+    const bool isAny = alone != waiting.end();
+    wasAlone = isAny && (!wasAlone || std::all_of(waiting.begin(), waiting.end(), wasRefused));
+    std::map<std::string, Pose, std::less<>> taken;
+    if (wasAlone) {
+      lastAlone = alone->first;
+      taken.insert(waiting.extract(alone));
+      return taken;
+    }
+    for (auto at = waiting.begin(); at != waiting.end();) {
+      const auto here = at++;
+      if (!wasRefused(*here)) taken.insert(waiting.extract(here));
+    }
+    return taken;
+  }
+
+  void note(const std::vector<std::string>& sent, bool accepted) {
+    const std::lock_guard lock(mutex);
+    for (const std::string& name : sent) {
+      if (accepted) {
+        refused.erase(name);
+      } else {
+        refused.insert(name);
+      }
+    }
+  }
+
   static void sendNext(const std::shared_ptr<Stream>& self) {
     v1::Transaction transaction;
+    std::vector<std::string> sent;
     {
       const std::lock_guard lock(self->mutex);
       self->inFlight = !self->isOver && !self->waiting.empty();
       if (!self->inFlight) return;
-      for (const auto& [object, pose] : std::exchange(self->waiting, {})) {
+      for (const auto& [object, pose] : self->next()) {
         v1::SetPose& set = *transaction.add_operations()->mutable_set_pose();
         set.mutable_object()->set_name(object);
         toWire(pose, *set.mutable_pose());
         set.set_kinematic(true);
+        sent.push_back(object);
       }
     }
-    const auto replied = [self](const v1::EditReply& reply) {
-      if (const auto outcome = outcomeOf(reply); !outcome)
-        self->complain("an object's pose was refused: " + outcome.error().text());
+    const auto replied = [self, sent = std::move(sent)](const v1::EditReply& reply) {
+      const auto outcome = outcomeOf(reply);
+      self->note(sent, outcome.has_value());
+      if (!outcome) self->complain("an object's pose was refused: " + outcome.error().text());
       sendNext(self);
     };
     self->link.submit(std::move(transaction), {.replied = replied, .live = {}});

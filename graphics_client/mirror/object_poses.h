@@ -12,7 +12,7 @@ namespace haptics {
 
 /// Where other programs have the objects, told to the server as a stream of samples that push the hand
 /// (SetPose::kinematic). One transaction is in flight at most; while it is, an object's newest pose replaces the one that
-/// waits, so that no flood reaches the server. Any thread.
+/// waits, so that no flood reaches the server; one that the server refuses holds up no other. Any thread.
 class ObjectPoses {
  public:
   /// Gets a line where something is wrong, at most one a second.

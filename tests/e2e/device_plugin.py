@@ -363,6 +363,18 @@ class DevicePlugin(harness.EndToEnd):
         self.assertLess(time.monotonic() - began, 2.2)
         harness.wait_until(lambda: "something does not end" in server.text(), 5, server.text)
 
+    def test_check_device_ends_though_a_call_never_returns(self):
+        done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(THROW='for (;;) pause()')}",
+                               "--seconds", "3"], capture_output=True, text=True, timeout=30)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("a call of the driver does not return", done.stderr)
+
+    def test_check_device_fails_one_that_ends_the_program(self):
+        done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(THROW='_exit(0)')}",
+                               "--seconds", "3"], capture_output=True, text=True, timeout=30)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("the driver ended it", done.stderr)
+
     def test_what_it_forks_dies_with_the_server(self):
         noted = self.folder / "child"
         fork = f'{{ FILE* f = fopen("{noted}", "w"); const int child = fork(); if (child == 0) for (;;) pause(); ' \

@@ -7,6 +7,7 @@ import math
 import re
 import socket
 import struct
+import threading
 import time
 import unittest
 
@@ -80,6 +81,26 @@ class OpenIgtLink(harness.EndToEnd):
         box = [line for line in self.read(2) if line["name"] == "box"][-1]
         self.assertAlmostEqual(math.hypot(*box["at"][:2]), 50, delta=2)
         self.assertAlmostEqual(math.atan2(box["x"][1], box["x"][0]), 2, delta=0.05)
+
+    def test_a_pose_that_the_server_refuses_holds_up_no_other(self):
+        bridge = self.start_bridge()
+        made, over = self.connection(), threading.Event()
+        body = struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, 1e30, 0, 0)
+        far = struct.pack(HEAD, 1, b"TRANSFORM", b"torus", 0, len(body), crc(body)) + body
+
+        def flood():
+            while not over.is_set():
+                made.sendall(100 * far)
+        thread = threading.Thread(target=flood)
+        thread.start()
+        harness.wait_until(lambda: "pose was refused" in bridge.text(), 10, bridge.text)
+        mover = self.peer("move", "box", 50, 2, "circle")
+        with Client(self.server.address, telemetry_hz=100) as client:
+            places = [client.bodies()["box"].pose.position for _ in client.samples(2.5) if "box" in client.bodies()]
+        over.set()
+        thread.join()
+        self.assertEqual(mover.wait(), 0, mover.text())
+        self.assertGreater(len(set(round(p.y, 4) for p in places)), 20)
 
     def test_what_is_no_pose_is_refused_and_said(self):
         bridge = self.start_bridge()
