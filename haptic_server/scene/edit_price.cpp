@@ -6,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 #include <variant>
+#include <vector>
 
 #include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/point_field.h"
@@ -37,10 +38,14 @@ struct Area {
 
 double squared(double number) noexcept { return number * number; }
 
+constexpr double kFewLong = 64;  // fewer are left out
+/// While cells are sought that are fine enough.
+constexpr double kMemoryOfLong_bytes = 16 * kMaxListedOfAll;
+
 /// To find the cells that long triangles pass through, and what passes through what in each (long_triangles.h).
 double timeOfLong_s(double triangles) noexcept {
-  constexpr double kFew = 64, kSearch_s = 0.5;  // fewer are left out; for a grid
-  if (triangles < kFew) return 0;
+  constexpr double kSearch_s = 0.5;  // for a grid
+  if (triangles < kFewLong) return 0;
   const double listed = std::min(kMaxListed * triangles, kMaxListedOfAll);
   return std::min(2e-4 * triangles, kSearch_s) + 6e-7 * listed;
 }
@@ -64,6 +69,39 @@ bool mayFold(const Lattice& lattice) noexcept {
     farthest2 += most2;
   }
   return !(farthest2 < 1);
+}
+
+/// Whether many triangles may become as long beside the whole as longTriangles() looks for: the lattice stretches a part of
+/// the mesh's box by that much more than the rest. By samples, for a mesh whose triangles are of one size.
+bool mayBecomeLong(const MeshNumbers& mesh, Lattice lattice) {
+  constexpr int kSide = 5, kAll = kSide * kSide * kSide;
+  constexpr double kLong = 1.0 / 16, kEdges = 4;  // an edge is this much of the side, for one triangle
+  if (mesh.longTriangles > 0 || !(mesh.longest_m > 0)) return true;
+  const Vec3 low = mesh.centre_m - Vec3(mesh.longest_m / 2);
+  const double step_m = mesh.longest_m / (kSide - 1);
+  if (!glm::all(glm::greaterThan(lattice.size_m, Vec3(0)))) {  // it will be that of the mesh
+    lattice.low_m = low;
+    lattice.size_m = Vec3(mesh.longest_m);
+  }
+  std::vector<Vec3f> samples;
+  for (int i = 0; i < kAll; ++i)
+    samples.emplace_back(low + step_m * Vec3(i % kSide, i / kSide % kSide, i / kSide / kSide));
+  samples = shapedBy(lattice, samples);
+  Vec3f lowest = samples[0], highest = samples[0];
+  float farthest_m = 0;
+  for (int i = 0; i < kAll; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    lowest = glm::min(lowest, samples[at]);
+    highest = glm::max(highest, samples[at]);
+    for (int stride = 1; stride < kAll; stride *= kSide) {
+      if (i / stride % kSide == kSide - 1) continue;
+      farthest_m = std::max(farthest_m, glm::distance(samples[at], samples[at + static_cast<std::size_t>(stride)]));
+    }
+  }
+  const Vec3f sides = highest - lowest;
+  const double stretch = static_cast<double>(farthest_m) / step_m;
+  return !(kEdges * mesh.longest_m / std::sqrt(mesh.triangles) * stretch <
+           kLong * static_cast<double>(std::max({sides.x, sides.y, sides.z})));
 }
 
 /// To ask a field for one value, seconds.
@@ -109,9 +147,11 @@ MeshNumbers numbersOf(const MeshAsset& mesh) {
   return {.triangles = static_cast<double>(mesh.mesh->triangles.size()),
           .vertices = static_cast<double>(mesh.mesh->vertices.size()),
           .longest_m = std::max({size.x, size.y, size.z}),
+          .centre_m = mesh.surface ? mesh.surface->low() + size / 2.0 : Vec3(0),
           .longTriangles = mesh.surface && mesh.surface->hierarchy().hasCells()
                                ? static_cast<double>(mesh.surface->triangleCount())
                                : 0,
+          .closed = mesh.surface && mesh.surface->closed(),
           .closedAndPlain = mesh.surface && mesh.surface->closed() && !mesh.surface->anySelfIntersecting()};
 }
 
@@ -130,7 +170,7 @@ double areaOf_m2(const MeshRecipe& recipe) noexcept { return std::visit(Area{}, 
 
 Price priceOfMesh(const MeshNumbers& mesh) noexcept {
   return {.time_s = 2.8e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
-          .kept_bytes = 118 * mesh.triangles,
+          .kept_bytes = 118 * mesh.triangles + std::min(35 * mesh.triangles, 1.5e6),
           .working_bytes = 35 * mesh.triangles};
 }
 
@@ -168,19 +208,22 @@ Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbe
           .working_bytes = 2000 * samples + 40 * mesh.triangles};
 }
 
-Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation) noexcept {
+Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation) {
   Price price{.time_s = 1.2e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
               .kept_bytes = 150 * mesh.triangles,
-              .working_bytes = 60 * mesh.triangles};
+              .working_bytes = 60 * mesh.triangles + (mesh.longTriangles < kFewLong ? 0 : kMemoryOfLong_bytes)};
   if (!deformation.lattice) return price;
   const Lattice& lattice = *deformation.lattice;
   constexpr double kTimes = 2;  // for the shape, and to count what is left without an area
   price.time_s += kTimes * (1e-7 + 2.6e-9 * static_cast<double>(lattice.control_m.size())) * mesh.vertices;
   if (!mayFold(lattice)) return price;
-  // It may be turned inside out, and then is built anew, and all of its triangles may pass through each other.
+  // All of its triangles may pass through each other.
   constexpr double kMaxTests = 0x1p25, kTestsEach = 64;  // self_intersections.cpp's
   const double tests = std::min(squared(mesh.triangles) / 2, kMaxTests + kTestsEach * mesh.triangles);
-  price.time_s += 1.5e-6 * mesh.triangles + timeOfLong_s(mesh.triangles) + 2e-8 * tests;
+  price.time_s += 2e-8 * tests;
+  if (!mesh.closed) return price;
+  // It may be turned inside out, and then is built anew.
+  price.time_s += 1.5e-6 * mesh.triangles + (mayBecomeLong(mesh, lattice) ? timeOfLong_s(mesh.triangles) : 0);
   return price;
 }
 

@@ -30,9 +30,11 @@ inline constexpr double kMaxTime_s = 40, kMaxMemory_bytes = 2e9;
 /// What prices go by.
 struct MeshNumbers {
   double triangles = 0, vertices = 0;
-  double longest_m = 0;        ///< Side of its box.
+  double longest_m = 0;        ///< Side of its box,
+  Vec3 centre_m{0};            ///< and its middle.
   double longTriangles = 0;    ///< In whose boxes many others are.
-  bool closedAndPlain = true;  ///< It has an inside, and does not pass through itself.
+  bool closed = true;          ///< It has an inside,
+  bool closedAndPlain = true;  ///< and does not pass through itself.
 };
 [[nodiscard]] MeshNumbers numbersOf(const MeshAsset& mesh);
 [[nodiscard]] MeshNumbers numbersOf(const MeshRecipe& recipe) noexcept;
@@ -48,7 +50,7 @@ struct MeshNumbers {
 [[nodiscard]] Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbers& mesh,
                                    double area_m2) noexcept;
 /// A mesh as its lattice and a residue have it.
-[[nodiscard]] Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation) noexcept;
+[[nodiscard]] Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation);
 /// What is looked at of all of a mesh for a motion.
 [[nodiscard]] Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexcept;
 /// makeToolShell().

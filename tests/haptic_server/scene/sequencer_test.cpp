@@ -464,7 +464,7 @@ TEST_F(SequencerTest, RefusesWorkWithItsPriceBeforeAnythingIsMade) {
   Transaction many;
   for (int i = 0; i < 1000; ++i)
     many.operations.push_back(RemeshObject{named("a"), {SphereSource{0.03 + 1e-6 * i, 64}}});
-  EXPECT_THAT(refusal(many), HasSubstr("operations: take up to 138 s of a processor and 5.88 GB together"));
+  EXPECT_THAT(refusal(many), HasSubstr("operations: take up to 138 s of a processor and 7.38 GB together"));
   EXPECT_EQ(resolver.resolved, 0);
   many.operations.resize(250);
   EXPECT_THAT(refusal(many), Not(HasSubstr("take up to"))) << "but a sphere is no box";
@@ -506,6 +506,22 @@ TEST(EditPrice, TellsALatticeThatMayFoldFromOneThatBends) {
   EXPECT_EQ(timeOf_s({1.5F, 1, 0.5F}, {0.5F, 0, 0}), bent_s);
   EXPECT_GT(timeOf_s({-1, 1, 1}, {0, 0, 0}), 50 * bent_s) << "inside out";
   EXPECT_GT(timeOf_s({1, 1, 0}, {0, 0, 0}), 50 * bent_s) << "flat";
+}
+
+TEST(EditPrice, CountsLongTrianglesWhereALatticeMayMakeThem) {
+  const Vec3 low(-0.1), size(0.2);
+  const std::array points{3U, 3U, 3U};
+  MeshNumbers mesh{.triangles = 6000, .vertices = 3000, .longest_m = 0.1};
+  const auto time_s = [&](Vec3f times, float torn) {
+    Lattice lattice{low, size, points, FreeForm::atRest(low, size, points)};
+    for (Vec3f& control : lattice.control_m) control *= times;
+    lattice.control_m.back() += Vec3f(torn);
+    return priceOfShape(mesh, {.softness = {}, .lattice = std::move(lattice)}).time_s;
+  };
+  const double torn_s = time_s({-1e-3F, 1e-3F, 1e-3F}, 1);
+  EXPECT_LT(3 * time_s({-1, 1, 1}, 0), torn_s) << "turned over, and no triangle is longer beside the whole";
+  mesh.closed = mesh.closedAndPlain = false;
+  EXPECT_LT(3 * time_s({-1e-3F, 1e-3F, 1e-3F}, 1), torn_s) << "what is open has no inside that could be outside";
 }
 
 TEST(EditDeduplicator, ForgetsTheSessionThatEditedLongestAgo) {
