@@ -1,4 +1,5 @@
 #include <google/protobuf/stubs/logging.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -6,6 +7,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
+#include <semaphore>
 #include <stop_token>
 #include <string_view>
 #include <thread>
@@ -57,15 +59,23 @@ class StopSignals {
 
 std::atomic<int> codeIfLate{kExitFailed};
 
-/// Ends the process kEndsWithin from now as it is. The watchdog then takes the force away.
-void endSoon() {
+std::binary_semaphore endsSoon{0};
+
+/// Ends the process kEndsWithin from endSoon() on as it is; the watchdog then takes the force away. Begun before all else:
+/// no thread begins while a plug-in that is being loaded does not return.
+void startLastResort() {
   std::thread([] {
+    endsSoon.acquire();
     std::this_thread::sleep_for(kEndsWithin);
-    std::thread([] { logError("something does not end: the server goes without waiting for it"); }).detach();
-    std::this_thread::sleep_for(kEndsWithin / 20);  // the log may be what does not end
+    std::signal(SIGALRM, [](int) { std::_Exit(codeIfLate); });
+    constexpr itimerval kForTheLog{.it_interval = {}, .it_value = {.tv_sec = 0, .tv_usec = 75'000}};
+    setitimer(ITIMER_REAL, &kForTheLog, nullptr);  // which may be what does not end
+    logError("something does not end: the server goes without waiting for it");
     std::_Exit(codeIfLate);
   }).detach();
 }
+
+void endSoon() { endsSoon.release(); }
 
 bool rereadsTokens(int signal, const ServerOptions& options) {
   return signal == SIGHUP && !options.credentials.empty();
@@ -89,6 +99,7 @@ Result<std::unique_ptr<ServerApp>> startServer(const ServerOptions& options, con
 
 int run(const ServerOptions& options) {
   const StopSignals stopSignals;
+  startLastResort();
   std::stop_source early;
   const auto app = startServer(options, stopSignals, early);
   if (!app) return early.stop_requested() ? 0 : fail(app.error());

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "common/command_line/command_line.h"
@@ -164,7 +165,8 @@ int main(int argc, char** argv) {
   auto records = nlohmann::ordered_json::array();
   if (!asJson) printHeading();
   for (const std::string& file : files) {
-    allThere = allThere && std::filesystem::exists(file);
+    std::error_code error;  // such as links without end
+    allThere = std::filesystem::exists(file, error) && allThere;
     const auto imported = haptics::importMeshFile(file, options);
     allThere = (picture.empty() || draw(imported, picture)) && allThere;
     if (asJson) {

@@ -1,7 +1,7 @@
 #include "common/nats/nats_credentials.h"
 
+#include <cstddef>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -11,9 +11,14 @@
 namespace haptics {
 
 Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) return refused(file.string(), "cannot be read");
-  const auto text = plainLines(std::string{std::istreambuf_iterator<char>(stream), {}});
+  constexpr std::size_t kMost_bytes = 1'000'000;
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes(kMost_bytes + 1, '\0');
+  if (stream) stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!stream.is_open() || stream.bad()) return refused(file.string(), "cannot be read");
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  if (bytes.size() > kMost_bytes) return refused(file.string(), "is too large to be credentials");
+  const auto text = plainLines(bytes);
   if (!text) return refused(file.string(), text.error().reason);
   std::istringstream lines(*text);
   NatsCredentials credentials;

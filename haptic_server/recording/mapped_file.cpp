@@ -17,7 +17,7 @@ tl::unexpected<Error> failed() { return refused("", std::generic_category().mess
 }  // namespace
 
 Result<MappedFile> MappedFile::open(const std::filesystem::path& path) {
-  const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file) return failed();
   struct stat about {};
   if (::fstat(file.descriptor(), &about) != 0) return failed();

@@ -58,7 +58,7 @@ class SystemFiles final : public FileSystem {
   SystemFiles() { refill(); }
 
   Result<std::string> read(const fs::path& path) override {
-    const auto file = openHandle(path, O_RDONLY);
+    const auto file = openHandle(path, O_RDONLY | O_NONBLOCK);
     if (!file) return tl::unexpected(file.error());
     struct stat status {};
     if (::fstat(file->descriptor(), &status) != 0) return failed(path);

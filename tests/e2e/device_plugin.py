@@ -44,6 +44,7 @@ PLUGIN = """
 #include <locale>
 #include <sstream>
 #endif
+__attribute__((constructor)) static void load_it(void) { IN_LOADING; }
 static const char* open_it(const char* which, void** device, struct haptics_device_info* info) {
   static const struct haptics_device_info what = {.name = "test", .max_force_N = FORCE, .max_rate_Hz = 1000, .degrees = DEGREES,
     .rotation = {.is_driven = DRIVEN, .max_torque_Nm = TORQUE}};
@@ -84,7 +85,7 @@ const struct haptics_device_functions* NAME(void) {
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "REPORT": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "IN_OPEN": "(void)0", "AT_CLOSE": '"1.5"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "REPORT": '"/dev/null"', "JUMP": "0", "HOLD": "1", "LOCALE": '"C"', "IN_OPEN": "(void)0", "IN_LOADING": "(void)0", "AT_CLOSE": '"1.5"', "W": "cos(half)", "BLOCK_US": "0", "THROW": "(void)0", "FORK": "(void)0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -285,9 +286,11 @@ class DevicePlugin(harness.EndToEnd):
     def test_what_is_no_plugin_is_refused_with_a_reason(self):
         no_library = self.folder / "no_library.so"
         no_library.write_text("hello")
+        os.mkfifo(self.folder / "fifo.so")
         for said, refusal in {
             "plugin:FILE[:WHICH] names": lambda: self.refusal_of("plugin:"),
             "cannot open shared object file": lambda: self.refusal_of("plugin:gone.so"),
+            "is not a regular file": lambda: self.refusal_of(f"plugin:{self.folder / 'fifo.so'}"),
             "cannot be loaded: ": lambda: self.refusal_of(f"plugin:{no_library}"),
             "has no function haptics_device_plugin()": lambda: self.refusal_of(f"plugin:{self.build_plugin(NAME='other')}"),
             "is a plug-in of version 7; this server has versions 2 to 3": lambda: self.refusal_of(f"plugin:{self.build_plugin(ABI='7')}"),
@@ -355,13 +358,18 @@ class DevicePlugin(harness.EndToEnd):
     def test_a_call_that_never_returns_does_not_keep_the_server_from_ending(self):
         noted = self.folder / "in_it"
         block = f'{{ fclose(fopen("{noted}", "w")); for (;;) pause(); }}'
-        server = self.start_server(device=f"plugin:{self.build_plugin(THROW=block)}")
-        harness.wait_until(noted.exists, 20, server.text)
-        began = time.monotonic()
-        server.send(signal.SIGTERM)
-        server.process.wait(10)
-        self.assertLess(time.monotonic() - began, 2.2)
-        harness.wait_until(lambda: "something does not end" in server.text(), 5, server.text)
+        for call in ("THROW", "IN_OPEN", "IN_LOADING"):
+            with self.subTest(call):
+                noted.unlink(missing_ok=True)
+                server = harness.Process([harness.BIN / "haptic_server", "--device", f"plugin:{self.build_plugin(**{call: block})}",
+                                          "--listen", "127.0.0.1:0", "--recordings", self.folder])
+                self.addCleanup(server.kill)
+                harness.wait_until(noted.exists, 20, server.text)
+                began = time.monotonic()
+                server.send(signal.SIGTERM)
+                server.process.wait(10)
+                self.assertLess(time.monotonic() - began, 2.2)
+                harness.wait_until(lambda server=server: "something does not end" in server.text(), 5, server.text)
 
     def test_check_device_ends_though_a_call_never_returns(self):
         done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(THROW='for (;;) pause()')}",

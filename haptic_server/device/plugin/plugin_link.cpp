@@ -11,8 +11,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <filesystem>
 #include <locale>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -249,6 +251,9 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
   static_cast<void>(once);
   // With a slash in it dlopen() looks nowhere else.
   const std::string path = file.find('/') == std::string::npos ? "./" + file : file;
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+    return refused(file, "is not a regular file");
   void* const library =
       caught([&] { return dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL); }, static_cast<void*>(nullptr));
   if (library == nullptr) return refused(file, std::string("cannot be loaded: ") + dlerror());

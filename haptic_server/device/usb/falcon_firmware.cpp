@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace haptics {
@@ -59,9 +60,10 @@ Result<FalconFirmware> checkFirmware(FalconFirmware bytes) {
 }
 
 Result<FalconFirmware> readFirmware(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
   FalconFirmware bytes;
-  if (std::filesystem::is_regular_file(file) && in) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(file, error)) {
+    std::ifstream in(file, std::ios::binary);
     bytes.resize(kMaxFirmware_bytes + 1);
     in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(in.gcount()));

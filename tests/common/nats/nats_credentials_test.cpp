@@ -40,6 +40,8 @@ TEST_F(NatsCredentialsFile, SaysWhatIsMissing) {
     EXPECT_NE(bad.error().field.find("a.nats"), std::string::npos);
   }
   EXPECT_FALSE(readNatsCredentials(folder_.path() / "none"));
+  EXPECT_FALSE(readNatsCredentials(folder_.path())) << "a folder";
+  EXPECT_FALSE(readNatsCredentials("/dev/zero")) << "without end";
 }
 
 }  // namespace

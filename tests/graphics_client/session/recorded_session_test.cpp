@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
@@ -85,6 +86,8 @@ TEST(RecordedSession, RefusesByNameWhatIsNoRecordingAndWhatIsNotThere) {
   EXPECT_THAT(none.error().text(), HasSubstr("session.haptics"));
   EXPECT_THAT(none.error().text(), HasSubstr("no recording"));
   EXPECT_FALSE(RecordedSession::read(folder / "missing.haptics", {}));
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  EXPECT_FALSE(RecordedSession::read(folder / "fifo", {})) << "it does not wait for a writer";
 }
 
 TEST(RecordedSession, EndsWhenItIsCancelled) {

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/device/usb/some_firmware.h"
 
 namespace haptics::test::falcon_firmware_test {
@@ -52,6 +54,9 @@ TEST(FalconFirmware, AFileThatIsNotThereIsRefusedByName) {
   EXPECT_THAT(readFirmware("/nonexistent/falcon.bin").error().text(), HasSubstr("/nonexistent/falcon.bin"));
   EXPECT_FALSE(readFirmware("/dev/zero"));
   EXPECT_FALSE(readFirmware("/"));
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder.path() / "fifo").c_str(), 0600), 0);
+  EXPECT_FALSE(readFirmware(folder.path() / "fifo"));
 }
 
 }  // namespace
