@@ -73,6 +73,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       gizmo_(scene_, editor_, newest_),
       importer_(new MeshImporter(link, editor_)),
       advisor_(new Advisor),
+      watchdog_(link),
       tools_(scene_),
       pictures_(new PictureFiles(view_, scene_, [this] { return replay_->session(); })) {
   setWindowTitle("Haptic viewer");
@@ -282,6 +283,10 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
                       : QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
   if (scene_.objects().isCoarse()) servo += ", coarser while the picture moves";
   if (view.sample && view.sample->fault != Fault::kNone) servo += ", no force: a fault of the servo";
+  const QString watchdog = watchdog_.words(view);
+  if (!watchdog.isEmpty()) servo += ", " + watchdog;
+  if (const QString before = std::exchange(watchdogSaid_, watchdog); !watchdog.isEmpty() && watchdog != before)
+    logWarning(watchdog.toStdString());
   servoText_->setText(servo);
   sayHand(view);
 }

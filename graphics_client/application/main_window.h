@@ -25,6 +25,7 @@
 #include "graphics_client/application/scene_files.h"
 #include "graphics_client/application/view_tools.h"
 #include "graphics_client/application/view_widget.h"
+#include "graphics_client/application/watchdog_words.h"
 #include "graphics_client/mirror/server_link.h"
 
 class QLabel;
@@ -79,6 +80,8 @@ class MainWindow : public QMainWindow {
   GizmoTool gizmo_;
   MeshImporter* importer_;
   Advisor* advisor_;
+  WatchdogWords watchdog_;
+  QString watchdogSaid_;
   ViewTools tools_;
   PictureFiles* pictures_;
   std::map<std::string, FloorBox> placed_;  // of objects that are not drawn yet, by name

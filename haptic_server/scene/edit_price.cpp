@@ -40,7 +40,7 @@ double squared(double number) noexcept { return number * number; }
 
 constexpr double kFewLong = 64;  // fewer are left out
 /// While cells are sought that are fine enough.
-constexpr double kMemoryOfLong_bytes = 16 * kMaxListedOfAll;
+constexpr double kMemoryOfLong_bytes = 20 * kMaxListedOfAll;
 
 /// To find the cells that long triangles pass through, and what passes through what in each (long_triangles.h).
 double timeOfLong_s(double triangles) noexcept {

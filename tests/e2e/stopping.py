@@ -99,6 +99,16 @@ class Stopping(harness.EndToEnd):
             request.subscribe.every_tick = True
             self.editor().send_envelope(request)
 
+    def uploads_in_progress(self):
+        for number in range(4):
+            editor, size = self.editor(), 40_000_000
+            for offset in range(0, size // 2, 32768):
+                upload = envelope_pb2.Envelope(protocol_version=1)
+                chunk = upload.asset_upload.chunk
+                chunk.hash, chunk.kind, chunk.total_size, chunk.offset = bytes([number] * 32), scene_pb2.ASSET_KIND_MESH, size, offset
+                chunk.data = bytes(32768)
+                editor.send_envelope(upload)
+
     def connections_that_say_nothing(self):
         self.clients += [harness.WireClient(self.server) for _ in range(100)]
 
@@ -147,7 +157,7 @@ def add_test(name):
 
 
 for what in ("an_import", "imports_of_many", "an_importer_that_stands_still", "a_mesh_that_is_made", "a_mesh_that_is_built",
-             "many_remeshes", "a_mesh_that_is_simplified", "a_flood_of_edits", "clients_that_do_not_read",
+             "many_remeshes", "a_mesh_that_is_simplified", "a_flood_of_edits", "clients_that_do_not_read", "uploads_in_progress",
              "connections_that_say_nothing", "a_watchdog_that_stands_still", "a_watchdog_that_ends_again_and_again",
              "processors_that_are_busy"):
     add_test(what)

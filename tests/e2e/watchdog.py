@@ -319,6 +319,11 @@ class TheWatchdogItself(WatchdogTest):
         status = harness.wait_until(lambda: server.status()["watchdog"], 10, server.text)
         self.assertTrue(status["alive"])
         self.assertEqual(int(status["started"]), 9)
+        window = harness.Process([harness.BIN / "graphics_client", "--connect", server.address],
+                                 env={"DISPLAY": self.start_display().name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE})
+        self.addCleanup(window.kill)
+        harness.wait_until(lambda: "was started again 8 times" in window.text(), harness.START_TIMEOUT_S, window.text)
+        window.stop()
         self.stop_and_check(server)
 
 
