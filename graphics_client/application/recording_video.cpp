@@ -20,6 +20,9 @@ namespace {
 constexpr double kFootShare = 0.24;
 constexpr int kMinFoot_px = 140, kMaxFoot_px = 320;
 
+/// Eleven hours of 25 a second. A damaged recording may seem to last for ages.
+constexpr int kMaxPictures = 1'000'000;
+
 int footHeight_px(int height_px) {
   return std::clamp(static_cast<int>(kFootShare * height_px), kMinFoot_px, kMaxFoot_px);
 }
@@ -48,6 +51,12 @@ Result<std::unique_ptr<RecordingVideo>> RecordingVideo::begin(std::shared_ptr<co
     return refused("size", std::to_string(options.width_px) + "x" + std::to_string(options.height_px) +
                                " leaves no room for scene and curves; from " + std::to_string(kMinWidth_px) + "x" +
                                std::to_string(kMinHeight_px) + " on it does");
+  }
+  if (const double pictures = session->duration_s() * options.rate_Hz; pictures > kMaxPictures) {
+    return refused("recording", "goes on for " + std::to_string(session->duration_s()) +
+                                    " s by the numbers of its ticks; " + std::to_string(options.rate_Hz) +
+                                    " pictures a second are more than the " + std::to_string(kMaxPictures) +
+                                    " that a video may have");
   }
   auto writer = WebmWriter::create(options.file, options.width_px, options.height_px, options.rate_Hz);
   if (!writer) return tl::unexpected(std::move(writer).error());

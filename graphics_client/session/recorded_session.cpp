@@ -110,7 +110,9 @@ class RecordedSession::Reader {
     if (tick.secondSample != nullptr) moment.secondHand = *tick.secondSample;
     moment.sample.missedTicks = missed_;
     moment.sample.servoRate_Hz = 1 / period_s_;
-    moment.sample.time_ns = static_cast<std::uint64_t>(std::llround(1e9 * time_s)) + 1;  // 0 says that there is none
+    constexpr double kMax_s = 9e9;  // of a damaged recording; more is no number of nanoseconds
+    moment.sample.time_ns =
+        static_cast<std::uint64_t>(std::llround(1e9 * std::min(time_s, kMax_s))) + 1;  // 0 says that there is none
     session_.moments_.add(std::move(moment));
   }
 };

@@ -111,6 +111,8 @@ class Editor(threading.Thread):
                 self.revisions.append(reply.accepted.revision)
                 self.saw(reply.accepted.object)
                 return
+            if "server died" in reply.rejected.reason:
+                continue  # while it was at this one: to be tried under another number
             if not reply.HasField("conflict"):
                 raise AssertionError(reply)
             self.saw(reply.conflict.current)

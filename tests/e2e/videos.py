@@ -2,9 +2,11 @@
 by edits, at ticks that the server names, and each frame shows the colour of its moment.
 """
 import functools
+import hashlib
 import http.server
 import random
 import shutil
+import struct
 import sys
 import threading
 import time
@@ -52,6 +54,26 @@ async function look(times) {
   seen = found;
 }
 </script>"""
+
+
+def last_tick_later(recording, file, ticks):
+    """The recording, but for its last tick's number, with a chain of hashes that holds (record_chain.h)."""
+    def sha(data):
+        return hashlib.sha256(data).digest()
+    parts = list(haptic_recording.parts(recording))
+    last = [part for part in parts if part.HasField("ticks")][-1].ticks
+    number, = struct.unpack_from("<Q", last.ticks, len(last.ticks) - 88)
+    last.ticks = last.ticks[:-88] + struct.pack("<Q", number + ticks) + last.ticks[-80:]
+    out = b"haptics recording 1\n"
+    chain = sha(out)
+    for part in parts:
+        payload = part.SerializeToString()
+        head = struct.pack("<I", len(payload))
+        head += sha(chain + head)[:4]
+        chain = sha(chain + head + payload)
+        out += head + payload + chain
+    file.write_bytes(out)
+    return file
 
 
 class QuietFiles(http.server.SimpleHTTPRequestHandler):
@@ -127,10 +149,12 @@ class Videos(Filming):
 
     def test_what_cannot_be_made_is_refused_with_a_reason(self):
         recording, _, _ = self.record(harness.SCENE)
+        long = last_tick_later(recording, self.folder / "long.haptics", 10 ** 9)
         display = self.start_display()
-        for options, words in [(["--video", self.folder / "missing" / "a.webm"], "missing/a.webm: "),
-                               (["--video", self.folder / "a.webm", "--size", "300x300"], "300x300 leaves no room")]:
-            viewer = harness.Process([harness.BIN / "graphics_client", "--recording", recording, *options],
+        for file, options, words in [(recording, ["--video", self.folder / "missing" / "a.webm"], "missing/a.webm: "),
+                                     (recording, ["--video", self.folder / "a.webm", "--size", "300x300"], "300x300 leaves no room"),
+                                     (long, ["--video", self.folder / "a.webm"], "more than the 1000000 that a video may have")]:
+            viewer = harness.Process([harness.BIN / "graphics_client", "--recording", file, *options],
                                      env={"DISPLAY": display.name, **harness.FOREIGN_CODE})
             self.addCleanup(viewer.kill)
             self.assertEqual(viewer.wait(120), 1, viewer.text())
