@@ -11,13 +11,13 @@
 namespace haptics {
 
 Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file) {
-  constexpr std::size_t kMost_bytes = 1'000'000;
+  constexpr std::size_t kMax_bytes = 1'000'000;
   std::ifstream stream(file, std::ios::binary);
-  std::string bytes(kMost_bytes + 1, '\0');
+  std::string bytes(kMax_bytes + 1, '\0');
   if (stream) stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!stream.is_open() || stream.bad()) return refused(file.string(), "cannot be read");
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > kMost_bytes) return refused(file.string(), "is too large to be credentials");
+  if (bytes.size() > kMax_bytes) return refused(file.string(), "is too large to be credentials");
   const auto text = plainLines(bytes);
   if (!text) return refused(file.string(), text.error().reason);
   std::istringstream lines(*text);
