@@ -12,6 +12,15 @@ namespace {
 constexpr std::size_t kMaxName = 64;       // characters; as scene.proto promises
 constexpr std::size_t kNamesInError = 16;  // enough to see a slip of the pen, short enough to read
 
+/// Of the paths of all effects of a scene. Where they lie on a sphere round the HIP, a tick looks at each: 12 ns.
+constexpr std::size_t kMaxPathPointsOfAll = 2 * kMaxPathPoints;
+
+std::size_t pointsOf(const std::vector<Effect>& effects) {
+  std::size_t points = 0;
+  for (const Effect& effect : effects) points += effect.path_m.size();
+  return points;
+}
+
 bool isWellFormed(std::string_view name) {
   const auto allowed = [](char c) {
     return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
@@ -131,14 +140,26 @@ Result<void> SceneDraft::setEffects(const std::vector<Effect>& effects, const st
   if (effects.empty()) return {};
   effectsGiven_ = field;
   stiffened_.insert(record.id);
-  std::size_t count = 0;
-  for (const ObjectRecord& other : changed_) count += other.id == record.id ? 0 : other.effects.size();
+  std::size_t count = 0, points = 0;
+  const auto add = [&](const ObjectRecord& other) {
+    if (other.id == record.id) return;
+    count += other.effects.size();
+    points += pointsOf(other.effects);
+  };
+  for (const ObjectRecord& other : changed_) add(other);
   for (const auto& other : base_.objects()) {
-    if (other->id != record.id && !removed_.contains(other->id) && !put(other->id)) count += other->effects.size();
+    if (!removed_.contains(other->id) && !put(other->id)) add(*other);
   }
-  if (effects.size() + count <= kMaxEffects) return {};
-  return refused(field, "has " + std::to_string(effects.size()) + " entries, and other objects have " +
-                            std::to_string(count) + "; a scene has at most " + std::to_string(kMaxEffects));
+  if (effects.size() + count > kMaxEffects) {
+    return refused(field, "has " + std::to_string(effects.size()) + " entries, and other objects have " +
+                              std::to_string(count) + "; a scene has at most " + std::to_string(kMaxEffects));
+  }
+  const std::size_t own = pointsOf(effects);
+  if (own == 0 || own + points <= kMaxPathPointsOfAll) return {};
+  return refused(field, "has paths of " + std::to_string(own) + " points, and other objects of " +
+                            std::to_string(points) + "; those of a scene have at most " +
+                            std::to_string(kMaxPathPointsOfAll) +
+                            ": leave out those that lie nearly on a line with their neighbours");
 }
 
 void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record) {

@@ -95,6 +95,20 @@ TEST_F(SequencerTest, GivesAndTakesMotionsAndRemembersWhenAPoseWasSet) {
   EXPECT_EQ(sequencer.posedAt(a), 0U);
 }
 
+TEST_F(SequencerTest, BoundsWhatATickMayHaveToLookAtOfPaths) {
+  Effect guide{.kind = Effect::Kind::kGuide, .stiffness_N_per_m = 100};
+  for (std::size_t i = 0; i < kMaxPathPoints; ++i) guide.path_m.emplace_back(1e-4 * static_cast<double>(i), 0, 0);
+  accept(edit(add("a"), add("b")));
+  accept(edit(SetEffects{named("a"), {guide, guide}}));
+  accept(edit(SetEffects{named("a"), {guide, guide}}));
+  const Error refused = reject(edit(SetEffects{named("b"), {guide}}));
+  EXPECT_EQ(refused.field, "operations[0].set_effects.effects");
+  EXPECT_THAT(refused.reason,
+              HasSubstr("paths of 4096 points, and other objects of 8192; those of a scene have at most 8192"));
+  accept(edit(SetEffects{named("b"), {{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 100}}}));
+  accept(edit(SetEffects{named("a"), {}}, SetEffects{named("b"), {guide}}));
+}
+
 TEST_F(SequencerTest, GivesAndTakesEffectsOfWhichASceneHas32) {
   const Effect spring{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 100};
   SceneVersion mirror;
