@@ -4,6 +4,8 @@
 #include <QLabel>
 #include <QPushButton>
 
+#include "common/log/log.h"
+
 namespace haptics {
 
 NoticeBar::NoticeBar(const QString& name, const QString& button, const QString& tip) : words_(new QLabel) {
