@@ -3,7 +3,6 @@
 #include <openssl/pem.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <span>
 #include <sstream>
 #include <utility>
@@ -23,15 +22,10 @@ constexpr std::string_view kTokenKey = "token:";
 constexpr const char* kHowToMake = "; make the credentials with: hapticctl credentials DIR";
 
 Result<std::string> readSmallFile(const fs::path& file) {
-  std::error_code error;
-  const std::uintmax_t size = fs::file_size(file, error);
-  if (error) return refused(file.string(), error.message() + kHowToMake);
-  if (size > kMaxFileBytes) return refused(file.string(), "is too large to be credentials");
-  std::ifstream in(file, std::ios::binary);
-  std::string text(size, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(size));
-  if (!in) return refused(file.string(), "cannot be read");
-  return plainLines(text).map_error([&](Error bad) { return Error{file.string(), std::move(bad.reason)}; });
+  return plainLinesOf(file, kMaxFileBytes).map_error([](Error bad) {
+    bad.reason += kHowToMake;
+    return bad;
+  });
 }
 
 std::optional<std::string> bytesOfHex(std::string_view digits) {

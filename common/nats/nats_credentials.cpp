@@ -1,7 +1,6 @@
 #include "common/nats/nats_credentials.h"
 
-#include <cstddef>
-#include <fstream>
+#include <cstdint>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -11,15 +10,9 @@
 namespace haptics {
 
 Result<NatsCredentials> readNatsCredentials(const std::filesystem::path& file) {
-  constexpr std::size_t kMax_bytes = 1'000'000;
-  std::ifstream stream(file, std::ios::binary);
-  std::string bytes(kMax_bytes + 1, '\0');
-  if (stream) stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!stream.is_open() || stream.bad()) return refused(file.string(), "cannot be read");
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > kMax_bytes) return refused(file.string(), "is too large to be credentials");
-  const auto text = plainLines(bytes);
-  if (!text) return refused(file.string(), text.error().reason);
+  constexpr std::uintmax_t kMax_bytes = 1'000'000;
+  const auto text = plainLinesOf(file, kMax_bytes);
+  if (!text) return tl::unexpected(text.error());
   std::istringstream lines(*text);
   NatsCredentials credentials;
   constexpr std::string_view kUser = "user: ", kPassword = "password: ";

@@ -1,6 +1,9 @@
 #include "common/text/plain_text.h"
 
+#include <fstream>
 #include <string>
+#include <system_error>
+#include <utility>
 
 namespace haptics {
 namespace {
@@ -43,6 +46,20 @@ Result<std::string> plainLines(std::string_view file) {
     }
     return lines;
   });
+}
+
+Result<std::string> plainLinesOf(const std::filesystem::path& path, std::uintmax_t most) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return refused(path.string(), error.message());
+  if (size > most)
+    return refused(path.string(),
+                   "has " + std::to_string(size) + " bytes; at most " + std::to_string(most) + " are taken");
+  std::ifstream in(path, std::ios::binary);
+  std::string text(size, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(size));
+  if (!in) return refused(path.string(), "cannot be read");
+  return plainLines(text).map_error([&](Error bad) { return Error{path.string(), std::move(bad.reason)}; });
 }
 
 }  // namespace haptics

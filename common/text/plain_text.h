@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -16,5 +18,9 @@ namespace haptics {
 
 /// The same, with a line feed at the end of each line, which may be a carriage return or both in the file.
 [[nodiscard]] Result<std::string> plainLines(std::string_view file);
+
+/// The same of the file at `path`. Refused by its name, beside that: what is no regular file, which is not opened; more bytes
+/// than `most`.
+[[nodiscard]] Result<std::string> plainLinesOf(const std::filesystem::path& path, std::uintmax_t most);
 
 }  // namespace haptics

@@ -283,10 +283,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
                       : QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
   if (scene_.objects().isCoarse()) servo += ", coarser while the picture moves";
   if (view.sample && view.sample->fault != Fault::kNone) servo += ", no force: a fault of the servo";
-  const QString watchdog = watchdog_.words(view);
-  if (!watchdog.isEmpty()) servo += ", " + watchdog;
-  if (const QString before = std::exchange(watchdogSaid_, watchdog); !watchdog.isEmpty() && watchdog != before)
-    logWarning(watchdog.toStdString());
+  if (const QString watchdog = watchdog_.words(view); !watchdog.isEmpty()) servo += ", " + watchdog;
   servoText_->setText(servo);
   sayHand(view);
 }

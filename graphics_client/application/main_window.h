@@ -81,7 +81,6 @@ class MainWindow : public QMainWindow {
   MeshImporter* importer_;
   Advisor* advisor_;
   WatchdogWords watchdog_;
-  QString watchdogSaid_;
   ViewTools tools_;
   PictureFiles* pictures_;
   std::map<std::string, FloorBox> placed_;  // of objects that are not drawn yet, by name

@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <utility>
 
+#include "common/log/log.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
@@ -29,9 +31,14 @@ QString WatchdogWords::words(const MirrorView& view) {
       said->started = status.watchdog().started();
     });
   }
-  if (said_->missing) return "the watchdog is missing: nobody takes the force away should the server hang";
-  if (said_->started > 1) return QString("the watchdog ended, and was started again %1 times").arg(said_->started - 1);
-  return {};
+  QString now;
+  if (said_->missing) {
+    now = "the watchdog is missing: nobody takes the force away should the server hang";
+  } else if (said_->started > 1) {
+    now = QString("the watchdog ended, and was started again %1 times").arg(said_->started - 1);
+  }
+  if (std::exchange(logged_, now) != now && !now.isEmpty()) logWarning(now.toStdString());
+  return now;
 }
 
 }  // namespace haptics

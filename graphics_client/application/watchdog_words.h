@@ -13,7 +13,7 @@ class WatchdogWords {
  public:
   explicit WatchdogWords(ServerLink& link);
 
-  /// Empty: it is there and was started once; the device has none; or nothing is known yet.
+  /// Logged too, once. Empty: it is there and was started once; the device has none; or nothing is known yet.
   [[nodiscard]] QString words(const MirrorView& view);
 
  private:
@@ -22,6 +22,7 @@ class WatchdogWords {
   ServerLink& link_;
   std::shared_ptr<Said> said_;
   std::chrono::steady_clock::time_point asked_;
+  QString logged_;
 };
 
 }  // namespace haptics

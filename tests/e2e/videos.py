@@ -64,7 +64,7 @@ def last_tick_later(recording, file, ticks):
     last = [part for part in parts if part.HasField("ticks")][-1].ticks
     number, = struct.unpack_from("<Q", last.ticks, len(last.ticks) - 88)
     last.ticks = last.ticks[:-88] + struct.pack("<Q", number + ticks) + last.ticks[-80:]
-    out = b"haptics recording 1\n"
+    out = haptic_recording.HEAD
     chain = sha(out)
     for part in parts:
         payload = part.SerializeToString()

@@ -1,6 +1,7 @@
 #include "common/nats/nats_credentials.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
@@ -42,6 +43,8 @@ TEST_F(NatsCredentialsFile, SaysWhatIsMissing) {
   EXPECT_FALSE(readNatsCredentials(folder_.path() / "none"));
   EXPECT_FALSE(readNatsCredentials(folder_.path())) << "a folder";
   EXPECT_FALSE(readNatsCredentials("/dev/zero")) << "without end";
+  ASSERT_EQ(mkfifo((folder_.path() / "fifo").c_str(), 0600), 0);
+  EXPECT_FALSE(readNatsCredentials(folder_.path() / "fifo")) << "it does not wait for a writer";
 }
 
 }  // namespace
