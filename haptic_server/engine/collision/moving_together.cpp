@@ -11,8 +11,10 @@
 namespace haptics {
 namespace {
 
-/// Rounds of a step with the spring, at most. More lets stacks stand stiffer, and takes longer.
-constexpr int kRounds = 8;
+/// Rounds of a step with the spring, at most: where a body bears more than kLoaded times its own weight at one place, and
+/// elsewhere. More lets stacks stand stiffer, and takes longer; eight let a brick of 30 times the weight creep off.
+constexpr double kLoaded = 3;
+constexpr int kLoadedRounds = 24, kRounds = 8;
 /// Likewise without it. Where contacts are few, more rounds take what little speed is left of what was pushed apart.
 constexpr int kRelaxRounds = 4, kMaxRelaxRounds = 60, kRelaxedContacts = 400;
 /// Rounds end when they change the impulses by less than this part.
@@ -158,8 +160,8 @@ struct Before {
 /// The mover of what stands still.
 constexpr std::uint16_t kGround = 0;
 
-/// By what the last tick's contacts bore.
-[[nodiscard]] TickSteps stepsOf(std::span<const Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+/// What a body bore at one place in the last tick, at most, in its own weights.
+[[nodiscard]] double heaviestLoad(std::span<const Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
   double weights = 0;
   for (const BodyPair& pair : pairs.all()) {
     if (pair.used == 0) continue;
@@ -171,6 +173,10 @@ constexpr std::uint16_t kGround = 0;
     }
     weights = std::max(weights, heaviest_Ns / (lightest_kg * kGravity_m_per_s2 * period_s));
   }
+  return weights;
+}
+
+[[nodiscard]] TickSteps stepsOf(double weights, double period_s) noexcept {
   int count = kSteps;
   for (double borne = kWeights; borne < weights && count < kMaxSteps; borne *= 4) count *= 2;
   return {count, period_s / count};
@@ -200,13 +206,13 @@ class Contacts {
   }
 
   /// Bodies without contacts move by a whole tick.
-  void move(Allowance& rounds) noexcept {
+  void move(int mostRounds, Allowance& rounds) noexcept {
     const auto contacts = static_cast<int>(solver_.size());
     const int relaxRounds = std::clamp(kRelaxedContacts / std::max(contacts, 1), kRelaxRounds, kMaxRelaxRounds);
     for (int step = 0; step < steps_.count && contacts > 0; ++step) {
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].drive();
       solver_.warmStart();
-      solve(true, kRounds, rounds);
+      solve(true, mostRounds, rounds);
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].move();
       solver_.moved();
       solve(false, relaxRounds, rounds);
@@ -356,10 +362,11 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   Allowance ahead(std::max<std::int64_t>(allowance.search.left() - forContacts, 0));
   searchAhead(bodies, pairs, period_s, ahead);
   wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
-  Contacts contacts(bodies, before, pairs, stepsOf(bodies, pairs, period_s));
+  const double load = heaviestLoad(bodies, pairs, period_s);
+  Contacts contacts(bodies, before, pairs, stepsOf(load, period_s));
   contacts.add(allowance.motion.least);
   Allowance rounds(std::max(allowance.motion.rounds.left(), ahead.left()));
-  contacts.move(rounds);
+  contacts.move(load > kLoaded ? kLoadedRounds : kRounds, rounds);
   contacts.keep();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].rigidBody, *bodies[i].state, before[i].place));
