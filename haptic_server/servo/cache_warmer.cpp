@@ -46,9 +46,9 @@ void CacheWarmer::prefetchNeighbours(const ContactState& contact, Allowance& loo
       for (int j = 0; j < 3; ++j) {
         if (next.neighbour(j) != kNoTriangle) surface.prefetch(next.neighbour(j));
       }
-      int spent = 0;
-      static_cast<void>(neighborhoodWatch(surface, across, ihip, nullptr, spent, kMaxLookedAt));
-      looks.spend(Allowance::kNearTriangle * spent);
+      SearchRun run{.budget = kMaxLookedAt};
+      static_cast<void>(neighborhoodWatch(surface, across, ihip, run));
+      looks.spend(Allowance::kNearTriangle * run.looked);
       if (looks.isSpent()) return;
     }
   }

@@ -104,11 +104,11 @@ Search::Search(Scene scene)
       foot_(heldFoot(*replay_.scene().bodies.front().surface, replay_.state(), hip_)) {}
 
 void Search::searchFurther(const HipMotion& motion) noexcept {
-  int spent = 0;
+  SearchRun run;
   double now = 0;
   for (int number = 1; now < 1; ++number) {
     const CollisionMesh& surface = *replay_.scene().bodies.front().surface;
-    const HipStep step = followHip(surface, motion, 1, foot_, now, number, nullptr, spent, kSearchBudget);
+    const HipStep step = followHip(surface, motion, 1, foot_, now, number, run);
     now = step.end;
     foot_ = step.found.foot;
   }

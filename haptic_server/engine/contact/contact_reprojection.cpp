@@ -100,8 +100,8 @@ bool renumber(ContactState& state, std::span<const BodyOrigin> origins) noexcept
 void followDented(ContactState& state, const Body& body) noexcept {
   const CollisionMesh& s = *body.surface;
   const Vec3 h = body.frame.toLocal(state.hip);
-  int spent = 0;
-  const auto [foot, converged] = neighborhoodWatch(s, state.holding[0].triangle, h, nullptr, spent);
+  SearchRun run;
+  const auto [foot, converged] = neighborhoodWatch(s, state.holding[0].triangle, h, run);
   if (converged && s.isOutside(foot, h, state.holding[0].side)) {
     const bool unchecked = state.containmentUnchecked;
     resetContact(state, state.hip);

@@ -143,12 +143,11 @@ class DepenetrationQuery {
     ClosestPoint foot = s.closestFoot(local, triangles_, looked, part);
     work_.allowance.spend(before - part.left());
     if (foot.triangle == kNoTriangle) return {};
-    int hopped = 0;
-    foot = neighborhoodWatch(s, foot.triangle, local, nullptr, hopped, searchBudget(work_.allowance, work_.triangles))
-               .foot;
-    triangles_ -= looked + hopped;
-    work_.triangles += looked + hopped;
-    work_.allowance.spend(Allowance::kNearTriangle * hopped);
+    SearchRun run{.budget = searchBudget(work_.allowance, work_.triangles)};
+    foot = neighborhoodWatch(s, foot.triangle, local, run).foot;
+    triangles_ -= looked + run.looked;
+    work_.triangles += looked + run.looked;
+    work_.allowance.spend(Allowance::kNearTriangle * run.looked);
     return {std::sqrt(foot.squaredDistance), body.frame.toWorld(foot.point), body.frame.rotate(s.normal(foot))};
   }
 

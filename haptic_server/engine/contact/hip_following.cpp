@@ -30,26 +30,26 @@ namespace {
 }  // namespace
 
 bool followOverPolygons(const CollisionMesh& surface, const HipMotion& motion, int side, ClosestPoint& foot,
-                        double& now, SearchPath* path, int& spent, int budget) noexcept {
+                        double& now, SearchRun& run) noexcept {
   const Vec3x4 from = broadcast(motion.from);
   const Vec3x4 to = broadcast(motion.to);
   Prism prism(surface.triangle(foot.triangle));
   Prism::Coordinates end = prism.coordinates(to);
   const auto setFoot = [&](Vec3 point) noexcept {
     foot.point = point;
-    if (path != nullptr) path->add(point, foot.triangle);
+    run.add(point, foot.triangle);
   };
   const auto setFootUnder = [&](Vec3 h) noexcept {
-    if (path != nullptr) setFoot(vec3(prism.foot(toDouble4(h), prism.coordinates(broadcast(h)).height())));
+    if (run.path != nullptr) setFoot(vec3(prism.foot(toDouble4(h), prism.coordinates(broadcast(h)).height())));
   };
-  ++spent;
+  ++run.looked;
   while (end.beyond() != 0) {
     TriangleStep step;
     step.leave(prism.coordinates(from), end, now);
     now = step.leaves;
     step.across = sameLineAcross(surface, foot.triangle, step.edge);
-    if (step.across < 0 || spent >= budget) return false;
-    ++spent;
+    if (step.across < 0 || run.looked >= run.budget) return false;
+    ++run.looked;
     const TriangleRecord& record = surface.triangle(foot.triangle);
     const Prism next(surface.triangle(record.neighbour(step.edge)));
     const Prism::Coordinates nextEnd = next.coordinates(to);
@@ -113,7 +113,7 @@ double timeInRegion(const CollisionMesh& surface, const ClosestPoint& foot, cons
 }
 
 double leaveRegion(const CollisionMesh& surface, const HipMotion& motion, int side, double now, int number,
-                   SearchResult& found, SearchPath* path, int& spent, int budget) noexcept {
+                   SearchResult& found, SearchRun& run) noexcept {
   found.converged = false;
   const double before = now;
   double along = 0;
@@ -121,7 +121,7 @@ double leaveRegion(const CollisionMesh& surface, const HipMotion& motion, int si
     const double left = timeInRegion(surface, found.foot, motion, now);
     now = std::max(now, left);
     along = kAlongBoundary * (now - left);
-  } else if (followOverPolygons(surface, motion, side, found.foot, now, path, spent, budget)) {
+  } else if (followOverPolygons(surface, motion, side, found.foot, now, run)) {
     found.converged = true;
     return 1;
   } else if (now == before) {
@@ -132,11 +132,11 @@ double leaveRegion(const CollisionMesh& surface, const HipMotion& motion, int si
 }
 
 HipStep followHip(const CollisionMesh& surface, const HipMotion& motion, int side, const ClosestPoint& foot, double now,
-                  int number, SearchPath* path, int& spent, int budget) noexcept {
+                  int number, SearchRun& run) noexcept {
   HipStep step{1, {foot, false}};
-  step.end = leaveRegion(surface, motion, side, now, number, step.found, path, spent, budget);
+  step.end = leaveRegion(surface, motion, side, now, number, step.found, run);
   if (step.found.converged) return step;
-  step.found = neighborhoodWatch(surface, step.found.foot.triangle, motion.at(step.end), path, spent, budget);
+  step.found = neighborhoodWatch(surface, step.found.foot.triangle, motion.at(step.end), run);
   return step;
 }
 

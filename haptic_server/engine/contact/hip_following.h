@@ -45,8 +45,7 @@ struct HipStep {
 /// wedge over the line between. Returns whether that leads to the end of the motion.
 /// @param[in,out] foot, now  Of the last polygon that was entered.
 [[nodiscard]] bool followOverPolygons(const CollisionMesh& surface, const HipMotion& motion, int side,
-                                      ClosestPoint& foot, double& now, SearchPath* path, int& spent,
-                                      int budget) noexcept;
+                                      ClosestPoint& foot, double& now, SearchRun& run) noexcept;
 
 /// The time at which the HIP leaves the region for which the line or vertex of the foot is a local
 /// minimum of the distance: over a line the wedge between the prisms beside it, over a vertex the cone between the
@@ -60,13 +59,11 @@ struct HipStep {
 /// @param number  Of the step in its tick, from 1.
 /// @param[in,out] found  The foot at time `now`; then that from whose triangle to search, or, `converged`, the local
 ///              minimum at the end of the motion.
-/// @param path  May be null.
 [[nodiscard]] double leaveRegion(const CollisionMesh& surface, const HipMotion& motion, int side, double now,
-                                 int number, SearchResult& found, SearchPath* path, int& spent, int budget) noexcept;
+                                 int number, SearchResult& found, SearchRun& run) noexcept;
 
 /// A step of the IHIP over a surface: leaveRegion(), and the search there.
 [[nodiscard]] HipStep followHip(const CollisionMesh& surface, const HipMotion& motion, int side,
-                                const ClosestPoint& foot, double now, int number, SearchPath* path, int& spent,
-                                int budget) noexcept;
+                                const ClosestPoint& foot, double now, int number, SearchRun& run) noexcept;
 
 }  // namespace haptics

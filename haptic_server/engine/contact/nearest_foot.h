@@ -18,10 +18,9 @@ namespace haptics {
     allowance.spend(allowance.left() + 1);
     return best;
   }
-  spent = 0;
-  const ClosestPoint foot =
-      neighborhoodWatch(surface, best.triangle, local, nullptr, spent, searchBudget(allowance)).foot;
-  allowance.spend(Allowance::kNearTriangle * spent);
+  SearchRun run{.budget = searchBudget(allowance)};
+  const ClosestPoint foot = neighborhoodWatch(surface, best.triangle, local, run).foot;
+  allowance.spend(Allowance::kNearTriangle * run.looked);
   return foot;
 }
 

@@ -15,20 +15,20 @@ namespace {
 template <class ClosestPointOf>
 class Candidates {
  public:
-  Candidates(const CollisionMesh& surface, Vec3 h, const ClosestPoint& from, int& spent,
+  Candidates(const CollisionMesh& surface, Vec3 h, const ClosestPoint& from, int& looked,
              ClosestPointOf closestPointOf) noexcept
       : surface_(surface),
         h_(h),
         best_(from),
         asNear_(from.squaredDistance * kSame),
-        spent_(spent),
+        looked_(looked),
         closestPointOf_(closestPointOf) {
     if (surface_.triangle(from.triangle).zeroArea()) pass(from.triangle);
   }
 
   void consider(std::uint32_t t) noexcept {
     if (t == kNoTriangle) return;
-    ++spent_;
+    ++looked_;
     const ClosestPoint foot = closestPointOf_(surface_.triangle(t), t, h_);
     if (foot.squaredDistance < best_.squaredDistance) best_ = foot;
     if (surface_.triangle(t).zeroArea() && foot.squaredDistance <= asNear_) pass(t);
@@ -50,28 +50,28 @@ class Candidates {
   Vec3 h_;
   ClosestPoint best_;
   double asNear_;  // m^2
-  int& spent_;
+  int& looked_;
   ClosestPointOf closestPointOf_;
   std::array<std::uint32_t, kMaxPassed> passed_;
   std::size_t passedCount_ = 0;
 };
 
 template <class ClosestPointOf>
-SearchResult searchAcrossLine(const CollisionMesh& surface, const ClosestPoint& from, Vec3 h, int& spent,
+SearchResult searchAcrossLine(const CollisionMesh& surface, const ClosestPoint& from, Vec3 h, SearchRun& run,
                               ClosestPointOf closestPointOf) noexcept {
-  Candidates candidates(surface, h, from, spent, closestPointOf);
+  Candidates candidates(surface, h, from, run.looked, closestPointOf);
   candidates.consider(surface.triangle(from.triangle).neighbour(from.index));
   return {candidates.best(), true};
 }
 
 template <class ClosestPointOf>
-SearchResult searchFan(const CollisionMesh& surface, const ClosestPoint& from, Vec3 h, int& spent, int budget,
+SearchResult searchFan(const CollisionMesh& surface, const ClosestPoint& from, Vec3 h, SearchRun& run,
                        ClosestPointOf closestPointOf) noexcept {
-  Candidates candidates(surface, h, from, spent, closestPointOf);
+  Candidates candidates(surface, h, from, run.looked, closestPointOf);
   SearchResult result{from, true};
   visitFan(surface, from.triangle, from.index, [&](std::uint32_t t, int corner) noexcept {
     candidates.consider(t);
-    result.converged = spent < budget;
+    result.converged = run.looked < run.budget;
     result.foot.triangle = t;  // where the next tick goes on, should nothing be closer
     result.foot.index = static_cast<std::uint8_t>(corner);
     return result.converged;
@@ -89,17 +89,17 @@ SearchResult searchFan(const CollisionMesh& surface, const ClosestPoint& from, V
 ///    surface and ends.
 ///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
 template <class ClosestPointOf>
-SearchResult descend(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchPath* path, int& spent,
-                     int budget, ClosestPointOf closestPointOf) noexcept {
-  ++spent;
+SearchResult descend(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchRun& run,
+                     ClosestPointOf closestPointOf) noexcept {
+  ++run.looked;
   ClosestPoint foot = closestPointOf(surface.triangle(start), start, h);
   while (true) {
-    if (path != nullptr) path->add(foot.point, foot.triangle);
+    run.add(foot.point, foot.triangle);
     if (foot.feature == Feature::kPolygon) return {foot, true};
-    if (spent >= budget) return {foot, false};
+    if (run.looked >= run.budget) return {foot, false};
     const SearchResult next = foot.feature == Feature::kLine
-                                  ? searchAcrossLine(surface, foot, h, spent, closestPointOf)
-                                  : searchFan(surface, foot, h, spent, budget, closestPointOf);
+                                  ? searchAcrossLine(surface, foot, h, run, closestPointOf)
+                                  : searchFan(surface, foot, h, run, closestPointOf);
     if (!(next.foot.squaredDistance < foot.squaredDistance)) return next;
     foot = next.foot;
   }
@@ -107,25 +107,22 @@ SearchResult descend(const CollisionMesh& surface, std::uint32_t start, Vec3 h, 
 
 }  // namespace
 
-SearchResult neighborhoodWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchPath* path, int& spent,
-                               int budget) noexcept {
+SearchResult neighborhoodWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchRun& run) noexcept {
   SearchResult found;
-  if (walkAcrossLines(surface, start, h, path, spent, budget, found)) return found;
+  if (walkAcrossLines(surface, start, h, run, found)) return found;
   return descend(
-      surface, start, h, path, spent, budget,
+      surface, start, h, run,
       [](const TriangleRecord& record, std::uint32_t t, Vec3 at) noexcept { return closestOn(record, t, at); });
 }
 
-SearchResult ablatedWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchPath* path, int& spent,
-                          int budget, const Corrections& corrections) noexcept {
+SearchResult ablatedWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchRun& run,
+                          const Corrections& corrections) noexcept {
   const auto closestPointOf = corrections.closestPoint != nullptr ? corrections.closestPoint : &closestOn;
-  if (corrections.featureCodes) {
-    return descend(surface, start, h, path, spent, corrections.boundedSearch ? budget : std::numeric_limits<int>::max(),
-                   closestPointOf);
-  }
-  ++spent;
+  if (!corrections.boundedSearch) run.budget = std::numeric_limits<int>::max();
+  if (corrections.featureCodes) return descend(surface, start, h, run, closestPointOf);
+  ++run.looked;
   const ClosestPoint foot = closestPointOf(surface.triangle(start), start, h);
-  if (path != nullptr) path->add(foot.point, foot.triangle);
+  run.add(foot.point, foot.triangle);
   return {foot, true};
 }
 

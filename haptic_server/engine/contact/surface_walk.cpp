@@ -66,11 +66,10 @@ bool pathIsClear(TickContext& tick, const SearchPath& path, const Frame& frame) 
 /// The search, with the corrections that this tick has.
 SearchResult watch(TickContext& tick, const CollisionMesh& surface, std::uint32_t from, Vec3 h, SearchPath* path,
                    int budget) noexcept {
-  const int before = tick.work.triangles;
-  const SearchResult found = tick.corrections.ablateSearch()
-                                 ? ablatedWatch(surface, from, h, path, tick.work.triangles, budget, tick.corrections)
-                                 : neighborhoodWatch(surface, from, h, path, tick.work.triangles, budget);
-  tick.work.allowance.spend(Allowance::kNearTriangle * (tick.work.triangles - before));
+  SearchRun run{budget, tick.work.triangles, path};
+  const SearchResult found = tick.corrections.ablateSearch() ? ablatedWatch(surface, from, h, run, tick.corrections)
+                                                             : neighborhoodWatch(surface, from, h, run);
+  tick.countLooked(run);
   return found;
 }
 
@@ -101,17 +100,16 @@ void stepOverRegions(TickContext& tick, double now, bool last, WalkStep& step) n
   const CollisionMesh& surface = tick.surface(held.body);
   const HipMotion motion = hipMotion(tick);
   const Corrections& on = tick.corrections;
-  const int before = tick.work.triangles;
   step.guarded = isGuarded(tick, surface);
-  step.budget = searchBudget(tick.work.allowance, before);
+  step.budget = searchBudget(tick.work.allowance, tick.work.triangles);
   if (last || !(on.substeps && on.featureCodes && on.regionSteps)) {
     step.end = last ? 1 : shortStepEnd(tick, now);
     step.found = {{held.triangle}, false};
   } else {
     step.found = {tick.foot, false};
-    step.end = leaveRegion(surface, motion, held.side, now, tick.work.steps, step.found, step.guardedPath(),
-                           tick.work.triangles, step.budget);
-    tick.work.allowance.spend(Allowance::kNearTriangle * (tick.work.triangles - before));
+    SearchRun run{step.budget, tick.work.triangles, step.guardedPath()};
+    step.end = leaveRegion(surface, motion, held.side, now, tick.work.steps, step.found, run);
+    tick.countLooked(run);
   }
   step.h = motion.at(step.end);
   step.hip = tick.hipAt(step.end);

@@ -8,6 +8,7 @@
 #include "haptic_server/engine/contact/contact.h"
 #include "haptic_server/engine/contact/corrections.h"
 #include "haptic_server/engine/contact/near_bodies.h"
+#include "haptic_server/engine/contact/search_path.h"
 #include "haptic_server/engine/contact/tolerances.h"
 
 namespace haptics {
@@ -60,6 +61,12 @@ struct TickContext {
   /// Does another part of its mesh pass through the triangle?
   [[nodiscard]] bool isSelfIntersecting(const ContactSurface& s) const noexcept {
     return corrections.guard && corrections.severalSurfaces && surface(s.body).triangle(s.triangle).selfIntersecting();
+  }
+
+  /// After searches that began where `work` was.
+  void countLooked(const SearchRun& run) noexcept {
+    work.allowance.spend(Allowance::kNearTriangle * (run.looked - work.triangles));
+    work.triangles = run.looked;
   }
 
   void setFree(Vec3 ihip) noexcept {

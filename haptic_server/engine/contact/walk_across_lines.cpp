@@ -48,20 +48,21 @@ struct Walk {
 
 }  // namespace
 
-bool walkAcrossLines(const CollisionMesh& surface, std::uint32_t& start, Vec3 h, SearchPath* path, int& spent,
-                     int budget, SearchResult& found) noexcept {
-  if (spent + kMaxCrossed >= budget) return false;
+bool walkAcrossLines(const CollisionMesh& surface, std::uint32_t& start, Vec3 h, SearchRun& run,
+                     SearchResult& found) noexcept {
+  if (run.looked + kMaxCrossed >= run.budget) return false;
+  SearchPath* const path = run.path;
   const std::size_t known = path != nullptr ? path->size() : 0;
   Walk walk{start};
   const Walk::End end = walk.go(surface, h, path);
   if (end == Walk::End::kHeld) {
-    spent += walk.looked;
+    run.looked += walk.looked;
     found = {{walk.triangle, Feature::kPolygon, 0, walk.foot, squaredLength(h - walk.foot)}, true};
     return true;
   }
   if (end == Walk::End::kAtVertex) {
     start = walk.triangle;
-    spent += walk.looked - 1;
+    run.looked += walk.looked - 1;
   } else if (path != nullptr) {
     path->keepFirst(known);
   }

@@ -238,11 +238,10 @@ class JointDentSolver {
     Part& met = parts_[1];
     const Body& body = state_.bodies[bodyOf(met)];
     Allowance& allowance = contact_.work.allowance;
-    int spent = 0;
+    SearchRun run{.budget = searchBudget(allowance)};
     const Vec3 hip = body.frame.toLocal(state_.estimate.hip);
-    const ClosestPoint foot =
-        neighborhoodWatch(*body.surface, met.held.triangle, hip, nullptr, spent, searchBudget(allowance)).foot;
-    allowance.spend(Allowance::kNearTriangle * spent);
+    const ClosestPoint foot = neighborhoodWatch(*body.surface, met.held.triangle, hip, run).foot;
+    allowance.spend(Allowance::kNearTriangle * run.looked);
     met.held.triangle = foot.triangle;
     return body.frame.toWorld(foot.point);
   }

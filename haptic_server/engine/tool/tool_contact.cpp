@@ -321,13 +321,11 @@ void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch
   if (touch.ofBody) touch.place = body.frame.toWorld(scratch_.sharp[touch.body].points[touch.point]);
   const Vec3 at =
       touch.ofBody ? toLocal(memory_.proxy, touch.place) : body.frame.toLocal(tool.toWorld(point(touch.point)));
-  const auto budget =
-      static_cast<int>(std::min<std::int64_t>(kTouchBudget, 1 + allowance.left() / Allowance::kNearTriangle));
-  int looked = 0;
-  const ClosestPoint foot = touch.hitIn == memory_.search
-                                ? onPlaneOf(surface, touch.triangle, at)
-                                : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, budget).foot;
-  allowance.spend(Allowance::kNearTriangle * (looked + 1));
+  const std::int64_t affordable = 1 + allowance.left() / Allowance::kNearTriangle;
+  SearchRun run{.budget = static_cast<int>(std::min<std::int64_t>(kTouchBudget, affordable))};
+  const ClosestPoint foot = touch.hitIn == memory_.search ? onPlaneOf(surface, touch.triangle, at)
+                                                          : neighborhoodWatch(surface, touch.triangle, at, run).foot;
+  allowance.spend(Allowance::kNearTriangle * (run.looked + 1));
   touch.triangle = foot.triangle;
   const double distance = std::sqrt(foot.squaredDistance);
   touch.normal = surface.faceNormal(foot.triangle) * static_cast<double>(touch.side);

@@ -59,15 +59,14 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
   const int side = state.holding[0].side;
   const HipMotion motion{body.frame.toLocal(state.hip), body.frame.toLocal(hip)};
   const bool guarded = others.count > 0;
-  const int budget = searchBudget(result.work.allowance);
   SearchPath path;
-  int looked = 0;
+  SearchRun run{.budget = searchBudget(result.work.allowance), .path = guarded ? &path : nullptr};
   int steps = 0;
   ClosestPoint foot = heldFoot(surface, state, motion.from);
-  const auto spend = [&] { result.work.allowance.spend(Allowance::kNearTriangle * looked); };
+  const auto spend = [&] { result.work.allowance.spend(Allowance::kNearTriangle * run.looked); };
   for (double now = 0; now < 1;) {
     if (++steps == kMaxSteps) return spend(), false;
-    const HipStep step = followHip(surface, motion, side, foot, now, steps, guarded ? &path : nullptr, looked, budget);
+    const HipStep step = followHip(surface, motion, side, foot, now, steps, run);
     now = step.end;
     foot = step.found.foot;
     if (!step.found.converged || surface.onBoundary(foot)) return spend(), false;
@@ -78,7 +77,7 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
       !pathIsClear(body, others, state, surface.faceNormal(state.holding[0].triangle), path, result.work.allowance)) {
     return false;
   }
-  result.work.triangles = looked;
+  result.work.triangles = run.looked;
   result.work.steps = steps;
   result.work.segments =
       static_cast<int>(others.count * (static_cast<std::size_t>(steps) + path.size()));  // each starts with one

@@ -14,8 +14,8 @@ namespace {
 using shapes::Shape;
 
 SearchResult search(const CollisionMesh& s, std::uint32_t start, Vec3 h) {
-  int spent = 0;
-  return neighborhoodWatch(s, start, h, nullptr, spent);
+  SearchRun run;
+  return neighborhoodWatch(s, start, h, run);
 }
 
 double bruteDistance(const CollisionMesh& s, Vec3 h) {
@@ -65,18 +65,17 @@ TEST_F(NeighborhoodWatch, WalkAcrossLinesGivesTheBitsOfTheGeneralSearch) {
       h = i % 100 == 0 ? point(0.06) : h + point(0.002);
       SearchPath path;
       SearchPath expectedPath;
-      int spent = i % 7 * 80;
-      int expectedSpent = spent;
-      const SearchResult found = neighborhoodWatch(*s, start, h, &path, spent);
-      const SearchResult expected =
-          ablatedWatch(*s, start, h, &expectedPath, expectedSpent, kSearchBudget, kAllCorrections);
+      SearchRun run{.looked = i % 7 * 80, .path = &path};
+      SearchRun expectedRun{.looked = run.looked, .path = &expectedPath};
+      const SearchResult found = neighborhoodWatch(*s, start, h, run);
+      const SearchResult expected = ablatedWatch(*s, start, h, expectedRun, kAllCorrections);
       ASSERT_EQ(found.foot.triangle, expected.foot.triangle) << i;
       ASSERT_EQ(found.foot.feature, expected.foot.feature) << i;
       ASSERT_EQ(found.foot.index, expected.foot.index) << i;
       ASSERT_EQ(found.foot.point, expected.foot.point) << i;
       ASSERT_EQ(found.foot.squaredDistance, expected.foot.squaredDistance) << i;
       ASSERT_EQ(found.converged, expected.converged) << i;
-      ASSERT_EQ(spent, expectedSpent) << i;
+      ASSERT_EQ(run.looked, expectedRun.looked) << i;
       ASSERT_EQ(path.size(), expectedPath.size()) << i;
       ASSERT_TRUE(!path.complete() || std::equal(path.begin(), path.end(), expectedPath.begin(),
                                                  [](const SearchPath::Point& a, const SearchPath::Point& b) {
@@ -138,9 +137,9 @@ TEST_F(NeighborhoodWatch, PathStaysOnTheSurfaceAndDistanceDecreases) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 h = point(0.05);
     SearchPath path;
-    int spent = 0;
+    SearchRun run{.path = &path};
     const std::uint32_t start = any(*s);
-    const ClosestPoint foot = neighborhoodWatch(*s, start, h, &path, spent).foot;
+    const ClosestPoint foot = neighborhoodWatch(*s, start, h, run).foot;
     if (!path.complete()) continue;
     Vec3 last = path.begin()->place;
     double distance = std::numeric_limits<double>::infinity();
@@ -189,9 +188,9 @@ TEST_F(NeighborhoodWatch, BudgetedFanSearchConvergesOverTicks) {
       SearchResult found;
       int calls = 0;
       do {
-        int spent = 0;
-        found = neighborhoodWatch(*s, at, h, nullptr, spent);
-        EXPECT_LE(spent, kSearchBudget);
+        SearchRun run;
+        found = neighborhoodWatch(*s, at, h, run);
+        EXPECT_LE(run.looked, kSearchBudget);
         EXPECT_LE(found.foot.squaredDistance, distance);
         distance = found.foot.squaredDistance;
         at = found.foot.triangle;
