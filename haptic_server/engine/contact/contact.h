@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -69,6 +70,9 @@ struct ContactState {
   [[nodiscard]] std::span<const ContactSurface> surfaces() const noexcept {
     const auto count = static_cast<std::size_t>(holdingCount > 1 ? holdingCount : 1);
     return std::span(holding).first(mode == Mode::kFree ? 0 : count);
+  }
+  [[nodiscard]] bool holds(int body) const noexcept {
+    return std::ranges::find(surfaces(), body, &ContactSurface::body) != surfaces().end();
   }
 };
 static_assert(std::is_trivially_copyable_v<ContactState> && fields::isListed<ContactState>());

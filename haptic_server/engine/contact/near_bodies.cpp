@@ -5,11 +5,6 @@
 namespace haptics {
 namespace {
 
-bool holds(const ContactState& state, int body) noexcept {
-  const auto surfaces = state.surfaces();
-  return std::any_of(surfaces.begin(), surfaces.end(), [&](const ContactSurface& s) { return s.body == body; });
-}
-
 /// How far a moving body can push an IHIP that it reaches: the motion, in the body's frame, of HIP and IHIP, twice
 /// because both ends of the path move.
 double push(const Body& body, const ContactState& state, Vec3 hip, double reach) noexcept {
@@ -44,7 +39,7 @@ void NearBodies::gather(std::span<const Body> bodies, const ContactState& state,
   count_ = 0;
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {
     const Body& body = bodies[static_cast<std::size_t>(b)];
-    if (holds(state, b)) {
+    if (state.holds(b)) {
       admit(body, b, -1, work);
       continue;
     }

@@ -200,10 +200,8 @@ class StateTransfer {
   /// Did a known object hold the IHIP, or reach it with a bump?
   [[nodiscard]] bool isFeltBeside(int before) const noexcept {
     if (before < 0) return false;
-    const auto surfaces = state_.contact.surfaces();
     const BumpState bumps = bumpsOf(before);
-    return (bumps.triangle != kNoTriangle && bumps.clear_m == 0) ||
-           std::ranges::find(surfaces, before, &ContactSurface::body) != surfaces.end();
+    return (bumps.triangle != kNoTriangle && bumps.clear_m == 0) || state_.contact.holds(before);
   }
 
   /// May its bumps, as they are now, reach the IHIP?
@@ -227,13 +225,11 @@ class StateTransfer {
 
   /// Does a known object go to its new pose as a motion, with the contact on it?
   [[nodiscard]] bool isCarried(const ServoObject& object, std::size_t before) const noexcept {
-    const auto surfaces = state_.contact.surfaces();
-    const bool holds = std::any_of(surfaces.begin(), surfaces.end(),
-                                   [&](const ContactSurface& s) { return s.body == static_cast<int>(before); });
     const Stiffness k =
         stiffer(state_.objects[before].stiffness.value(), {object.stiffness_N_per_m, object.damping_Ns_per_m});
     const RateLimitedPose pose(state_.contact.hip, state_.contact.ihip, k);
-    return holds && !state_.bodies[before].pendingRemoval && pose.follows(state_.bodies[before].current, object.pose);
+    return state_.contact.holds(static_cast<int>(before)) && !state_.bodies[before].pendingRemoval &&
+           pose.follows(state_.bodies[before].current, object.pose);
   }
 
   void takeDetail(std::size_t i, const ServoObject& object) noexcept {

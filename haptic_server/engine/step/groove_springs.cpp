@@ -6,12 +6,6 @@
 #include "common/maths/elementary.h"
 
 namespace haptics {
-namespace {
-
-/// Normals closer together than this do not tell their parts apart; all is then the first one's.
-constexpr double kMinSquaredSine = 1e-4;
-
-}  // namespace
 
 /// Where a vector lies between two normals.
 struct GrooveSprings::Between {

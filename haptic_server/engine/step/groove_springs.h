@@ -8,6 +8,9 @@
 
 namespace haptics {
 
+/// Of two normals: of closer ones no part can be told from the other's, nor the direction of their groove; they count as one.
+inline constexpr double kMinSquaredSine = 1e-4;
+
 /// The springs of two or three surfaces that hold the IHIP, each as stiff as its body. Of p, from the HIP to the IHIP, the
 /// energy is
 ///

@@ -11,8 +11,6 @@ namespace haptics {
 /// Of a vector that two or three surfaces make, from the HIP to the IHIP that they hold or the force of their springs, the part
 /// of the first one: the vector is the sum of their unit normals times these parts. `third` is zero when there are two.
 [[nodiscard]] inline double heldPart(Vec3 vector, Vec3 first, Vec3 second, Vec3 third) noexcept {
-  // Normals closer together than this do not tell their parts apart; all is then the first one's.
-  constexpr double kMinSquaredSine = 1e-4;
   double share = glm::dot(vector, first);
   if (third != Vec3(0)) {
     const Vec3 others = glm::cross(second, third);
@@ -89,8 +87,7 @@ namespace haptics {
 }
 
 [[nodiscard]] inline bool holdsIhip(const HapticState& state, std::size_t body) noexcept {
-  return std::ranges::any_of(state.contact.surfaces(),
-                             [&](const ContactSurface& held) { return static_cast<std::size_t>(held.body) == body; });
+  return state.contact.holds(static_cast<int>(body));
 }
 
 /// A tick of a contact that is let go, for an adoption that would break it: all that hold the IHIP lose the same part of

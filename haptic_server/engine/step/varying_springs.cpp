@@ -66,8 +66,6 @@ Vec3 pushAlong_N(const SurfaceFactor& factor, const FactorSample& sample, double
 }
 
 Vec3 alongContact(const HapticState& state, Vec3 direction) noexcept {
-  // The direction of a groove between closer normals is not known; they count as one.
-  constexpr double kMinSquaredSine = 1e-4;
   const auto holding = state.contact.surfaces();
   if (holding.empty() || holding.size() > 2) return Vec3(0);
   const ContactSurface& first = holding.front();
