@@ -51,8 +51,8 @@ void releaseFaded(HapticState& state) noexcept {
 
 }  // namespace
 
-void updateTouchedStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t body,
-                            double depth_m, double speed_m_per_s) noexcept {
+void updateStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t body,
+                     double depth_m, double speed_m_per_s) noexcept {
   const double put_J = state.objects[body].stiffness.follow(ownStiffness(scene, state, body), depth_m, speed_m_per_s,
                                                             config.maxForce_N, config.period_s);
   if (put_J == 0) return;
@@ -66,7 +66,7 @@ void updateTouchedStiffness(const ServoScene& scene, HapticState& state, const S
   if (state.adoption.fadingOut) return fadeHeld(state, config, penetration_m);
   const auto touched = static_cast<std::size_t>(contact.body);
   const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, touched, penetration_m) : contact.penetration_m;
-  updateTouchedStiffness(scene, state, config, touched, depth_m, speed_m_per_s);
+  updateStiffness(scene, state, config, touched, depth_m, speed_m_per_s);
 }
 
 void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config,
@@ -75,7 +75,7 @@ void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
     if (state.objects[i].stiffness.value() == ownStiffness(scene, state, i)) continue;
     const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, i, contact.ihip - state.estimate.hip) : 0;
-    if (!state.adoption.fadingOut || !(depth_m > 0)) updateTouchedStiffness(scene, state, config, i, depth_m, 0);
+    if (!state.adoption.fadingOut || !(depth_m > 0)) updateStiffness(scene, state, config, i, depth_m, 0);
   }
 }
 

@@ -16,8 +16,8 @@ namespace haptics {
 
 /// A tick of a body's felt stiffness towards its own.
 /// @param depth_m, speed_m_per_s  Of its spring; 0 where it is not felt.
-void updateTouchedStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t body,
-                            double depth_m, double speed_m_per_s) noexcept;
+void updateStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t body,
+                     double depth_m, double speed_m_per_s) noexcept;
 
 /// The same of the touched body where it is rigid and smooth; with others that hold the IHIP it has a part of the
 /// penetration.

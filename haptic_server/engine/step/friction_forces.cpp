@@ -26,35 +26,35 @@ class HeldFrictions {
   HeldFrictions(const ServoScene& scene, HapticState& state, const StepConfig& config, const Vec3& ihip) noexcept
       : scene_(scene), state_(state), config_(config), ihip_(ihip) {}
 
-  void run(std::span<const PressedSurface> pressed, ForceResult& tick) noexcept {
+  void run(std::span<const PressedSurface> pressed, ForceResult& result) noexcept {
     auto& held = state_.surface.friction;
     if (pressed.size() == 1 && held[1].object == 0) [[likely]] {
       const Vec3 force_N = follow(held[0], pressed[0]);
-      describe(held[0], tick);
-      return apply(force_N, tick);
+      describe(held[0], result);
+      return apply(force_N, result);
     }
-    runSeveral(pressed, tick);
+    runSeveral(pressed, result);
   }
 
  private:
-  [[gnu::noinline]] void runSeveral(std::span<const PressedSurface> pressed, ForceResult& tick) noexcept {
+  [[gnu::noinline]] void runSeveral(std::span<const PressedSurface> pressed, ForceResult& result) noexcept {
     recognise(pressed);
     auto& held = state_.surface.friction;
     Vec3 force_N(0);
     for (std::size_t k = 0; k < pressed.size(); ++k) {
       force_N += follow(held[k], pressed[k]);
-      if (tick.friction == FrictionState::kNone) describe(held[k], tick);
+      if (result.friction == FrictionState::kNone) describe(held[k], result);
     }
-    apply(force_N, tick);
+    apply(force_N, result);
   }
 
-  static void describe(const HeldFriction& held, ForceResult& tick) noexcept {
-    tick.friction = held.law.state();
-    tick.stickingPoint = held.stickingPoint;
+  static void describe(const HeldFriction& held, ForceResult& result) noexcept {
+    result.friction = held.law.state();
+    result.stickingPoint = held.stickingPoint;
   }
-  void apply(Vec3 force_N, ForceResult& tick) const noexcept {
+  void apply(Vec3 force_N, ForceResult& result) const noexcept {
     if (const double length_N = glm::length(force_N); length_N > 0)
-      tick.force.friction = force_N * blendWeight(length_N);
+      result.force.friction = force_N * blendWeight(length_N);
   }
 
   /// Puts what is remembered in the order of what is pressed now. The contact's only surface goes on in the one that is
@@ -117,9 +117,10 @@ class HeldFrictions {
   [[nodiscard, gnu::noinline]] FrictionCoefficients onMaterial(const FrictionDetail& friction,
                                                                const PressedSurface& pressed,
                                                                const Vec3& place) const noexcept {
-    const TriangleRecord now =
-        pressed.now ? *pressed.now : shadedTriangle(scene_, state_, pressed.body, pressed.triangle);
-    return friction.at(now, place, mapToMaterial(scene_, state_, pressed.body, pressed.triangle, now).place(place));
+    const TriangleRecord dented =
+        pressed.dented != nullptr ? *pressed.dented : dentedTriangle(scene_, state_, pressed.body, pressed.triangle);
+    return friction.at(dented, place,
+                       mapToMaterial(scene_, state_, pressed.body, pressed.triangle, dented).place(place));
   }
 
   /// After an edit friction goes on from the force that it was.
@@ -144,8 +145,8 @@ class HeldFrictions {
 }  // namespace
 
 void computeFriction(const ServoScene& scene, HapticState& state, const StepConfig& config, const Vec3& ihip,
-                     std::span<const PressedSurface> pressed, ForceResult& tick) noexcept {
-  HeldFrictions(scene, state, config, ihip).run(pressed, tick);
+                     std::span<const PressedSurface> pressed, ForceResult& result) noexcept {
+  HeldFrictions(scene, state, config, ihip).run(pressed, result);
 }
 
 }  // namespace haptics

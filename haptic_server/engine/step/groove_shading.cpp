@@ -65,7 +65,7 @@ class ShadedGroove {
     const auto index = static_cast<std::size_t>(held.body);
     const Body& body = state_.bodies[index];
     const Vec3 h = body.frame.toLocal(ihip);
-    const TriangleRecord polygon = shadedTriangle(scene_, state_, index, held.triangle);
+    const TriangleRecord polygon = dentedTriangle(scene_, state_, index, held.triangle);
     const double side = held.side;
     Vec3 normal = unitOrZero(polygon.areaNormal()) * side;
     Vec3 point = h + normal * glm::dot(normal, polygon.corner(0) - h);

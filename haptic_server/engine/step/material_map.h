@@ -16,18 +16,18 @@ namespace haptics {
 }
 
 /// A triangle of a body, as dents have it. Object frame.
-[[nodiscard]] inline TriangleRecord shadedTriangle(const ServoScene& scene, const HapticState& state, std::size_t body,
+[[nodiscard]] inline TriangleRecord dentedTriangle(const ServoScene& scene, const HapticState& state, std::size_t body,
                                                    std::uint32_t triangle) noexcept {
   const TriangleRecord& atRest = state.bodies[body].surface->triangle(triangle);
   const SoftTissue* tissue = scene.objects[body].tissue.get();
   return tissue == nullptr ? atRest : dented(atRest, dentsOf(state, body).all(), tissue->falloff);
 }
 
-/// From such a triangle, `now` as shadedTriangle() has it, to where it is on the material.
+/// From such a triangle to where it is on the material.
 [[nodiscard]] inline TriangleMap mapToMaterial(const ServoScene& scene, const HapticState& state, std::size_t body,
-                                               std::uint32_t triangle, const TriangleRecord& now) noexcept {
+                                               std::uint32_t triangle, const TriangleRecord& dented) noexcept {
   const TriangleRecord& atRest = state.bodies[body].surface->triangle(triangle);
-  return {cornersOf(now), cornersOf(atRest, scene.objects[body].detail->material.get())};
+  return {cornersOf(dented), cornersOf(atRest, scene.objects[body].detail->material.get())};
 }
 
 }  // namespace haptics

@@ -19,10 +19,10 @@ void SurfaceForceModel::addForce(const SurfaceContact& touch) noexcept {
   const Stiffness k = stiffness(touch);
   const auto along = springDamper(touch.depth_m, touch.normal, touch.speed_m_per_s, k);
   if (!touch.heightOnly && (touch.depth_m > 0 || detail(touch.body) == nullptr)) {
-    tick_.force.damping += along.damping;
+    result_.force.damping += along.damping;
   }
   if (!hasTexture(touch.body)) {
-    tick_.force.spring += along.spring;
+    result_.force.spring += along.spring;
     return;
   }
   const TextureDetail& t = *detail(touch.body)->texture;
@@ -34,8 +34,8 @@ void SurfaceForceModel::addForce(const SurfaceContact& touch) noexcept {
                       {relief.height_m, relief.gradient * t.slopeShareFor(touch.depth_m, k.spring_N_per_m, most)})
           : hoForce(touch.depth_m, touch.normal, relief, t.gainFor(k.spring_N_per_m, most));
   const Vec3 smooth_m = std::max(0.0, touch.geometric_m) * touch.normal;
-  if (!touch.heightOnly) tick_.force.spring += k.spring_N_per_m * smooth_m;
-  tick_.force.texture += k.spring_N_per_m * (way - smooth_m);
+  if (!touch.heightOnly) result_.force.spring += k.spring_N_per_m * smooth_m;
+  result_.force.texture += k.spring_N_per_m * (way - smooth_m);
 }
 
 /// What stiffnesses that vary push along their surfaces.
@@ -51,14 +51,14 @@ void SurfaceForceModel::pushAlong() noexcept {
       sample.gradient = belowShaded(object(touch.body), state_.bodies[touch.body], touch.triangle, touch.depth_m,
                                     touch.normal, sample.gradient);
     }
-    tick_.force.spring += haptics::pushAlong_N(*detail(touch.body)->stiffness, sample,
-                                               state_.objects[touch.body].stiffness.mean().spring_N_per_m,
-                                               touch.depth_m * touch.depth_m, config_);
+    result_.force.spring += haptics::pushAlong_N(*detail(touch.body)->stiffness, sample,
+                                                 state_.objects[touch.body].stiffness.mean().spring_N_per_m,
+                                                 touch.depth_m * touch.depth_m, config_);
   }
   const auto holding = state_.contact.surfaces();
   const bool byCore = contact_.touching && !holding.empty() && holding.front().body == contact_.body;
   if (!byCore || (!severalBodiesHold(state_) && isShadedRigid(touches_[0].body))) return;
-  tick_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, touches_[0].depth_m));
+  result_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, touches_[0].depth_m));
 }
 
 /// On each surface that holds the IHIP, with its part of what presses.
@@ -77,7 +77,7 @@ void SurfaceForceModel::computeFrictionOnEach(const PressedSurface& all, const V
   const double pressing =
       together_N2 * first_N > 0 ? all.pressing_N / first_N * squaredLength(springs_N) / together_N2 : 0;
   for (PressedSurface& surface : pressed) surface.pressing_N *= pressing;
-  computeFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), tick_);
+  computeFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), result_);
 }
 
 }  // namespace haptics

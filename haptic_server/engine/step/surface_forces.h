@@ -15,16 +15,16 @@ namespace haptics {
 /// damper acts along N_s, and friction follows from what is felt along it. The stages are in surface_stages.h.
 class SurfaceForceModel {
  public:
-  /// @param[in,out] tick  Its contact as it is held; after describe() as it is felt: IHIP, N_s and depth with shading and
+  /// @param[in,out] result  Its contact as it is held; after describe() as it is felt: IHIP, N_s and depth with shading and
   /// texture, touching also where only a bump reaches the HIP. Forces, height and friction are added.
-  SurfaceForceModel(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept
+  SurfaceForceModel(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& result) noexcept
       : scene_(scene),
         state_(state),
         memory_(state.surface),
         config_(config),
-        contact_(tick.contact),
-        tick_(tick),
-        held_m_(tick.contact.ihip - state.estimate.hip) {}
+        contact_(result.contact),
+        result_(result),
+        held_m_(result.contact.ihip - state.estimate.hip) {}
 
   /// What the contact core holds, or is met within its dent, along the shading normal where there is one (paper 4.1).
   void addShading() noexcept;
@@ -89,7 +89,7 @@ class SurfaceForceModel {
 
   // surface_stages.h
   void shadeTouched(SurfaceContact& touch) noexcept;
-  void updateTouchedStiffness() noexcept;
+  void updateStiffnesses() noexcept;
 
   // surface_shading.cpp
   [[nodiscard]] bool shadeTogether(SurfaceContact& touch) noexcept;
@@ -117,15 +117,15 @@ class SurfaceForceModel {
   SurfaceMemory& memory_;
   const StepConfig& config_;
   ContactResult& contact_;
-  ForceResult& tick_;
+  ForceResult& result_;
   Vec3 held_m_;      // from the HIP to the IHIP of the contact core
   Vec3 unshaded_m_;  // of the touched one, without shading
   std::array<SurfaceContact, kMaxTouches> touches_;
   std::size_t count_ = 0;
-  TriangleRecord now_;  // as dents have it: the last that was asked for
-  std::size_t nowBody_ = 0;
+  TriangleRecord dented_;       // the last that dentedTriangle() was asked for
+  std::size_t dentedBody_ = 0;  // of that
+  std::uint32_t dentedIndex_ = kNoTriangle;
   bool switched_ = false;  // from one body's shading to that of several together, or back
-  std::uint32_t nowTriangle_ = kNoTriangle;
 };
 
 }  // namespace haptics

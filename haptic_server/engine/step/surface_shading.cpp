@@ -51,13 +51,13 @@ ShadedPoint SurfaceForceModel::shadeDented(const SurfaceContact& touch, const So
 void SurfaceForceModel::fadeSwitch() noexcept {
   ShadingFade& fade = memory_.fade;
   if (memory_.object == 0) fade.left_N = Vec3(0);
-  const Vec3 now_N = tick_.force.spring;
+  const Vec3 now_N = result_.force.spring;
   if (switched_)
     fade.left_N = limitMagnitude(fade.springs_N + fade.change_N - now_N, maxSwitched_N());  // had it gone on
-  tick_.force.spring += fade.left_N;
+  result_.force.spring += fade.left_N;
   fade.left_N *= 1 - std::min(1.0, config_.period_s / ShadingFade::kTime_s);
-  fade.change_N = memory_.object == 0 ? Vec3(0) : tick_.force.spring - fade.springs_N;
-  fade.springs_N = tick_.force.spring;
+  fade.change_N = memory_.object == 0 ? Vec3(0) : result_.force.spring - fade.springs_N;
+  fade.springs_N = result_.force.spring;
 }
 
 /// What a switch can change: rigid bodies without a bulge are the same alone and together.

@@ -72,21 +72,21 @@ namespace haptics {
     bump.clear_m = 0;
     addTextureHeight(touch, bump);
     const Vec3 shaded_m = std::max(0.0, touch.geometric_m) * touch.normal;
-    tick_.shadingForce_N = stiffness(touch).spring_N_per_m * (shaded_m - unshaded_m_);
+    result_.shadingForce_N = stiffness(touch).spring_N_per_m * (shaded_m - unshaded_m_);
   }
   if (state_.features.bumps) computeBumpForces();
 }
 
 [[gnu::always_inline]] inline void SurfaceForceModel::addSpringDamper() noexcept {
-  updateTouchedStiffness();
+  updateStiffnesses();
   for (std::size_t i = 0; i < count_; ++i) addForce(touches_[i]);
   if (state_.features.varyingStiffness) pushAlong();
-  if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
+  if (severalBodiesHold(state_)) result_.force.spring += otherSprings_N(state_, held_m_);
   if (count_ > 0 && state_.objects.count > 1) fadeSwitch();
 }
 
 /// Moves every object's felt stiffness towards its own.
-[[gnu::always_inline]] inline void SurfaceForceModel::updateTouchedStiffness() noexcept {
+[[gnu::always_inline]] inline void SurfaceForceModel::updateStiffnesses() noexcept {
   if (state_.adoption.fadingOut) fadeHeld(state_, config_, held_m_);
   for (std::size_t i = 0; i < state_.objects.count; ++i) {
     const bool isOwn = state_.objects[i].stiffness.mean() == ownStiffness(scene_, state_, i);
@@ -95,7 +95,7 @@ namespace haptics {
     const auto touch = std::find_if(touches_.begin(), end, [i](const SurfaceContact& f) { return f.body == i; });
     const bool shares = holdsIhip(state_, i) && severalBodiesHold(state_) && !hasTexture(i);
     const double depth_m = shares ? heldDepth_m(state_, i, held_m_) : touch != end ? touch->depth_m : 0;
-    haptics::updateTouchedStiffness(scene_, state_, config_, i, depth_m, touch != end ? touch->speed_m_per_s : 0);
+    updateStiffness(scene_, state_, config_, i, depth_m, touch != end ? touch->speed_m_per_s : 0);
   }
 }
 
@@ -109,17 +109,17 @@ namespace haptics {
   const SurfaceContact& touch = touches_[0];
   const auto along = springDamper(touch.depth_m, touch.normal, touch.speed_m_per_s, stiffness(touch));
   const double pressing_N = touch.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, touch.normal)) : 0;
-  const bool isKnown = touch.body == nowBody_ && touch.triangle == nowTriangle_;
-  const PressedSurface all{touch.body, touch.triangle, touch.normal, pressing_N, isKnown ? &now_ : nullptr};
+  const bool isKnown = touch.body == dentedBody_ && touch.triangle == dentedIndex_;
+  const PressedSurface all{touch.body, touch.triangle, touch.normal, pressing_N, isKnown ? &dented_ : nullptr};
   if (onSeveral) {
     computeFrictionOnEach(all, touch.ihip());
   } else {
-    computeFriction(scene_, state_, config_, touch.ihip(), {&all, 1}, tick_);
+    computeFriction(scene_, state_, config_, touch.ihip(), {&all, 1}, result_);
   }
 }
 
 [[gnu::always_inline]] inline void SurfaceForceModel::describe() noexcept {
-  ForceComponents& force = tick_.force;
+  ForceComponents& force = result_.force;
   force.contact = force.spring + force.damping + (force.friction + force.texture);
   memory_.frictionForce_N = force.friction;
   if (count_ == 0) return;
@@ -133,7 +133,7 @@ namespace haptics {
     contact_.body = static_cast<int>(touch.body);
     contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(touch.triangle)};
   }
-  tick_.height_m = touch.height_m;
+  result_.height_m = touch.height_m;
 }
 
 }  // namespace haptics

@@ -112,7 +112,7 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
   touch.normal = body.frame.rotate(exceedsRounding(distance_m, touch.body) ? (h - foot.point) / distance_m
                                                                            : normal * double(side));
   if (asked_N > 0) [[unlikely]] {
-    tick_.force.spring -= adhesionAt(distance_m, asked_N, config_.stableLateral_N_per_m) * touch.normal;
+    result_.force.spring -= adhesionAt(distance_m, asked_N, config_.stableLateral_N_per_m) * touch.normal;
     const bool wasTouched = memory_.object == object(touch.body).id;
     // In a groove the nearest point jumps, and past the edge of a thin body the HIP is outside at once. What the pull then
     // changes is let in as an edit's change is.
@@ -153,10 +153,10 @@ HeightSample SurfaceForceModel::reliefOnMaterial(const SurfaceContact& touch, co
   const TextureDetail& texture = *detail(touch.body)->texture;
   if (isTouched(touch.body) && state_.features.soft && state_.deformedContact.isLevel && !detail(touch.body)->material)
     return texture.at(state_.deformedContact.foot);
-  now_ = shadedTriangle(scene_, state_, touch.body, touch.triangle);
-  nowBody_ = touch.body;
-  nowTriangle_ = touch.triangle;
-  const TriangleMap map = mapToMaterial(scene_, state_, touch.body, touch.triangle, now_);
+  dented_ = dentedTriangle(scene_, state_, touch.body, touch.triangle);
+  dentedBody_ = touch.body;
+  dentedIndex_ = touch.triangle;
+  const TriangleMap map = mapToMaterial(scene_, state_, touch.body, touch.triangle, dented_);
   const HeightSample relief = texture.at(map.place(place));
   return {relief.height_m, map.gradient(relief.gradient)};
 }
