@@ -83,17 +83,41 @@ void forEachShared(const HapticState& a, const HapticState& b, Pair pair) noexce
   }
 }
 
-/// Attributes the work that a moving surface does on the hand with the force that is held meanwhile.
-void nameWork(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
-  const Pose& now = state.bodies[moving.body].current;
-  const Vec3 way = toWorld(poseOf(state.rigidBody(moving), moving.state), toLocal(now, push.place_m)) - push.place_m;
-  state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+/// After a body's motion: attributes the work that it does on the hand with the force that is held meanwhile. One that is
+/// stopped for good fades from under the hand.
+void endMotion(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
+  if (push.any()) {
+    const Pose& now = state.bodies[moving.body].current;
+    const Vec3 way = toWorld(poseOf(state.rigidBody(moving), moving.state), toLocal(now, push.place_m)) - push.place_m;
+    state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+  }
+  if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
 }
 
 /// Of the origin, from one pose to the next.
 [[nodiscard]] RigidVelocity velocityBetween(const Pose& before, const Pose& after, double period_s) noexcept {
   const Vec3 turn = rotationVector(after.rotation * glm::conjugate(before.rotation));
   return {(after.position - before.position) / period_s, turn / period_s};
+}
+
+[[nodiscard]] Collider colliderOf(HapticState& state, const CollidingBody& colliding, double period_s,
+                                  const Reaction& reaction) noexcept {
+  const Body& body = state.bodies[colliding.body];
+  Collider collider{.surface = body.surface,
+                    .points = colliding.points,
+                    .pose = body.current,
+                    .push = {},
+                    .absent = body.pendingRemoval,
+                    .isPut = colliding.isPut,
+                    .isDriven = body.moving && state.isDriven(colliding.body)};
+  if (collider.isDriven) collider.before = velocityBetween(body.previous, body.current, period_s);
+  const auto moving = static_cast<std::size_t>(colliding.moving);
+  if (colliding.moving < 0 || standsStill(state, moving)) return collider;
+  collider.rigidBody = &state.rigidBody(state.moving[moving]);
+  collider.state = &state.moving[moving].state;
+  collider.pose = poseOf(*collider.rigidBody, *collider.state);
+  collider.push = pushOnto(state, reaction, moving);
+  return collider;
 }
 
 /// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.
@@ -104,33 +128,18 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     Room() noexcept {}
     std::array<Collider, kMaxColliders> all;
   } room;
-  const std::size_t count = state.collidingCount;
-  const std::span<Collider> colliders = std::span(room.all).first(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    CollidingBody& is = state.colliding[i];
-    const Body& body = state.bodies[is.body];
-    MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
-    new (&colliders[i])
-        Collider{body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
-    is.isPut = false;
-    if (body.moving && state.isDriven(is.body)) {
-      colliders[i].isDriven = true;
-      colliders[i].before = velocityBetween(body.previous, body.current, config.period_s);
-    }
-    if (moving == nullptr || standsStill(state, static_cast<std::size_t>(is.moving))) continue;
-    colliders[i].rigidBody = &state.rigidBody(*moving);
-    colliders[i].state = &moving->state;
-    colliders[i].pose = poseOf(*colliders[i].rigidBody, moving->state);
-    colliders[i].push = pushOnto(state, reaction, static_cast<std::size_t>(is.moving));
+  const std::span<Collider> colliders = std::span(room.all).first(state.collidingCount);
+  for (std::size_t i = 0; i < colliders.size(); ++i) {
+    new (&colliders[i]) Collider(colliderOf(state, state.colliding[i], config.period_s, reaction));
+    state.colliding[i].isPut = false;
   }
   CollisionAllowance allowance{state.allowance, motion};
   const bool isWhole = moveTogether(colliders, state.pairs, config.period_s, allowance);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < colliders.size(); ++i) {
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
     moving.moved = !(poseOf(*colliders[i].rigidBody, moving.state) == colliders[i].pose);
-    if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
-    if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
+    endMotion(state, moving, reaction.on(moving.body), part);
   }
   return isWhole;
 }
@@ -196,8 +205,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
                   allowance);
     moving.waited = 0;
     moving.moved = true;
-    if (const Push own = reaction.on(moving.body); own.any()) nameWork(state, moving, own, part);
-    if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
+    endMotion(state, moving, reaction.on(moving.body), part);
   }
   state.motion.next = next;
   state.otherHand.any = false;
@@ -230,8 +238,7 @@ void followMovedBodies(const HapticState& first, HapticState& second, const Forc
     if (isEdited || &first.rigidBody(leads) != &second.rigidBody(follows)) return;
     follows.state = leads.state;
     follows.moved = !(poseOf(second.rigidBody(follows), follows.state) == second.bodies[follows.body].current);
-    if (const Push own = reaction.on(follows.body); follows.moved && own.any()) nameWork(second, follows, own, part);
-    if (isStopped(follows.state.condition)) second.makeUntouchable(follows.body);
+    endMotion(second, follows, follows.moved ? reaction.on(follows.body) : Push{}, part);
   });
 }
 
