@@ -102,7 +102,10 @@ class SurfaceForceModel {
 
   // surface_texture.cpp
   void computeBumpForces() noexcept;
-  [[nodiscard]] bool nearBumps(SurfaceContact& touch) noexcept;
+  /// Of a body that holds the IHIP with others. Returns whether its texture is felt.
+  [[nodiscard]] bool takeHeldSurface(SurfaceContact& touch, std::size_t held) noexcept;
+  /// Of a surface that is not touched. Returns whether its bumps reach there.
+  [[nodiscard]] bool findNearestPoint(SurfaceContact& touch) noexcept;
   void addTextureHeight(SurfaceContact& touch, BumpState& bump) noexcept;
   [[nodiscard]] HeightSample reliefOnMaterial(const SurfaceContact& touch, const Vec3& place) noexcept;
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "haptic_server/engine/step/material_map.h"
 #include "haptic_server/engine/step/separation_speed.h"
@@ -40,6 +41,17 @@ void rescaleAfterEdit(BumpState& bump, double height_m) noexcept {
          glm::distance(foot.point, closestOn(surface.triangle(last), last, h).point) > 2 * moved_m + kRounding_m;
 }
 
+/// The surface of the body that holds the IHIP: of several always the same one, whatever order they are in.
+[[nodiscard]] std::optional<std::size_t> heldSurfaceOf(const ContactState& contact, std::size_t body) noexcept {
+  const auto holding = contact.surfaces();
+  std::optional<std::size_t> held;
+  for (std::size_t k = 0; k < holding.size(); ++k) {
+    if (static_cast<std::size_t>(holding[k].body) != body) continue;
+    if (!held || holding[k].triangle < holding[*held].triangle) held = k;
+  }
+  return held;
+}
+
 }  // namespace
 
 void SurfaceForceModel::computeBumpForces() noexcept {
@@ -49,7 +61,8 @@ void SurfaceForceModel::computeBumpForces() noexcept {
     if (contact_.work.allowance.isSpent()) return state_.fallBehind(contact_.work);
     SurfaceContact touch{};
     touch.body = i;
-    if (!nearBumps(touch)) continue;
+    const auto held = heldSurfaceOf(state_.contact, i);
+    if (!(held ? takeHeldSurface(touch, *held) : findNearestPoint(touch))) continue;
     if (state_.features.varyingStiffness && !touch.heightOnly) varyBeside(touch);
     addTextureHeight(touch, state_.bumps[i]);
     if (!(touch.depth_m > 0)) continue;
@@ -59,27 +72,21 @@ void SurfaceForceModel::computeBumpForces() noexcept {
   }
 }
 
-/// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.
-bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
+bool SurfaceForceModel::takeHeldSurface(SurfaceContact& touch, std::size_t held) noexcept {
+  BumpState& bump = state_.bumps[touch.body];
+  bump.triangle = touch.triangle = state_.contact.holding[held].triangle;
+  bump.clear_m = 0;
+  touch.heightOnly = true;
+  touch.normal = heldNormal(state_, held);
+  touch.geometric_m = partOf(state_, held, held_m_);
+  touch.from = state_.estimate.hip + held_m_ - touch.geometric_m * touch.normal;
+  return hasTexture(touch.body);
+}
+
+bool SurfaceForceModel::findNearestPoint(SurfaceContact& touch) noexcept {
   BumpState& bump = state_.bumps[touch.body];
   const Body& body = state_.bodies[touch.body];
   const CollisionMesh& surface = *body.surface;
-  // Of several triangles of a body always the same one, whatever order they are in.
-  const auto holding = state_.contact.surfaces();
-  std::size_t held = holding.size();
-  for (std::size_t k = 0; k < holding.size(); ++k) {
-    if (static_cast<std::size_t>(holding[k].body) != touch.body) continue;
-    if (held == holding.size() || holding[k].triangle < holding[held].triangle) held = k;
-  }
-  if (held < holding.size()) {
-    bump.triangle = touch.triangle = holding[held].triangle;
-    bump.clear_m = 0;
-    touch.heightOnly = true;
-    touch.normal = heldNormal(state_, held);
-    touch.geometric_m = partOf(state_, held, held_m_);
-    touch.from = state_.estimate.hip + held_m_ - touch.geometric_m * touch.normal;
-    return hasTexture(touch.body);
-  }
   touch.from = contact_.touching ? contact_.ihip : state_.estimate.hip;
   const Vec3 h = body.frame.toLocal(touch.from);
   if (squaredLength(h - bump.seenFrom) < bump.clear_m * bump.clear_m) return false;
