@@ -48,7 +48,7 @@ class StateTransfer {
     contact_ = state.contact;
     if (state.features.tool || toolBody_ >= 0) resetContact(contact_, state.estimate.hip);
     broken_ = toolBody_ < 0 && reprojectContact(contact_, bodies(), {origins_.data(), count_}, allowance());
-    if (state.features.varyingStiffness || anyVaryingStiffness_) {
+    if (state.features.varyingStiffness || features_.varyingStiffness) {
       for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
     }
   }
@@ -86,49 +86,55 @@ class StateTransfer {
     state.features.tool = toolBody_ >= 0;
     state.scene = &next;
     state.contactCache = {};
-    state.objects.count = count_;
     std::copy_n(bodies_.begin(), count_, state.bodies.begin());
-    std::copy_n(objects_.begin(), count_, state.objects.items.begin());
+    assign(state.objects, objects_, count_);
     for (std::size_t i = 0; i < count_; ++i) {
       state.objects[i].previous = bodies_[i].previous;
       state.objects[i].current = bodies_[i].current;
       state.objects[i].pendingRemoval = bodies_[i].pendingRemoval;
     }
-    state.bumps.count = anyBumps_ ? count_ : 0;
-    std::copy_n(bumps_.begin(), state.bumps.count, state.bumps.items.begin());
+    assign(state.bumps, bumps_, features_.bumps ? count_ : 0);
     state.contact = contact_;
     state.now.detailEdited = detailEdited_;
     if (!state.features.detail) state.surface = {};  // it was not kept
     if (detailEdited_) state.surface.object = state.report.object;
-    std::copy_n(moving_.begin(), movingCount_, state.moving.items.begin());
+    assign(state.moving, moving_, movingCount_);
     std::copy_n(collides_.begin(), movingCount_, state.collides.begin());
     if (collidingCount_ + state.collidingCount > 0) applyCollisions(state);
-    state.moving.count = movingCount_;
-    std::copy_n(dents_.begin(), dentCount_, state.dents.items.begin());
-    state.dents.count = dentCount_;
-    state.features.taps = anyTap_ || state.surface.tap.rings();
-    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_ || toolBody_ >= 0 || state.features.taps;
+    assign(state.dents, dents_, dentCount_);
+    assign(state.driven, driven_, next.anyDriven() ? count_ : 0);
+    assign(state.reshaped, reshaped_, next.anyReshaped() ? count_ : 0);
+    state.now.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
+    if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
+    applyFeatures(state);
+  }
+
+ private:
+  /// `items` are not initialised beyond the count.
+  template <class Item, std::size_t kCapacity>
+  static void assign(Sequence<Item, kCapacity>& to, const std::array<Item, kCapacity>& items,
+                     std::size_t count) noexcept {
+    to.count = count;
+    std::copy_n(items.begin(), count, to.items.begin());
+  }
+
+  /// But for those of the tool. Last, as they follow from all else.
+  void applyFeatures(HapticState& state) const noexcept {
+    state.features.taps = features_.taps || state.surface.tap.rings();
+    state.features.detail =
+        features_.detail || movingCount_ > 0 || features_.soft || toolBody_ >= 0 || state.features.taps;
     state.features.effects = state.effects.count > 0 || state.features.taps;
     if (!state.features.effects) state.effectsFelt = {};
-    state.features.bumps = anyBumps_;
-    state.features.soft = anySoft_;
-    state.features.varyingStiffness = anyVaryingStiffness_;
-    state.now.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
-    const bool anyDriven = next.anyDriven();
-    state.driven.count = anyDriven ? count_ : 0;
-    std::copy_n(driven_.begin(), state.driven.count, state.driven.items.begin());
-    const bool anyReshaped = next.anyReshaped();
-    state.reshaped.count = anyReshaped ? count_ : 0;
-    std::copy_n(reshaped_.begin(), state.reshaped.count, state.reshaped.items.begin());
+    state.features.bumps = features_.bumps;
+    state.features.soft = features_.soft;
+    state.features.varyingStiffness = features_.varyingStiffness;
     state.features.beingMoved =
-        anyDriven || anyReshaped ||
+        state.driven.count + state.reshaped.count > 0 ||
         std::ranges::any_of(state.objects.all(), [](const ObjectState& object) { return object.beingMoved; });
-    if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
     state.features.extras = state.features.tool || state.features.torqueFades || state.features.effects ||
                             std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
   }
 
- private:
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return {bodies_.data(), count_}; }
   /// As the scene before has it.
   [[nodiscard]] const ServoObject& was(std::size_t before) const noexcept { return state_.scene->objects[before]; }
@@ -247,10 +253,10 @@ class StateTransfer {
     const bool leaves =
         before >= 0 && bodies_[i].pendingRemoval && !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
-    anyDetail_ = anyDetail_ || detail != nullptr;
-    anyTap_ = anyTap_ || (detail != nullptr && detail->scalars.tap_Ns_per_m > 0);
-    anyBumps_ = anyBumps_ || (detail != nullptr && detail->reach_m > 0);
-    anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
+    features_.detail = features_.detail || detail != nullptr;
+    features_.taps = features_.taps || (detail != nullptr && detail->scalars.tap_Ns_per_m > 0);
+    features_.bumps = features_.bumps || (detail != nullptr && detail->reach_m > 0);
+    features_.varyingStiffness = features_.varyingStiffness || (detail != nullptr && detail->stiffness);
   }
 
   /// What holds the IHIP is as stiff as it was, whatever its stiffness follows from here on.
@@ -271,7 +277,7 @@ class StateTransfer {
   /// The object stays dented as it is, unless its surface is another one. Dents that the surface holds now end here, and
   /// the shape stays bit-identical.
   void dropBakedDents(std::size_t i, const ServoObject& object) noexcept {
-    anySoft_ = anySoft_ || object.tissue != nullptr;
+    features_.soft = features_.soft || object.tissue != nullptr;
     if (origins_[i].before < 0) return;
     const auto before = static_cast<std::size_t>(origins_[i].before);
     const bool edited = was(before).tissue != object.tissue;
@@ -414,15 +420,11 @@ class StateTransfer {
   std::size_t collidingCount_ = 0;
   std::array<BodyDent, kMaxDents> dents_;
   std::size_t dentCount_ = 0;
-  bool anySoft_ = false;
+  SceneFeatures features_;  // of the next scene's objects
   ContactState contact_;
   int toolBody_ = -1;  // the one that the hand holds
   bool detailEdited_ = false;
   bool otherDetailEdited_ = false;
-  bool anyDetail_ = false;
-  bool anyTap_ = false;
-  bool anyBumps_ = false;
-  bool anyVaryingStiffness_ = false;
   std::array<bool, kMaxServoObjects> factorEdited_;
   bool broken_ = false;
 };
