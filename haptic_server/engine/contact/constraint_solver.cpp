@@ -22,7 +22,7 @@ void stayInPlace(TickContext& tick) noexcept {
   ClosestPoint foot;
   foot.triangle = tick.held().triangle;
   foot.point = tick.state.local;
-  tick.setOneSurface(tick.held(), foot, false, tick.nearOf(tick.held()).frame.toWorld(foot.point));
+  tick.setOneSurface(tick.held(), foot, tick.nearOf(tick.held()).frame.toWorld(foot.point));
 }
 
 /// Is a body other than this one in the way to a place in the world?
@@ -131,7 +131,7 @@ void updateMode(TickContext& tick, Vec3 hip, const Round& last) noexcept {
   if (squaredLength(foot.point - near.from) > kTouchMargin * kTouchMargin * tick.skin * tick.skin) return;
   if (tick.near.count() > 1 && tryMoveTo(tick, near.frame.toWorld(tick.lifted(foot.point, held, tick.pathOffset))))
     return;
-  tick.setOneSurface(held, foot, false, near.frame.toWorld(foot.point));
+  tick.setOneSurface(held, foot, near.frame.toWorld(foot.point));
 }
 
 }  // namespace

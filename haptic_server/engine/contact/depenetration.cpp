@@ -37,7 +37,7 @@ class DepenetrationQuery {
   /// the IHIP, behind the first surface on that segment, else in the deepest one. Depth 0 when there is none.
   [[nodiscard]] Depth deepest(Vec3 at) noexcept {
     Depth deepest;
-    if (isPassed_) deepest = depthBehind(at);
+    if (isPassed_) deepest = depthBehind(at, Surfaces::kAll);
     if (deepest.depth_m > 0) return deepest;
     spendOnSpheres();
     for (const Body& body : bodies_) {
@@ -45,7 +45,7 @@ class DepenetrationQuery {
       const Depth depth = depthIn(body, at);
       if (depth.depth_m > deepest.depth_m) deepest = depth;
     }
-    return deepest.depth_m > 0 || isPassed_ ? deepest : depthBehind(at, true);
+    return deepest.depth_m > 0 || isPassed_ ? deepest : depthBehind(at, Surfaces::kSheets);
   }
 
   /// Fraction of the segment to a place outside of all bodies at which it leaves the last one that encloses `at`; 0
@@ -65,11 +65,12 @@ class DepenetrationQuery {
   }
 
   /// Is it behind no sheet that is near?
-  [[nodiscard]] bool isOnContactSide(Vec3 at) noexcept { return depthBehind(at, true).depth_m == 0; }
+  [[nodiscard]] bool isOnContactSide(Vec3 at) noexcept { return depthBehind(at, Surfaces::kSheets).depth_m == 0; }
   /// Is it behind nothing that is near?
-  [[nodiscard]] bool isInSight(Vec3 at) noexcept { return depthBehind(at).depth_m == 0; }
-  /// Has a surface passed over the IHIP, which is at `from`? Then places are looked for that no surface lies before.
-  void seeWhetherPassed(Vec3 from) noexcept { isPassed_ = !isInSight(from); }
+  [[nodiscard]] bool isInSight(Vec3 at) noexcept { return depthBehind(at, Surfaces::kAll).depth_m == 0; }
+  /// Sets isPassed(): a surface has passed over the IHIP, which is at `from`. Then places are looked for that no surface lies
+  /// before.
+  void checkWhetherPassed(Vec3 from) noexcept { isPassed_ = !isInSight(from); }
   [[nodiscard]] bool isPassed() const noexcept { return isPassed_; }
 
   /// Fraction of the segment from a place outside of all bodies at which it enters one, 1 when it does not; whatever
@@ -96,6 +97,8 @@ class DepenetrationQuery {
   }
 
  private:
+  enum class Surfaces { kAll, kSheets };
+
   static bool isClosed(const Body& body) noexcept { return !body.pendingRemoval && body.surface->closed(); }
 
   void spendOnSpheres() noexcept {
@@ -111,12 +114,12 @@ class DepenetrationQuery {
     return windingNumber(*body.surface, body.frame.toLocal(at), work_.allowance);
   }
 
-  Depth depthBehind(Vec3 at, bool sheetsOnly = false) noexcept {
+  Depth depthBehind(Vec3 at, Surfaces surfaces) noexcept {
     Depth first;
     double time = 1;
     for (int i = 0; i < near_.count(); ++i) {
       const NearBodies::Near& near = near_[i];
-      if (near.pendingRemoval || (sheetsOnly && near.surface->closed())) continue;
+      if (near.pendingRemoval || (surfaces == Surfaces::kSheets && near.surface->closed())) continue;
       const Vec3 to = near.frame.toLocal(at);
       if (near.from == to) continue;
       const double reach = near.surface->radius_m() + glm::distance(near.from, to);
@@ -225,7 +228,7 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
 std::optional<Vec3> findDepenetration(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward,
                                       double skin, ContactWork& work) noexcept {
   DepenetrationQuery query(bodies, near, work);
-  query.seeWhetherPassed(from);
+  query.checkWhetherPassed(from);
   const auto open = abovePlanes(query, from, skin);
   const bool isOpen =
       open && glm::distance(*open, from) <= query.reachFrom(from) + skin;  // not so between nearly parallel planes

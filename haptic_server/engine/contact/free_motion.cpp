@@ -29,7 +29,7 @@ void touch(TickContext& tick, const Hit& hit, const Points& to) noexcept {
   ClosestPoint foot;
   foot.triangle = hit.crossing.triangle;
   foot.point = near.from;
-  tick.setOneSurface(touched, foot, false, near.frame.toWorld(near.from));
+  tick.setOneSurface(touched, foot, near.frame.toWorld(near.from));
 }
 
 }  // namespace

@@ -149,7 +149,8 @@ bool followPath(TickContext& tick, WalkStep& step) noexcept {
   const NearBodies::Near& near = tick.nearOf(held);
   const ClosestPoint& foot = step.found.foot;
   if (step.guarded && !pathIsClear(tick, step.path, near.frame)) return false;
-  tick.setOneSurface({held.body, held.side, foot.triangle}, foot, step.found.converged, near.frame.toWorld(foot.point));
+  tick.setOneSurface({held.body, held.side, foot.triangle}, foot, near.frame.toWorld(foot.point));
+  tick.footConverged = step.found.converged;
   if (tick.corrections.severalSurfaces && near.surface->onBoundary(foot)) return false;
   tick.work.interrupted = tick.work.interrupted || !step.found.converged;
   return true;

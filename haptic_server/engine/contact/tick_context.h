@@ -74,7 +74,8 @@ struct TickContext {
     state.holdingCount = 0;
     state.ihip = ihip;
   }
-  void setOneSurface(const ContactSurface& s, const ClosestPoint& closest, bool converged, Vec3 ihip) noexcept {
+  /// By a foot that is yet to be searched from.
+  void setOneSurface(const ContactSurface& s, const ClosestPoint& closest, Vec3 ihip) noexcept {
     state.mode = Mode::kOneSurface;
     state.holdingCount = 1;
     state.holding[0] = s;
@@ -82,7 +83,7 @@ struct TickContext {
     state.local = closest.point;
     state.ihip = ihip;
     foot = closest;
-    footConverged = converged;
+    footConverged = false;
   }
   void setSeveralSurfaces(std::span<const ContactSurface> surfaces) noexcept {
     state.mode = Mode::kSeveralSurfaces;
