@@ -35,15 +35,16 @@ class GuestPort {
 
   explicit GuestPort(const Settings& settings) : settings_(settings) {}
 
-  /// Every tick, in order. What happened in ticks that were missed or lost is not counted.
+  /// Every tick, in order. Over ticks that were missed or lost the force counts as if it had changed evenly on the hand's way, as a
+  /// spring's does.
   void add(const Client::Tick& tick) {
     const bool touches = tick.touched == settings_.body;
     const Vector now_N = touches ? tick.force_N : Vector{};
-    const bool follows = tick.missed + tick.lost == 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      if (follows) given_J_ += (now_N[i] + hand_N_[i]) / 2 * (tick.hip_m[i] - hip_m_[i]);
+      if (follows_) given_J_ += (now_N[i] + hand_N_[i]) / 2 * (tick.hip_m[i] - hip_m_[i]);
       sum_N_[i] -= now_N[i];
     }
+    follows_ = true;
     hand_N_ = now_N;
     hip_m_ = tick.hip_m;
     if (touches) wrench_.place_m = tick.ihip_m;
@@ -97,7 +98,7 @@ class GuestPort {
   Wrench wrench_;
   Vector sum_N_{};
   int ticks_ = 0;
-  bool touched_ = false;
+  bool touched_ = false, follows_ = false;
   double sinceTouched_s_ = std::numeric_limits<double>::infinity();
   Vector hand_N_{}, hip_m_{};  // of the last tick: the force on the hand, where the body gives it
   double given_J_ = 0, put_J_ = 0, lowest_J_ = 0;
