@@ -123,6 +123,23 @@ void addStability(Command& app, Arguments& arguments) {
   });
 }
 
+void addTeleoperation(Command& app, Arguments& arguments) {
+  Command verb = addVerb(
+      app,
+      {"teleoperation", "A robot that a hand leads over lines with delay, jitter and loss: passivity, rest, packets",
+       "--out results",
+       "This runtime's coupling beside wave variables, position-force and position-position without an\n"
+       "account of energy. Exit status 0: ours makes no energy, is at rest within 1 s, and sends at most\n"
+       "a quarter of the packets. --full takes some minutes."},
+      arguments.teleoperation.out);
+  TeleoperationOptions& options = arguments.teleoperation;
+  addSeed(verb, options.seed);
+  const Option shortRun =
+      verb.flag("--short", options.shortRun, "Ours without delay and with the longest; draws nothing");
+  verb.flag("--full", options.full, "Ours also with every device, over ten lines each").excludes(shortRun);
+  setRun(verb, [&arguments, &options] { arguments.good = runTeleoperation(options); });
+}
+
 void addAdvise(Command& app, Arguments& arguments) {
   constexpr const char* kInventorModels = "/usr/share/inventor/data";  // Debian's: the demo scene's head
   AdviseOptions& options = arguments.advise;
@@ -235,7 +252,7 @@ void addWorker(Command& app, Arguments& arguments) {
 
 void addVerbs(Command& app, Arguments& arguments) {
   for (const auto add : {addFailures, addJudge, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
-                         addAdvise, addStability, addReplay, addFuzz, addWorst, addMerge, addWorker})
+                         addAdvise, addStability, addTeleoperation, addReplay, addFuzz, addWorst, addMerge, addWorker})
     add(app, arguments);
 }
 

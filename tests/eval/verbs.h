@@ -19,6 +19,7 @@
 #include "tests/eval/sweep/nats_sweep.h"
 #include "tests/eval/sweep/sweep.h"
 #include "tests/eval/table1/table1.h"
+#include "tests/eval/teleoperation/teleoperation.h"
 #include "tests/eval/textures/textures.h"
 #include "tests/eval/walk/walk.h"
 #include "tests/eval/worst/worst.h"
@@ -42,6 +43,7 @@ struct Arguments {
   TexturesOptions textures;
   AdviseOptions advise;
   StabilityOptions stability;
+  TeleoperationOptions teleoperation;
   ReplayOptions replay;
   FuzzOptions fuzz;
   WorstOptions worst;

@@ -328,6 +328,39 @@ def stability(data, stem):
                 "Right of the line passive, left of it only", "locally stable; below the other, it rings."])
 
 
+def teleoperation(data, stem):
+    page = Page(1640, 1010)
+    page.head(60, 50, "A robot that a hand leads over a line", [
+        "Above: a hand (dashed) presses 10, then 15 mm into a wall of 10 kN/m that a robot touches for it, 200 ms away each way, with 10 ms of",
+        "jitter and 5 % loss. Below: the same by delay; nominal hand, omega.3 at both ends, coupling 600 N/m."])
+    wide, colours = 320, dict(zip((name for name, _ in data["methods"]), (BLUE, GREEN, AMBER, VERMILION)))
+    runs = [run for run in data["runs"] if run["hand"] == "nominal"]
+    shown = [run for run in runs if (run["scene"], run["delay_ms"]) == ("hard", 200)]
+    for i, run in enumerate(shown):
+        time, meant, master, follower, *_ = numpy.array(run["samples"]).T
+        axes = small_plot(page, 60 + 395 * i, 190, wide, 290, f"{run['title']}, mm deep", "s",
+                          [("", SOFT, [(0, 0)], 1), ("hand", BLUE, numpy.c_[time, master], 2.5), ("robot", VERMILION, numpy.c_[time, follower], 2.5)])
+        axes.plot(time, meant, color=SOFT, linewidth=1, linestyle="--")
+        axes.set_ylim(-35, 25)
+    delays = sorted({run["delay_ms"] for run in runs})
+    for i, (title, scene, value) in enumerate((
+            ("stiffness felt in the wall, N/m", "hard", lambda run: run["felt_N_per_m"]),
+            ("stiffness felt in 200 N/m, N/m", "soft", lambda run: run["felt_N_per_m"]),
+            ("energy made, mJ, 20 and more at the rim", "hard", lambda run: min(20, max(0, -1e-3 * run["least_energy_uJ"]))),
+            ("packets, % of a thousand a second each way", "hard", lambda run: run["packets_percent"]))):
+        curves = [("", colours[method], [(run["delay_ms"], value(run)) for run in runs if (run["method"], run["scene"]) == (method, scene)], 3)
+                  for method in colours]
+        axes = small_plot(page, 60 + 395 * i, 600, wide, 270, title, "delay each way, ms", curves, from_zero=True)
+        axes.set_xticks(delays)
+        for line in axes.lines:
+            line.set_marker("o")
+    left = 60
+    for name, title in data["methods"]:
+        page.disc(left + 6, 966, 12, colours[name])
+        left = page.text(left + 20, 972, title, SMALL_px) + 40
+    page.save(stem, "png", "svg")
+
+
 def worst(data, stem):
     tails = [tail for tail in data["tails"] if tail["survival"]]
     panels = [panel(title, "tick, us", "part of the ticks that takes longer", (-2, 5), (-6, 0),
@@ -661,5 +694,5 @@ def timeline(data, stem):
 
 if __name__ == "__main__":
     matplotlib.rcParams["svg.hashsalt"] = "haptics"
-    {function.__name__: function for function in (chart, tool_points, stability, worst, worst_import, advise, textures,
+    {function.__name__: function for function in (chart, tool_points, stability, teleoperation, worst, worst_import, advise, textures,
                                                   combinations, correction, timeline)}[sys.argv[1]](json.load(sys.stdin), sys.argv[2])
