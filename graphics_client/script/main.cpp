@@ -1,3 +1,5 @@
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -106,6 +108,44 @@ Command addWatch(Command& app, WatchOptions& options) {
   return verb;
 }
 
+/// Three numbers with commas between them, as the server takes a force or a torque.
+TextTaker threeNumbers(Vec3& value, double most) {
+  return [&value, most](const std::string& text) -> Result<void> {
+    Vec3 read(0);
+    char rest = 0;
+    const bool isSound = std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &read.x, &read.y, &read.z, &rest) == 3;
+    const auto fits = [most](double number) { return number >= -most && number <= most; };
+    if (!isSound || !fits(read.x) || !fits(read.y) || !fits(read.z))
+      return refused("",
+                     text + ": give three numbers such as 0,0,-1.5, each within " + std::to_string(std::lround(most)));
+    value = read;
+    return {};
+  };
+}
+
+Command addPush(Command& app, PushOptions& options) {
+  constexpr double kMaxForce_N = 100, kMaxTorque_Nm = 10;  // as the server
+  Command verb =
+      app.verb("push", "Add a force to what the scene gives the hand, for a while, and say what it had of it");
+  verb.option("force", threeNumbers(options.wrench.force_N, kMaxForce_N), "Newtons, in the scene's frame")
+      .typeName("X,Y,Z")
+      .required();
+  verb.option("--torque", threeNumbers(options.wrench.torque_Nm, kMaxTorque_Nm),
+              "Besides, Nm, of a device that gives torques")
+      .typeName("X,Y,Z");
+  verb.option("--seconds", options.duration_s, "Then it goes, as it does at Ctrl-C")
+      .typeName("SECONDS")
+      .range(0.1, kMaxTimeout_s)
+      .showDefault();
+  verb.option("--hand", options.hand, "Which one").typeName("N").range(1, 2).showDefault();
+  verb.footer(
+      "It comes and goes at 30 N/s, no device gets more than it bears, and a fault ends it. On a real device: begin "
+      "with\n"
+      "half a newton, and hold the grip.\n\n"
+      "Examples:\n  hapticctl push 0,0,-1\n  hapticctl push 0.5,0,0 --seconds 5");
+  return verb;
+}
+
 /// The format that a file's name says, if any.
 std::optional<ExportFormat> formatOf(const std::filesystem::path& file) {
   static const std::map<std::string, ExportFormat> kByEnding{{".h5", ExportFormat::kHdf5},
@@ -187,6 +227,7 @@ int main(int argc, char** argv) {
   CommonOptions common;
   ApplyOptions applyOptions;
   WatchOptions watchOptions;
+  PushOptions pushOptions;
   ExportOptions exportOptions;
   PlotOptions plotOptions;
   std::string name, folder;
@@ -194,6 +235,7 @@ int main(int argc, char** argv) {
   const Command applyVerb = addApply(app, applyOptions);
   const Command getVerb = addGet(app, name);
   const Command watchVerb = addWatch(app, watchOptions);
+  const Command pushVerb = addPush(app, pushOptions);
   const Command exportVerb = addExport(app, exportOptions);
   const Command plotVerb = addPlot(app, plotOptions);
   const Command credentialsVerb = addCredentials(app, folder);
@@ -207,6 +249,7 @@ int main(int argc, char** argv) {
   if (applyVerb.given()) return apply(common, applyOptions);
   if (getVerb.given()) return get(common, name);
   if (watchVerb.given()) return watch(common, watchOptions);
+  if (pushVerb.given()) return push(common, pushOptions);
   if (statusVerb.given()) return status(common);
   if (exportVerb.given()) return exportSession(common, exportOptions);
   if (plotVerb.given()) return plot(common, plotOptions);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "common/telemetry/added_wrench.h"
 #include "graphics_client/export/export_session.h"
 #include "graphics_client/script/connection.h"
 
@@ -22,6 +23,12 @@ struct WatchOptions {
   std::optional<double> duration_s;  ///< Without end.
   bool datagrams = false;            ///< By UDP where that goes.
   bool everyTick = false;            ///< All of them, and gaps named, in place of the newest at rate_Hz.
+};
+
+struct PushOptions {
+  Wrench wrench;
+  int hand = 1;  ///< 1 or 2.
+  double duration_s = 1;
 };
 
 struct ExportOptions {
@@ -45,6 +52,8 @@ int get(const CommonOptions& common, const std::string& name);
 /// Prints telemetry samples as they come; those that come faster than they are printed are skipped, or, where every tick is
 /// asked for, named.
 int watch(const CommonOptions& common, const WatchOptions& options);
+/// Adds a force to what the scene gives a hand, and prints what the hand had of it; a fault ends it.
+int push(const CommonOptions& common, const PushOptions& options);
 /// Prints the servo's and the server's figures.
 int status(const CommonOptions& common);
 /// Has the server record the last seconds, and prints where.

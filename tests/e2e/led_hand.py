@@ -153,6 +153,18 @@ class LedHand(harness.EndToEnd):
         os.kill(pusher.pid, signal.SIGKILL)
         pusher.wait()
 
+    def test_hapticctl_pushes_the_hand(self):
+        watcher = self.client("watcher")
+        pushed = self.server.ctl("push", "0.5,0,-1", "--seconds", "0.5").json()
+        self.assertEqual(pushed["added_N"], [0.5, 0, -1])
+        self.assertGreater(pushed["moved_mm"], 1)
+        self.assertEqual(next(watcher.samples(1)).force.added.z, 0, "it ends when all is gone")
+        for force, words in (("1,2", "three numbers"), ("0,0,101", "within 100"), ("nan,0,0", "three numbers")):
+            with self.subTest(force=force):
+                refused = self.server.ctl("push", force)
+                self.assertEqual(refused.code, 2)
+                self.assertIn(words, refused.errors)
+
     def status(self):
         return self.server.ctl("status").output
 
