@@ -1,3 +1,4 @@
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -109,11 +110,17 @@ class ObjReader {
   }
 
   Result<void> takeVertex() {
+    const std::uint64_t line = scan_.line();
     Vec3 point;
+    bool isNamed = false;
     for (int i = 0;; ++i) {
       const std::string_view word = nextWord();
       if (word.empty() && i >= 3) break;
       const auto value = asNumber(word);
+      if (!value && i >= 3 && (scan_.line() == line || statementOf(word) == Statement::kUnknown)) {  // a colour's name
+        isNamed = true;
+        continue;
+      }
       if (!value) {
         return refusedAt(
             scan_, "vertex " + std::to_string(soup_.vertices.size()) + " (from 0) has " +
@@ -122,14 +129,23 @@ class ObjReader {
       if (i < 3) point[i] = *value;  // then come a weight or colours
     }
     soup_.vertices.push_back(point);
+    soup_.linesSkipped += isNamed ? 1 : 0;
     return {};
+  }
+
+  /// The vertex part of a corner: "7", "7.0", "7/1" or "7\\1\\3".
+  static std::optional<std::int64_t> vertexOf(std::string_view corner) {
+    corner = corner.substr(0, corner.find_first_of("/\\"));
+    const std::size_t point = corner.find('.');
+    const bool isWhole = point != corner.npos && corner.find_first_not_of("0,", point + 1) == corner.npos;
+    return asInteger(isWhole ? corner.substr(0, point) : corner);
   }
 
   /// "7", "7/1", "7//3" or "-1/2/3": the vertex part counts from 1, or back from the last vertex so far.
   Result<void> takeFace() {
     const std::uint64_t line = scan_.line();
     for (std::string_view word = nextWord(); !word.empty(); word = nextWord()) {
-      const auto index = asInteger(word.substr(0, word.find('/')));
+      const auto index = vertexOf(word);
       if (!index) {
         return refusedAt(scan_, inQuotes(word) + " where a face should name a vertex, as in \"f 1 2 3\" or " +
                                     "\"f 1/4/2 2/5/2 3/6/2\"");

@@ -125,8 +125,8 @@ class PlyHeaderReader {
     if (isWord(word, "list")) {
       word = scan_.wordOfLine();
       property.listCount = scalarNamed(word);
-      if (!property.listCount || property.listCount->kind == 'f') {
-        return refusedAt(scan_, "the header counts a list in " + inQuotes(word) + ", which is no integer type of PLY");
+      if (!property.listCount) {
+        return refusedAt(scan_, "the header counts a list in " + inQuotes(word) + ", which is no type of PLY");
       }
       word = scan_.wordOfLine();
     }
@@ -260,6 +260,8 @@ class Body {
   }
 
   [[nodiscard]] bool usedAll() const { return soup_.bytesAtEnd == 0; }
+  /// Nothing was left out of the lines that are read.
+  [[nodiscard]] bool usedLines() const { return soup_.linesSkipped == 0; }
   [[nodiscard]] PolygonSoup finish() && { return std::move(soup_); }
 
  private:
@@ -292,6 +294,7 @@ class Body {
       const auto value = values_.next(*property.listCount);
       // Each value takes at least a byte, so that a claim is never reserved beyond the file's length.
       if (!value || !(*value >= 0 && *value <= static_cast<double>(values_.bytesLeft()))) return nullptr;
+      if (*value != std::floor(*value)) return nullptr;
       length = *value;
     }
     for (double i = 0; i < length; ++i) {
@@ -460,9 +463,11 @@ Result<PolygonSoup> readPly(std::string_view file) {
   const bool isText = header->format == Format::kText;
   if (!isText && !byWords) return tl::unexpected(byWords.error());
   if (!isText || (byWords && words.usedAll())) return std::move(words).finish();
-  if (auto ok = checkPlyNumbers(header->body); !ok) return tl::unexpected(std::move(ok).error());
   Body lines(*header, *geometry, true);
-  if (lines.read() && lines.usedAll()) return std::move(lines).finish();
+  const auto byLine = lines.read();
+  if (byWords && byLine && lines.usedLines()) return std::move(lines).finish();  // something else follows
+  if (auto ok = checkPlyNumbers(header->body); !ok) return tl::unexpected(std::move(ok).error());
+  if (byLine && lines.usedAll()) return std::move(lines).finish();
   if (!byWords) return tl::unexpected(byWords.error());
   return std::move(words).finish();
 }

@@ -2,6 +2,8 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "common/mesh/face_list.h"
 #include "common/mesh/mesh_readers.h"
@@ -68,6 +70,11 @@ std::uint64_t countedTriangles(std::string_view file) {
   return isOpen || (claimed < held && areTriangles(file, claimed, held)) ? held : claimed;
 }
 
+std::string countsMore(std::string_view file) {
+  return "its header claims " + std::to_string(claimedTriangles(file)) + " triangles; the file's length holds " +
+         std::to_string((file.size() - kHeader) / kRecord);
+}
+
 Result<PolygonSoup> readBinary(std::string_view file, std::uint64_t triangles) {
   PolygonSoup soup;
   soup.isFloat32 = true;
@@ -101,10 +108,11 @@ class StlText {
       }
     }
     const std::string triangles = std::to_string(soup_.triangles.size()) + " triangles";
-    if (!isEnded_)
-      return refused("", "ends after " + triangles + " without \"endsolid\": it is cut off, or needs that line");
-    if (soup_.triangles.empty())
-      return refused("", "holds no face: no \"facet\" is between \"solid\" and \"endsolid\"");
+    if (soup_.triangles.empty()) return refused("", "holds no face: no \"facet\" follows \"solid\"");
+    if (!isEnded_) {
+      soup_.cutOff =
+          "ends after " + triangles + ", which are not closed, without \"endsolid\": it is cut off, or needs that line";
+    }
     return std::move(soup_);
   }
 
@@ -138,28 +146,41 @@ class StlText {
     }
   }
 
-  /// What follows "facet": "normal" and three words, "outer loop", three vertices, "endloop".
+  /// What follows "facet": "normal" and three words, "outer loop", three vertices or more, "endloop". Other lines are left out.
   Result<void> takeFacet() {
     const auto refuse = [this](const std::string& why) {
       return refusedAt(scan_, "triangle " + std::to_string(soup_.triangles.size()) + " (from 0) " + why);
     };
+    const auto isKnown = [](std::string_view keyword) {
+      return keyword == "vertex" || keyword == "outerloop" || keyword.starts_with("end") || keyword.empty();
+    };
     constexpr int kWordsOfNormal = 4;
     std::string keyword = next();
-    for (int k = 0; k < kWordsOfNormal && keyword != "outerloop"; ++k) keyword = next();
-    if (keyword != "outerloop") {
-      return refuse("has " + inQuotes(keyword) + " where \"outer loop\" should be");
-    }
-    for (int k = 0; k < 3; ++k) {
-      if (const std::string word = next(); word != "vertex") {
-        return refuse("has " + inQuotes(word) + " where \"vertex\" should be");
+    for (int k = 0; k < kWordsOfNormal && !isKnown(keyword); ++k) keyword = next();
+    std::vector<std::uint32_t> corners;
+    TextScan before = scan_;
+    for (;; before = scan_, keyword = next()) {
+      if (keyword == "vertex") {
+        const auto point = nextPoint(scan_, soup_.vertices.size(), true);
+        if (!point) return tl::unexpected(point.error());
+        if (const char* fault = faultOf(*point)) return refusedAt(scan_, numbered(soup_.vertices.size()) + fault);
+        corners.push_back(static_cast<std::uint32_t>(soup_.vertices.size()));
+        soup_.vertices.push_back(*point);
+      } else if (keyword == "facet" || keyword == "solid" || keyword == "endsolid") {
+        scan_ = before;
+        break;
+      } else if (keyword == "endloop" || keyword == "endfacet") {
+        break;
+      } else if (keyword.empty()) {
+        return refuse("is cut off");
+      } else if (keyword != "outerloop") {
+        ++soup_.linesSkipped;
+        scan_.skipLine();
       }
-      const auto point = nextPoint(scan_, soup_.vertices.size(), true);
-      if (!point) return tl::unexpected(point.error());
-      if (const char* fault = faultOf(*point)) return refusedAt(scan_, numbered(soup_.vertices.size()) + fault);
-      soup_.vertices.push_back(*point);
     }
-    if (next() != "endloop") return refuse("does not end after three vertices");
-    addTriangle(soup_);
+    if (corners.size() < 3)
+      return refuse("has " + std::to_string(corners.size()) + " lines \"vertex\", of three or more");
+    soup_.addPolygon(corners);
     return {};
   }
 
@@ -193,11 +214,19 @@ Result<PolygonSoup> readStl(std::string_view file) {
   if (!text) return tl::unexpected(text.error());
   if (isText(*text)) return StlText(*text).read();
   if (isWhole && triangles > 0) return readBinary(file, triangles);
+  if (file.size() > kHeader && (file.size() - kHeader) % kRecord == 0) {
+    if (__builtin_bswap32(static_cast<std::uint32_t>(claimedTriangles(file))) == (file.size() - kHeader) / kRecord) {
+      return refused("", "has its numbers in big-endian order; those of binary STL are little-endian");
+    }
+    return readBinary(file, (file.size() - kHeader) / kRecord).map([&](PolygonSoup soup) {
+      soup.cutOff = countsMore(file) + ", which are not closed";
+      return soup;
+    });
+  }
   if (file.size() < kHeader) {
     return refused("", "is cut off: the header of a binary STL file alone takes " + std::to_string(kHeader) + " bytes");
   }
-  return refused("", "its header claims " + std::to_string(claimedTriangles(file)) + " triangles; the file's length " +
-                         "holds " + std::to_string((file.size() - kHeader) / kRecord));
+  return refused("", countsMore(file));
 }
 
 }  // namespace haptics

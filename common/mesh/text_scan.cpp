@@ -28,6 +28,30 @@ std::string_view withoutPlus(std::string_view word) {
   return word;
 }
 
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+std::string_view withoutComma(std::string_view word) {
+  if (word.size() > 1 && word.ends_with(',')) word.remove_suffix(1);
+  return word;
+}
+
+/// As a number of C's float is written: "1.5f".
+std::string_view withoutSuffix(std::string_view word) {
+  const auto endsNumber = [](char c) { return isDigit(c) || c == '.'; };
+  if (word.size() > 1 && lowered(word.back()) == 'f' && endsNumber(word[word.size() - 2])) word.remove_suffix(1);
+  return word;
+}
+
+/// "1,5", as some programs write it where people do; nothing where commas may separate numbers.
+std::optional<double> withDecimalComma(std::string_view word) {
+  const std::size_t comma = word.find(',');
+  if (comma == word.npos || comma + 1 == word.size() || !isDigit(word[comma + 1])) return std::nullopt;
+  if (word.find_first_of(".,", comma + 1) != word.npos || word.find('.') != word.npos) return std::nullopt;
+  std::string point(word);
+  point[comma] = '.';
+  return asNumber(point);
+}
+
 /// What Microsoft's library once printed for NaN and infinity: "1.#QNAN", "-1.#IND00", "1.#INF".
 std::optional<double> asOldWindowsNumber(std::string_view word) {
   const std::size_t hash = word.find(".#");
@@ -96,10 +120,13 @@ std::string inLowerCase(std::string_view word) {
 }
 
 std::optional<double> asNumber(std::string_view word) {
-  const std::string_view digits = withoutPlus(word);
+  const std::string_view digits = withoutSuffix(withoutComma(withoutPlus(word)));
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (end != digits.data() + digits.size()) return asOldWindowsNumber(word);
+  if (end != digits.data() + digits.size()) {
+    const auto old = asOldWindowsNumber(word);
+    return old ? old : withDecimalComma(digits);
+  }
   if (error == std::errc::result_out_of_range)
     return std::strtod(std::string(digits).c_str(), nullptr);  // 0 or infinite
   if (error != std::errc()) return std::nullopt;
@@ -107,7 +134,7 @@ std::optional<double> asNumber(std::string_view word) {
 }
 
 std::optional<std::int64_t> asInteger(std::string_view word) {
-  word = withoutPlus(word);
+  word = withoutComma(withoutPlus(word));
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;

@@ -49,7 +49,7 @@ class TextScan {
 [[nodiscard]] std::string inLowerCase(std::string_view word);
 
 /// The whole word as a decimal number, which may be infinite or NaN if it says so, as "nan", "inf", "-1.#IND" or "1.#QNAN";
-/// nothing if it is not a number.
+/// its point may be a comma, and a comma or an "f" may end it. Nothing if it is not a number.
 [[nodiscard]] std::optional<double> asNumber(std::string_view word);
 [[nodiscard]] std::optional<std::int64_t> asInteger(std::string_view word);
 

@@ -169,6 +169,17 @@ TEST_F(ImportPly, ReadsStripsOfTriangles) {
   EXPECT_TRUE(import("t.ply", head + "5 0 2 1 3 0\n4 -1 3 2 0\n")->report.closed());
 }
 
+TEST_F(ImportPly, TakesListsThatAreCountedInFloatsAndWhatFollowsTheLastFace) {
+  std::string ply = textPly();
+  ply.replace(ply.find("list uchar"), 10, "list float");
+  const auto imported = import("t.ply", ply + "made by hand\n");
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_EQ(imported->report.bytesAtEnd, std::string("\nmade by hand\n").size());
+  ply.replace(ply.rfind("\n3 ") + 1, 1, "2.5");
+  EXPECT_THAT(refusal("t.ply", ply), HasSubstr("has \"2.5\" as the length of a list"));
+}
+
 TEST_F(ImportPly, NamesTheListThatItCannotChoose) {
   std::string ply = textPly();
   ply.replace(ply.find("vertex_indices"), 14, "corners\nproperty list uchar int neighbours");
@@ -190,7 +201,7 @@ TEST_F(ImportPly, RefusesHeadersThatMakeNoMesh) {
   EXPECT_THAT(refusal("t.ply", "ply\nformat gzip 1.0\nend_header\n"), HasSubstr("\"gzip\""));
   EXPECT_THAT(refusal("t.ply", "ply\nproperty float x\nend_header\n"), HasSubstr("before the first element"));
   EXPECT_THAT(refusal("t.ply", "ply\nelement vertex 3\nproperty quad x\nend_header\n"), HasSubstr("\"quad\""));
-  EXPECT_THAT(refusal("t.ply", "ply\nelement face 3\nproperty list float int x\nend_header\n"), HasSubstr("\"float\""));
+  EXPECT_THAT(refusal("t.ply", "ply\nelement face 3\nproperty list half int x\nend_header\n"), HasSubstr("\"half\""));
 }
 
 TEST_F(ImportPly, ThatIsDamagedIsRefusedOrReportedButNeverFails) {

@@ -65,9 +65,11 @@ TEST_F(ImportStl, ReadsSeveralSolidsInOneFile) {
 }
 
 TEST_F(ImportStl, RefusesACountThatTheLengthDoesNotBear) {
-  const std::string good = binaryStl(tetrahedron());
-  for (const std::uint32_t count : {5U, 300'000'000U, std::numeric_limits<std::uint32_t>::max()}) {
-    std::string bad = count > 5 ? good + 'x' : good;
+  TriMesh open = tetrahedron();
+  open.triangles.pop_back();
+  const std::string good = binaryStl(open);
+  for (const std::uint32_t count : {4U, 300'000'000U, std::numeric_limits<std::uint32_t>::max()}) {
+    std::string bad = count > 4 ? good + 'x' : good;
     bad.replace(80, 4, raw(count));
     EXPECT_THAT(refusal("t.stl", bad), HasSubstr("claims " + std::to_string(count) + " triangles")) << count;
   }
@@ -87,6 +89,35 @@ TEST_F(ImportStl, IgnoresACountThatWasNotFilledIn) {
   }
 }
 
+TEST_F(ImportStl, TakesWhatIsClosedForWhole) {
+  std::string binary = binaryStl(tetrahedron());
+  binary.replace(80, 4, raw(5U));
+  const std::string text = textStl(tetrahedron());
+  for (const std::string& stl : {binary, text.substr(0, text.find("endsolid"))}) {
+    const auto imported = import("t.stl", stl);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron());
+  }
+  std::string big = binaryStl(tetrahedron());
+  big.replace(80, 4, raw(0x04000000U));
+  EXPECT_THAT(refusal("t.stl", big), HasSubstr("big-endian"));
+}
+
+TEST_F(ImportStl, TakesFacetsOfAnyShapeAndLeavesOutLinesInThem) {
+  const std::string quad = "vertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\n";
+  for (const std::string facet :
+       {"facet normal 0 0 1\nouter loop\n" + quad + "endloop\nendfacet\n", "facet normal 0 0 1\n" + quad + "endfacet\n",
+        "facet\nouter loop\n" + quad + "endloop\n", "facet normal 0 0 1\ncolor 1 0 0\nouter loop\n" + quad}) {
+    const auto imported = import("t.stl", "solid\n" + facet + "endsolid\n");
+    ASSERT_TRUE(imported) << facet << imported.error().text();
+    EXPECT_EQ(imported->report.kept, 2U) << facet;
+    EXPECT_EQ(imported->report.linesSkipped, facet.find("color") == facet.npos ? 0U : 1U);
+  }
+  EXPECT_THAT(
+      refusal("t.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertx 1 0 0\nvertex 1 1 0\nendloop\n"),
+      HasSubstr("line 7: triangle 0 (from 0) has 2 lines \"vertex\""));
+}
+
 TEST_F(ImportStl, LeavesOutWhatFollowsTheLastTriangle) {
   for (const std::size_t size : {1U, 49U, 50U, 1000U}) {
     const auto imported = import("t.stl", binaryStl(tetrahedron()) + std::string(size, 'x'));
@@ -103,7 +134,7 @@ TEST_F(ImportStl, RefusesAFileThatIsCutOffAnywhere) {
     EXPECT_NE(refusal("t.stl", binary.substr(0, size)), "loaded") << size;
   }
   const std::string text = textStl(tetrahedron());
-  for (std::size_t size = 1; size < text.find("endsolid") + 8; ++size) {
+  for (std::size_t size = 1; size < text.rfind("endloop"); ++size) {
     EXPECT_NE(refusal("t.stl", text.substr(0, size)), "loaded") << size;
   }
 }

@@ -195,6 +195,18 @@ TEST_F(ImportObj, TakesTheVertexOfEachCornerCountedFromEitherEnd) {
   EXPECT_EQ(import("t.obj", "f 1 2 3\n" + positions)->mesh, expected);
 }
 
+TEST_F(ImportObj, TakesNumbersAsOtherReadersDo) {
+  const TriMesh expected = import("t.obj", "v 0.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")->mesh;
+  for (const std::string vertex : {"0,5 0 0", "0.5, 0, 0", ".5f 0.F 0", "0.5 0 0 white", "0,500 0,0 -0,0 1"}) {
+    EXPECT_EQ(import("t.obj", "v " + vertex + "\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")->mesh, expected) << vertex;
+  }
+  for (const std::string face : {"1, 2, 3", "1.0 2. 3.00/1", "1\\1\\1 2\\1\\1 3\\1\\1"}) {
+    EXPECT_EQ(import("t.obj", "v 0.5 0 0\nv 1 0 0\nv 0 1 0\nf " + face + "\n")->mesh, expected) << face;
+  }
+  EXPECT_EQ(import("t.obj", "v 0 0 0 white\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")->report.linesSkipped, 1U);
+  EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3.5\n"), HasSubstr("line 4: \"3.5\""));
+}
+
 TEST_F(ImportObj, TriangulatesAndCountsPolygons) {
   const auto imported = import("t.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
   EXPECT_EQ(imported->report.polygonsTriangulated, 1U);
@@ -227,7 +239,8 @@ TEST_F(ImportObj, NamesTheVertexOrLineThatIsWrong) {
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 inf 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("vertex 1 (from 0) is not finite"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 1e39 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("vertex 1 (from 0) does not fit"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0\n"), HasSubstr("vertex 1 (from 0) has fewer than three coordinates"));
-  EXPECT_THAT(refusal("t.obj", "v 0 0 1,5\n"), HasSubstr("\"1,5\" where a number should be"));
+  EXPECT_THAT(refusal("t.obj", "v 0 0 1,5,6\n"), HasSubstr("\"1,5,6\" where a number should be"));
+  EXPECT_THAT(refusal("t.obj", "v 0 0 1,234.5\n"), HasSubstr("\"1,234.5\" where a number should be"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nf 1 /2 3\n"), HasSubstr("line 2: \"/2\""));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), HasSubstr("no face"));
   EXPECT_THAT(refusal("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), HasSubstr("1 name a vertex that is not there"));
