@@ -15,7 +15,7 @@ namespace haptics {
 
 /// What every verb of hapticctl takes.
 struct CommonOptions {
-  Endpoint server{"127.0.0.1", 7654};
+  Endpoint server;
   std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
   double timeout_s = 10;  ///< Longest time without a connection, or without news of what a verb waits for.
   bool json = false;

@@ -4,9 +4,9 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "common/command_line/command_line.h"
+#include "graphics_client/mirror/client_program.h"
 #include "graphics_client/script/verbs.h"
 
 namespace {
@@ -20,27 +20,7 @@ constexpr double kMaxTimeout_s = 86'400;
 constexpr double kMaxTelemetryRate_Hz = 1000;  // the server sends no faster
 
 void addCommonOptions(Command& app, CommonOptions& common) {
-  app.option(
-         "--connect",
-         [&common](const std::string& text) -> Result<void> {
-           auto endpoint = parseEndpoint(text);
-           if (!endpoint) return tl::unexpected(std::move(endpoint).error());
-           common.server = *std::move(endpoint);
-           return {};
-         },
-         "The server")
-      .typeName("HOST:PORT")
-      .showDefault(common.server.text());
-  app.option(
-         "--credentials",
-         [&common](const std::string& file) -> Result<void> {
-           auto credentials = readClientCredentials(file);
-           if (!credentials) return tl::unexpected(std::move(credentials).error());
-           common.credentials = *std::move(credentials);
-           return {};
-         },
-         "Of a server that has some: its viewer.credentials or editor.credentials")
-      .typeName("FILE");
+  addServerOptions(app, common.server, common.credentials, "viewer.credentials or editor.credentials");
   app.option("--timeout", common.timeout_s,
              "Give up after this time without a connection or news of what is waited for")
       .typeName("SECONDS")
