@@ -159,6 +159,7 @@ Result<EncodedMesh> canonicalMeshIn(const fs::path& file, const ImportOptions& o
   MeshReport report;
   report.trianglesInFile = report.kept = mesh->triangles.size();
   report.verticesInFile = mesh->vertices.size();
+  report.isUnitKnown = true;
   describeTopology(*mesh, report);
   return EncodedMesh{*std::move(bytes), report};
 }

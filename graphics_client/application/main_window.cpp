@@ -38,8 +38,8 @@ constexpr const char* kImport = "(import)";
 /// Of a window's frame and title, which a window manager adds.
 constexpr int kFrame_px = 8, kTitle_px = 40;
 constexpr const char* kMeshFiles =
-    "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.wrl *.gltf *.glb *.dae *.zae *.3mf *.3ds *.fbx *.x3d "
-    "*.OBJ *.PLY *.STL *.OFF *.OM *.IV *.WRL *.GLTF *.GLB *.DAE *.ZAE *.3MF *.3DS *.FBX *.X3D);;All files (*)";
+    "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.wrl *.gltf *.glb *.dae *.zae *.3mf *.3ds *.fbx *.x3d *.mesh *.gz "
+    "*.OBJ *.PLY *.STL *.OFF *.OM *.IV *.WRL *.GLTF *.GLB *.DAE *.ZAE *.3MF *.3DS *.FBX *.X3D *.GZ);;All files (*)";
 
 /// Whether the picture of a hand would be another one.
 [[nodiscard]] bool looksOther(const TelemetrySample& now, const TelemetrySample& then) {

@@ -43,7 +43,7 @@ Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOp
 Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop) {
   auto inMetres = readMeshFile(file, {}, stop);
   if (!inMetres) return inMetres;
-  const bool isKnown = inMetres->report.isUnitKnown || file.extension() == fileEndingOf(AssetKind::kMesh);
+  const bool isKnown = inMetres->report.isUnitKnown;
   const auto scale = isKnown ? std::nullopt : likelyScale(inMetres->report.longestSide_m());
   return scale ? readMeshFile(file, *scale, stop) : inMetres;
 }

@@ -45,6 +45,16 @@ TEST_F(ImportFiles, GiveTheMeshAndItsReport) {
   EXPECT_EQ(import("t.off", kTetrahedronOff)->mesh, tetrahedron());
 }
 
+TEST_F(ImportFiles, OfACanonicalMeshAreInMetres) {
+  TriMesh large = tetrahedron();
+  for (Vec3f& v : large.vertices) v *= 60.0F;
+  const auto bytes = encodeMesh(large);
+  const auto imported = import("t.mesh", {bytes.data(), bytes.size()});
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_TRUE(imported->report.isUnitKnown);
+  EXPECT_EQ(imported->report.doubtOfUnit(), "");
+}
+
 TEST_F(ImportFiles, NameTheWrongOption) {
   EXPECT_EQ(import("t.off", kTetrahedronOff, {.unit_m = -1}).error().field, "unit_m");
 }
