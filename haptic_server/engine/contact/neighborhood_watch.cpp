@@ -97,9 +97,8 @@ SearchResult descend(const CollisionMesh& surface, std::uint32_t start, Vec3 h, 
     run.add(foot.point, foot.triangle);
     if (foot.feature == Feature::kPolygon) return {foot, true};
     if (run.looked >= run.budget) return {foot, false};
-    const SearchResult next = foot.feature == Feature::kLine
-                                  ? searchAcrossLine(surface, foot, h, run, closestPointOf)
-                                  : searchFan(surface, foot, h, run, closestPointOf);
+    const SearchResult next = foot.feature == Feature::kLine ? searchAcrossLine(surface, foot, h, run, closestPointOf)
+                                                             : searchFan(surface, foot, h, run, closestPointOf);
     if (!(next.foot.squaredDistance < foot.squaredDistance)) return next;
     foot = next.foot;
   }
@@ -110,9 +109,9 @@ SearchResult descend(const CollisionMesh& surface, std::uint32_t start, Vec3 h, 
 SearchResult neighborhoodWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchRun& run) noexcept {
   SearchResult found;
   if (walkAcrossLines(surface, start, h, run, found)) return found;
-  return descend(
-      surface, start, h, run,
-      [](const TriangleRecord& record, std::uint32_t t, Vec3 at) noexcept { return closestOn(record, t, at); });
+  return descend(surface, start, h, run, [](const TriangleRecord& record, std::uint32_t t, Vec3 at) noexcept {
+    return closestOn(record, t, at);
+  });
 }
 
 SearchResult ablatedWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchRun& run,
