@@ -88,6 +88,21 @@ SolverStep stepToEdge(const ContactState& state, const ActiveSet& held, const Co
   return step;
 }
 
+/// The end of a move over the edge at which a triangle's support ends, with the plane `ahead` of the triangle beyond: above
+/// both planes where both hold the IHIP, at the rising one, or on the edge. None when both leave no place. A body's motion that
+/// is pending has to be completed: the move then goes to the optimum.
+std::optional<Vec3> endOverEdge(const TickContext& tick, const SupportLimit& limit, const ConstraintPlane& ahead,
+                                bool bothHold, Constraints& constraints) noexcept {
+  const Vec3 from = tick.state.ihip;
+  const Vec3 optimum = constraints.optimum.point;
+  if (!constraints.isCutOffBy(ahead)) {
+    return limit.time < 1 && !hasPendingBodyMotion(tick) ? glm::mix(from, optimum, limit.time) : optimum;
+  }
+  if (!bothHold && !hasPendingBodyMotion(tick)) return glm::mix(from, optimum, ahead.reachedAt(from, optimum));
+  if (!constraints.add(ahead)) return std::nullopt;
+  return constraints.optimum.point;
+}
+
 /// The nearest to the HIP of all triangles that the IHIP touches. None when a surface that pushes blocks its foot, or
 /// when, held by several surfaces, the IHIP is as near.
 std::optional<ContactSurface> nearestTouched(const TickContext& tick, Vec3 hip, const SolverStep& step) noexcept {
@@ -135,7 +150,6 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
     for (std::size_t k = 0; k < held.count; ++k) {
       if (!constraints.add(planes[k])) return {};
     }
-    Vec3 to = constraints.optimum.point;
     const SupportLimit limit = supportLimit(tick, held.surfaces(), constraints);
     if (constraints.optimum.tightCount == ContactState::kMaxHolding && !limit.insideSupport) {
       if (const auto beyond = crossConvexEdge(tick, hip, held, constraints)) {
@@ -145,8 +159,8 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
       }
     }
     if (!limit.ends) {
-      if (tryMoveTo(tick, to)) return {};
       SolverStep step = constraints.stepToOptimum();
+      if (tryMoveTo(tick, step.to)) return {};
       step.supportKnown = limit.insideSupport;
       return step;
     }
@@ -156,16 +170,8 @@ SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
     const ActiveSet nextSet = held.with(limit.surface, next->triangle);
     const bool oscillates = nextSet == before;  // the IHIP is held on the edge
     const ConstraintPlane ahead = planeOf(tick, *next);
-    const bool rises = constraints.isCutOffBy(ahead);
-    if (rises && (oscillates || hasPendingBodyMotion(tick))) {
-      if (!constraints.add(ahead)) return {};
-      to = constraints.optimum.point;
-    } else if (rises) {
-      to = glm::mix(ihip, to, ahead.reachedAt(ihip, to));
-    } else if (limit.time < 1 && !hasPendingBodyMotion(tick)) {
-      to = glm::mix(ihip, to, limit.time);
-    }
-    if (tryMoveTo(tick, to)) return {};
+    const auto end = endOverEdge(tick, limit, ahead, oscillates, constraints);
+    if (!end || tryMoveTo(tick, *end)) return {};
     if (oscillates) {
       SolverStep step = constraints.stepToOptimum();
       step.supportKnown = true;
