@@ -206,13 +206,13 @@ class Contacts {
   }
 
   /// Bodies without contacts move by a whole tick.
-  void move(int mostRounds, Allowance& rounds) noexcept {
+  void move(int maxRounds, Allowance& rounds) noexcept {
     const auto contacts = static_cast<int>(solver_.size());
     const int relaxRounds = std::clamp(kRelaxedContacts / std::max(contacts, 1), kRelaxRounds, kMaxRelaxRounds);
     for (int step = 0; step < steps_.count && contacts > 0; ++step) {
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].drive();
       solver_.warmStart();
-      solve(true, mostRounds, rounds);
+      solve(true, maxRounds, rounds);
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].move();
       solver_.moved();
       solve(false, relaxRounds, rounds);
