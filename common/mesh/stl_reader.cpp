@@ -24,6 +24,8 @@ std::uint64_t claimedTriangles(std::string_view file) {
   return count;
 }
 
+std::uint64_t heldTriangles(std::string_view file) { return (file.size() - kHeader) / kRecord; }
+
 /// Of the last three vertices.
 void addTriangle(PolygonSoup& soup) {
   const auto end = static_cast<std::uint32_t>(soup.vertices.size());
@@ -64,7 +66,7 @@ bool areTriangles(std::string_view file, std::uint64_t counted, std::uint64_t he
 /// Some programs write the header before they know the count, and never fill it in: 0, the largest number, or too few of
 /// them. The length then says it, if it comes out even.
 std::uint64_t countedTriangles(std::string_view file) {
-  const std::uint64_t claimed = claimedTriangles(file), held = (file.size() - kHeader) / kRecord;
+  const std::uint64_t claimed = claimedTriangles(file), held = heldTriangles(file);
   if (claimed == held || (file.size() - kHeader) % kRecord != 0) return claimed;
   const bool isOpen = claimed == 0 || claimed == std::numeric_limits<std::uint32_t>::max();
   return isOpen || (claimed < held && areTriangles(file, claimed, held)) ? held : claimed;
@@ -72,7 +74,7 @@ std::uint64_t countedTriangles(std::string_view file) {
 
 std::string countsMore(std::string_view file) {
   return "its header claims " + std::to_string(claimedTriangles(file)) + " triangles; the file's length holds " +
-         std::to_string((file.size() - kHeader) / kRecord);
+         std::to_string(heldTriangles(file));
 }
 
 Result<PolygonSoup> readBinary(std::string_view file, std::uint64_t triangles) {
@@ -215,10 +217,10 @@ Result<PolygonSoup> readStl(std::string_view file) {
   if (isText(*text)) return StlText(*text).read();
   if (isWhole && triangles > 0) return readBinary(file, triangles);
   if (file.size() > kHeader && (file.size() - kHeader) % kRecord == 0) {
-    if (__builtin_bswap32(static_cast<std::uint32_t>(claimedTriangles(file))) == (file.size() - kHeader) / kRecord) {
+    if (__builtin_bswap32(static_cast<std::uint32_t>(claimedTriangles(file))) == heldTriangles(file)) {
       return refused("", "has its numbers in big-endian order; those of binary STL are little-endian");
     }
-    return readBinary(file, (file.size() - kHeader) / kRecord).map([&](PolygonSoup soup) {
+    return readBinary(file, heldTriangles(file)).map([&](PolygonSoup soup) {
       soup.cutOff = countsMore(file) + ", which are not closed";
       return soup;
     });

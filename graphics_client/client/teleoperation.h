@@ -8,7 +8,7 @@
 
 namespace haptics {
 
-/// What one end of a teleoperation tells the other. SI units, one frame for both ends.
+/// What one end of a teleoperation sends the other. SI units, one frame for both ends.
 struct TeleoperationPacket {
   using Vector = std::array<double, 3>;
 
@@ -23,7 +23,7 @@ struct TeleoperationPacket {
 /// One end of a robot that a hand leads over a line with delay, jitter and loss: position forth, force back. What the two ends put
 /// out never exceeds what the hand and the remote contact have put in, by observer and controller at each end (Hannaford & Ryu
 /// 2002) and energy that goes along in the packets (Ryu, Artigas & Preusche 2010; Franken et al. 2011):
-/// - The observer adds up the work done on this end, and what the other end has given, which is told as a sum: a packet that is
+/// - The observer adds up the work done on this end, and what the other end has given, which is sent as a sum: a packet that is
 ///   lost, late or never sent takes nothing away.
 /// - The controller shows a force F only where the observer holds the F^2 / 2k of a spring which shows it and would give it all
 ///   back. It holds without a model of hand, robot or line, and needs no velocity.
@@ -54,14 +54,14 @@ class TeleoperationPort {
     heardAt_ = tick_;
   }
 
-  [[nodiscard]] double held_J() const {
-    return held_J_;
-  }  ///< By the observer; the two ends' together is never below 0.
-  [[nodiscard]] double lowest_J() const { return lowest_J_; }  ///< That this observer has seen.
+  /// By the observer; the two ends' together is never below 0.
+  [[nodiscard]] double held_J() const { return held_J_; }
+  /// That this observer has seen.
+  [[nodiscard]] double lowest_J() const { return lowest_J_; }
 
  protected:
-  static constexpr double kReserve_J =
-      4e-3;                               ///< For the follower to move by. More: the hand is braked for longer before.
+  /// For the follower to move by. More: the hand is braked for longer before.
+  static constexpr double kReserve_J = 4e-3;
   static constexpr double kDeaf_s = 0.5;  ///< Without a packet: forces fade,
   static constexpr double kFade_s = 0.1;  ///< in this time.
 
@@ -178,17 +178,17 @@ class MasterPort : public TeleoperationPort {
     observe(place_m);
     constexpr double kSmooth_s = 3e-3;  // a step of the force that the line makes is felt as a blow
     const double share = settings_.period_s / (settings_.period_s + kSmooth_s);
-    for (std::size_t i = 0; i < 3; ++i) told_N_[i] += share * (trust_ * heard_.force_N[i] - told_N_[i]);
-    const Vector told_N = shortened(told_N_, settings_.maxForce_N);
-    const Vector shown_N = paid(told_N, kShown_N_per_m);
+    for (std::size_t i = 0; i < 3; ++i) heard_N_[i] += share * (trust_ * heard_.force_N[i] - heard_N_[i]);
+    const Vector heard_N = shortened(heard_N_, settings_.maxForce_N);
+    const Vector shown_N = paid(heard_N, kShown_N_per_m);
 
-    const double speed = length(speed_m_per_s_), missing_N = length(told_N) - length(shown_N);
+    const double speed = length(speed_m_per_s_), missing_N = length(heard_N) - length(shown_N);
     const double lacks = std::clamp(1 - heard_.spare_J / kReserve_J, 0.0, 1.0);
     const double resists = speed > 0 ? std::min(kResists_Ns_per_m, missing_N / speed) : 0;
     const double damping = std::max(lacks * kBrake_Ns_per_m, resists);
     const Vector& written_N = write(difference(shown_N, times(speed_m_per_s_, damping)));
 
-    const double coming_N = std::min(settings_.maxForce_N, std::max(length(told_N), length(heard_.force_N)));
+    const double coming_N = std::min(settings_.maxForce_N, std::max(length(heard_N), length(heard_.force_N)));
     const double spare_J = held_J_ - priceOf(coming_N, kShown_N_per_m) - kLeft_J;
     if (lacks > 0) {
       give(spare_J);
@@ -201,18 +201,18 @@ class MasterPort : public TeleoperationPort {
   /// After tick().
   [[nodiscard]] std::optional<TeleoperationPacket> send() {
     const double off_m = length(difference(place_m_, placeAfter(sent_, unsent_s())));
-    return news(settings_.stiffness_N_per_m * off_m, length(told_N_), {}, held_J_);
+    return news(settings_.stiffness_N_per_m * off_m, length(heard_N_), {}, held_J_);
   }
 
  private:
   /// Of the springs that pay. Larger: less work of the hand for a force, and a harder blow when it is let go.
   static constexpr double kShown_N_per_m = 3000;
-  static constexpr double kResists_Ns_per_m =
-      15;                                       ///< At most. More: it is harder where a wall is known of, and rougher.
+  /// At most. More: it is harder where a wall is known of, and rougher.
+  static constexpr double kResists_Ns_per_m = 15;
   static constexpr double kBrake_Ns_per_m = 5;  ///< As long as the follower lacks what it needs to move.
   static constexpr double kLeft_J = 5e-6;
 
-  Vector told_N_{};
+  Vector heard_N_{};
 };
 
 /// The robot's end. It goes where the master was, as fast as the hand's work allows.

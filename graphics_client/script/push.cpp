@@ -21,7 +21,7 @@ constexpr double kRate_Hz = 100;
 /// What the hand had of it.
 struct Pushed {
   Vec3 added_N{0};      ///< The largest.
-  double force_N = 0;   ///< Largest of all that the device was told.
+  double force_N = 0;   ///< Largest of all that was written to the device.
   double moved_mm = 0;  ///< Farthest from where it was.
   Fault fault = Fault::kNone;
   DeviceFault deviceFault{};

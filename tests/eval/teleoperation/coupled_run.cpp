@@ -117,17 +117,17 @@ class Notice {
  public:
   void tick(Vec3 contact_N, bool sent) {
     constexpr double kShare = 0.07, kLeast_N = 0.03;
-    const bool isNoticed = glm::length(contact_N - told_N_) > std::max(kShare * glm::length(told_N_), kLeast_N);
+    const bool isNoticed = glm::length(contact_N - sent_N_) > std::max(kShare * glm::length(sent_N_), kLeast_N);
     if (!isNoticed) {
       ++ticks_;
       if (sent) ++sent_;
     }
-    if (sent) told_N_ = contact_N;
+    if (sent) sent_N_ = contact_N;
   }
   [[nodiscard]] double share() const { return static_cast<double>(sent_) / static_cast<double>(ticks_); }
 
  private:
-  Vec3 told_N_{0};
+  Vec3 sent_N_{0};
   long ticks_ = 0, sent_ = 0;
 };
 
@@ -150,8 +150,8 @@ TeleoperationRun runCell(const TeleoperationCell& cell) {
     const double t = static_cast<double>(n) * kPeriod_s;
     const Vec3 masterWas = master.plant().position(), followerWas = follower.plant().position();
     places.push_back({masterWas, followerWas});
-    const auto told = coupling->tick(master.measured_m(), follower.measured_m(), contact_N);
-    const Vec3 hand_N = master.limited(told.master_N), drive_N = follower.limited(told.follower_N);
+    const auto asked = coupling->tick(master.measured_m(), follower.measured_m(), contact_N);
+    const Vec3 hand_N = master.limited(asked.master_N), drive_N = follower.limited(asked.follower_N);
     notice.tick(contact_N, coupling->packets().back > back);
     back = coupling->packets().back;
 

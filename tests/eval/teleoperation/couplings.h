@@ -13,7 +13,7 @@ namespace haptics::eval {
 /// Master and follower with the line between them, in virtual time.
 class Coupling {
  public:
-  /// What the motors are told.
+  /// For the motors.
   struct Forces {
     Vec3 master_N{0}, follower_N{0};
   };
