@@ -23,10 +23,15 @@ struct Effect {
     kForbiddenSide,
     kViscosity,
     kVibration,
-    kTube
+    kTube,
+    kInertia,
+    kMagnet,
+    kSpringToVertex,
+    kSpringToEdge,
+    kSamples
   };
   enum class Frame : std::uint8_t { kObject = 1, kWorld };
-  enum class Region : std::uint8_t { kEverywhere = 1, kBox, kSphere };
+  enum class Region : std::uint8_t { kEverywhere = 1, kBox, kSphere, kInside };
   enum class Trigger : std::uint8_t { kAlways = 1, kTouch, kButton };
 
   Kind kind = Kind::kConstant;
@@ -46,19 +51,26 @@ struct Effect {
   Region region = Region::kEverywhere;
   Vec3 size_m{0};
   Trigger trigger = Trigger::kAlways;
+  double mass_kg = 0;
+  std::vector<float> samples = {};
+  double sample_rate_Hz = 0;
 
   bool operator==(const Effect&) const = default;
   HAPTICS_FIELDS(self.kind, self.frame, self.point_m, self.direction, self.path_m, self.stiffness_N_per_m,
                  self.damping_Ns_per_m, self.amplitude_N, self.frequency_Hz, self.phase_rad, self.limit_N, self.reach_m,
-                 self.release_m, self.fade_m, self.region, self.size_m, self.trigger);
+                 self.release_m, self.fade_m, self.region, self.size_m, self.trigger, self.mass_kg, self.samples,
+                 self.sample_rate_Hz);
 };
 
 /// Of all objects of a scene together.
 inline constexpr std::size_t kMaxEffects = 32;
 /// Of one path. The nearest place of one that lies on a sphere round the HIP takes a look at each point: 20 us.
 inline constexpr std::size_t kMaxPathPoints = 4096;
+/// Of one effect: eight seconds at 8 kHz.
+inline constexpr std::size_t kMaxSamples = 65'536;
 
-/// In canonical form: all members of each, in order, and then the triggers where one is not kAlways; nothing for no effects.
+/// In canonical form: the members of each before `trigger`, in order; then the triggers where one is not kAlways; then each later
+/// member that is not absent. Nothing for no effects.
 void addTo(Hasher& hasher, const std::vector<Effect>& effects);
 
 }  // namespace haptics

@@ -35,6 +35,14 @@ std::string_view fieldsUsedBy(Kind kind) noexcept {
       return " damping_Ns_per_m limit_N region point_m size_m fade_m ";
     case Kind::kVibration:
       return " direction amplitude_N frequency_Hz phase_rad region point_m size_m fade_m ";
+    case Kind::kInertia:
+      return " mass_kg stiffness_N_per_m damping_Ns_per_m limit_N region point_m size_m fade_m ";
+    case Kind::kMagnet:
+    case Kind::kSpringToVertex:
+    case Kind::kSpringToEdge:
+      return " stiffness_N_per_m damping_Ns_per_m limit_N reach_m release_m fade_m ";
+    case Kind::kSamples:
+      return " direction amplitude_N samples sample_rate_Hz region point_m size_m fade_m ";
   }
   return "";
 }
@@ -98,6 +106,20 @@ Refusal takePath(const v1::Effect& message, std::vector<Vec3>& path) {
   return std::nullopt;
 }
 
+Refusal takeSamples(const v1::Effect& message, std::vector<float>& samples) {
+  const auto count = static_cast<std::size_t>(message.samples_size());
+  if (count < 2 || count > kMaxSamples) {
+    return Error{"samples", "has " + std::to_string(count) + "; give 2 to " + std::to_string(kMaxSamples) +
+                                ": a lower rate makes fewer, and none above half the servo's is felt"};
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const float value = message.samples(static_cast<int>(i));
+    if (auto bad = checkRange(value, {-1, 1, ""}, "samples[" + std::to_string(i) + "]")) return bad;
+  }
+  samples.assign(message.samples().begin(), message.samples().end());
+  return std::nullopt;
+}
+
 Refusal takeDirection(const v1::Effect& message, Vec3& direction) {
   direction = vectorFrom(message.direction());
   if (direction == Vec3(0)) return Error{"direction", "has length 0; give a direction of length 1"};
@@ -133,6 +155,12 @@ Refusal checkRegion(const v1::Effect& message, const Effect& effect) {
     }
     return std::nullopt;
   }
+  if (effect.region == Region::kInside) {
+    for (const char* name : {"point_m", "size_m"}) {
+      if (isGiven(message, name)) return Error{name, "is given, but the inside of an object has its own; leave it out"};
+    }
+    return std::nullopt;
+  }
   if (effect.region == Region::kBox) return checkSize(message.size_m(), "size_m");
   return checkDiameter(effect, "sphere");
 }
@@ -152,6 +180,20 @@ Refusal checkReach(const v1::Effect& message, const Effect& effect) {
   if (effect.fade_m <= border_m) return std::nullopt;
   return outside("fade_m", effect.fade_m,
                  "give at most the way to the border, " + numberText(border_m) + " m, which release_m or reach_m is");
+}
+
+bool isOfMesh(const Effect& effect) noexcept {
+  return effect.kind == Kind::kMagnet || effect.kind == Kind::kSpringToVertex || effect.kind == Kind::kSpringToEdge ||
+         effect.region == Region::kInside;
+}
+
+/// What is of the object's mesh is where that is; without an end, a search would be of all of it.
+Refusal checkOfMesh(const v1::Effect& message, const Effect& effect) {
+  if (!isOfMesh(effect)) return std::nullopt;
+  if (effect.frame == Effect::Frame::kWorld)
+    return Error{"frame", "is EFFECT_FRAME_WORLD; what is of the object's mesh moves with it: leave it out"};
+  if (effect.region == Region::kInside || isGiven(message, "reach_m")) return std::nullopt;
+  return Error{"reach_m", "is missing; give how near the hand has to be"};
 }
 
 Result<Effect> announcedEffectFrom(const v1::Effect& message) {
@@ -174,6 +216,7 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
     if (first || !isUsed) return;
     if constexpr (std::is_same_v<T, double>) first = takeNumber(message, effect.kind, name, value);
     if constexpr (std::is_same_v<T, std::vector<Vec3>>) first = takePath(message, value);
+    if constexpr (std::is_same_v<T, std::vector<float>>) first = takeSamples(message, value);
   };
   fields::forEachMember(read, effect);
   if (first) return refuse(first);
@@ -192,6 +235,7 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
   if (uses(effect.kind, "reach_m")) {
     if (auto bad = checkReach(message, effect)) return refuse(bad);
   }
+  if (auto bad = checkOfMesh(message, effect)) return refuse(bad);
   return effect;
 }
 
@@ -235,6 +279,8 @@ void toWire(const std::vector<Effect>& effects, pb::RepeatedPtrField<v1::Effect>
         if (value != 0) reflection.SetDouble(&message, &field, value);
       } else if constexpr (std::is_same_v<T, Vec3>) {
         if (value != Vec3(0)) toWire(value, static_cast<v1::Vector3&>(*reflection.MutableMessage(&message, &field)));
+      } else if constexpr (std::is_same_v<T, std::vector<float>>) {
+        message.mutable_samples()->Add(value.begin(), value.end());
       } else {
         for (const Vec3& point : value) {
           for (const double number : {point.x, point.y, point.z}) message.add_path_m(number);

@@ -123,13 +123,19 @@ std::vector<Vec3> effectLines(const Effect& effect) {
       if (effect.region != Region::kEverywhere) lines.arrow(at, n, kArrow_m);
       break;
     case Kind::kVibration:
+    case Kind::kSamples:
       addRegion(lines, effect);
       if (effect.region == Region::kEverywhere) break;
       lines.arrow(at, n, kArrow_m / 2);
       lines.arrow(at, -n, kArrow_m / 2);
       break;
     case Kind::kViscosity:
+    case Kind::kInertia:
       addRegion(lines, effect);
+      break;
+    case Kind::kMagnet:
+    case Kind::kSpringToVertex:
+    case Kind::kSpringToEdge:
       break;
   }
   return lines.take();
@@ -141,9 +147,11 @@ palette::Shade effectShade(Kind kind) {
     case Kind::kTube:
       return palette::kKeepsOut;
     case Kind::kViscosity:
+    case Kind::kInertia:
       return palette::kDrags;
     case Kind::kConstant:
     case Kind::kVibration:
+    case Kind::kSamples:
       return palette::kActs;
     default:
       return palette::kPulls;

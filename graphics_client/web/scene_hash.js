@@ -75,14 +75,20 @@ const effectValue = (value, type, isRepeated) => {
   if (type === 'double') return double(value);
   return type === 'Vector3' ? all(doubles('x', 'y', 'z'))(value) : whole(value);
 };
-/** All fields in order of their numbers, those that are absent as 0. */
-const effect = (message) => concat(message.$type.fieldsArray.filter(({name}) => name !== 'trigger')
+const kTrigger = 17;
+/** All fields before the trigger in order of their numbers, those that are absent as 0. */
+const effect = (message) => concat(message.$type.fieldsArray.filter(({id}) => id < kTrigger)
   .sort((a, b) => a.id - b.id)
   .map(({name, type, repeated}) => effectValue(message[name], type, repeated)));
 const effects = when(({effects: all}) => all && all.length, 14, list('effects', effect));
 /** Of all effects, where one is not always felt (1). */
 const triggers = when(({effects: all}) => all && all.some(({trigger}) => trigger > 1), 15,
   ({effects: all}) => concat(all.map(({trigger}) => whole(trigger || 1))));
+/** Of all effects, each later field that is there. */
+const laterFields = ({effects: all}) => concat((all || []).flatMap((message, i) => message.$type.fieldsArray
+  .filter(({id, name, repeated}) => id > kTrigger && (repeated ? message[name].length : message[name]))
+  .sort((a, b) => a.id - b.id)
+  .map(({id, name, type, repeated}) => concat([whole(16), whole(i), whole(id), effectValue(message[name], type, repeated)]))));
 
 /** Of an ObjectState. */
 const objectBytes = all(
@@ -100,7 +106,7 @@ const objectBytes = all(
     tagged('lattice', 6, vectors('low_m', 'size_m'), wholes('points_x', 'points_y', 'points_z'),
       (lattice) => concat(lattice.control_m.map(float))),
     tagged('residue', 7, raw('asset'))),
-  effects, triggers);
+  effects, triggers, laterFields);
 
 /** Of what an object's textured surface is drawn from: an ObjectState with nothing else in it (audience.proto, KEY). */
 function surfaceBytes({mesh, shading, texture, deformation}) {

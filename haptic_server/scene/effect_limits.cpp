@@ -1,6 +1,7 @@
 #include "haptic_server/scene/effect_limits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -32,6 +33,11 @@ std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<dou
 
 double strongest_N(const Effect& effect) noexcept {
   using Kind = Effect::Kind;
+  if (effect.kind == Kind::kSamples) {
+    float loudest = 0;
+    for (const float sample : effect.samples) loudest = std::max(loudest, std::abs(sample));
+    return effect.amplitude_N * loudest;
+  }
   if (effect.kind == Kind::kConstant || effect.kind == Kind::kVibration) return effect.amplitude_N;
   return effect.limit_N > 0 ? effect.limit_N : std::numeric_limits<double>::infinity();
 }

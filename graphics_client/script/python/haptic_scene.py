@@ -202,15 +202,20 @@ def deformation_bytes(state):
 
 
 def effect_bytes(state):
-    """All fields of each in order of their numbers, those that are absent as 0, and then the triggers of all where one has to be
-    waited for (common/scene/effect_properties.cpp)."""
+    """All fields of each up to size_m in order of their numbers, those that are absent as 0; the triggers of all where one has to
+    be waited for; each later field that is there (common/scene/effect_properties.cpp)."""
     if not state.effects:
         return b""
-    data = numbers(14, len(state.effects)) + b"".join(
-        value_bytes(field, getattr(effect, field.name)) for effect in state.effects
-        for _, field in sorted(effect.DESCRIPTOR.fields_by_number.items()) if field.name != "trigger")
+    trigger = scene_pb2.Effect.TRIGGER_FIELD_NUMBER
+    fields = sorted(scene_pb2.Effect.DESCRIPTOR.fields_by_number.items())
+    data = numbers(14, len(state.effects)) + b"".join(value_bytes(field, getattr(effect, field.name))
+                                                      for effect in state.effects for number, field in fields if number < trigger)
     triggers = [effect.trigger or scene_pb2.EFFECT_TRIGGER_ALWAYS for effect in state.effects]
-    return data + (numbers(15, *triggers) if set(triggers) != {scene_pb2.EFFECT_TRIGGER_ALWAYS} else b"")
+    if set(triggers) != {scene_pb2.EFFECT_TRIGGER_ALWAYS}:
+        data += numbers(15, *triggers)
+    return data + b"".join(numbers(16, i, number) + value_bytes(field, getattr(effect, field.name))
+                           for i, effect in enumerate(state.effects) for number, field in fields
+                           if number > trigger and getattr(effect, field.name))
 
 
 def value_bytes(field, value):

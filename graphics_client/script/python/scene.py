@@ -146,6 +146,11 @@ forbidden_side = _effect(EffectKind.EFFECT_KIND_FORBIDDEN_SIDE)
 viscosity = _effect(EffectKind.EFFECT_KIND_VISCOSITY)
 vibration = _effect(EffectKind.EFFECT_KIND_VIBRATION)
 tube = _effect(EffectKind.EFFECT_KIND_TUBE)
+inertia = _effect(EffectKind.EFFECT_KIND_INERTIA)
+magnet = _effect(EffectKind.EFFECT_KIND_MAGNET)
+spring_to_vertex = _effect(EffectKind.EFFECT_KIND_SPRING_TO_VERTEX)
+spring_to_edge = _effect(EffectKind.EFFECT_KIND_SPRING_TO_EDGE)
+samples = _effect(EffectKind.EFFECT_KIND_SAMPLES)
 
 # Fields of Material (haptic_server/engine/effects/README.md says where they are from).
 TAPS = {"rubber": {"tap_Ns_per_m": 5.8, "tap_Hz": 18.0, "tap_decay_per_s": 60.0},

@@ -99,6 +99,7 @@ double EffectField::regionWeight(Vec3 hip) const noexcept {
   const Vec3 from = hip - effect_.point_m;
   switch (effect_.region) {
     case Effect::Region::kEverywhere:
+    case Effect::Region::kInside:
       break;
     case Effect::Region::kBox: {
       const Vec3 inside = effect_.size_m / 2.0 - glm::abs(from);
@@ -156,6 +157,12 @@ EffectField::Felt EffectField::felt(EffectMemory& memory, Vec3 hip, Vec3 velocit
       return inRegion(memory, hip, limited(-effect_.damping_Ns_per_m * velocity));
     case Kind::kVibration:
       return vibrate(memory, hip, period_s);
+    case Kind::kInertia:
+    case Kind::kMagnet:
+    case Kind::kSpringToVertex:
+    case Kind::kSpringToEdge:
+    case Kind::kSamples:
+      break;
   }
   return {};
 }
