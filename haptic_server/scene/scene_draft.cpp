@@ -137,8 +137,9 @@ Result<void> SceneDraft::apply(const SetEffects& set, const std::string& field) 
 Result<void> SceneDraft::setEffects(const std::vector<Effect>& effects, const std::string& field,
                                     ObjectRecord& record) {
   record.effects = effects;
+  effectsGiven_.erase(record.id);
   if (effects.empty()) return {};
-  effectsGiven_ = field;
+  effectsGiven_[record.id] = field;
   stiffened_.insert(record.id);
   std::size_t count = 0, points = 0;
   const auto add = [&](const ObjectRecord& other) {

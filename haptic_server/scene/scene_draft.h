@@ -82,8 +82,8 @@ class SceneDraft {
   std::vector<ObjectRecord> changed_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;         // of base_
   std::set<ObjectId> posed_, reshaped_;
-  std::set<ObjectId> stiffened_;  // whose stiffness or damping, or effects, were edited
-  std::string effectsGiven_;      // "operations[0].set_effects.effects": where some were, the last time
+  std::set<ObjectId> stiffened_;                  // whose stiffness or damping, or effects, were edited
+  std::map<ObjectId, std::string> effectsGiven_;  // "operations[0].set_effects.effects": where they were, the last time
   std::vector<PendingAsset> pendingAssets_;
   std::map<ObjectId, FieldPaths> fieldPaths_;
   std::map<ContentHash, std::shared_ptr<const Asset>> made_;
@@ -126,6 +126,7 @@ class SceneDraft {
   void fitMapping(const PendingAsset& named);
   FactorMap* factorMap(const PendingAsset& named);
   FieldFamily* fieldFamily(const PendingAsset& named);
+  Result<void> checkEffects(const ObjectRecord& record, const MeshAsset& mesh, const std::string& remesh) const;
   Result<void> checkMotion(const ObjectRecord& record, const FieldPaths& given) const;
   std::vector<KnownObject> known(const ObjectRecord& record, const AssetResolver& resolver) const;
   Result<void> checkMovingCount(const std::string& field) const;

@@ -46,12 +46,18 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
                [&resolver](std::size_t triangles) { return resolver.beforeWork(triangles); });
     if (!derived) return tl::unexpected(std::move(derived).error());
     if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
+    if (auto fit = checkEffects(record, *assets_.at(object).mesh, given.mesh); !fit)
+      return tl::unexpected(std::move(fit).error());
     if (given.onlyResidue()) continue;  // the server's own, time and again
     stiffened_.erase(object);
     addWarnings(record, assets_.at(object));
   }
   for (const ObjectId object : stiffened_) {
-    if (const ObjectRecord* record = put(object)) addWarnings(*record, baseAssets_.at(object));
+    const ObjectRecord* const record = put(object);
+    if (!record) continue;
+    const ObjectAssets& assets = baseAssets_.at(object);
+    if (auto fit = checkEffects(*record, *assets.mesh, ""); !fit) return tl::unexpected(std::move(fit).error());
+    addWarnings(*record, assets);
   }
   std::ranges::move(overlaps(), std::back_inserter(reports));
   return reports;
@@ -153,7 +159,7 @@ Result<void> SceneDraft::checkDetailSizes() const {
     const auto& [property, field] = *given.surface.begin();
     return refused(field + property, why);
   }
-  if (!effectsGiven_.empty()) return refused(effectsGiven_, why);
+  if (!effectsGiven_.empty()) return refused(effectsGiven_.begin()->second, why);
   return {};
 }
 
@@ -243,6 +249,22 @@ Result<void> SceneDraft::gather(const ObjectRecord& record, const FieldPaths& gi
   if (field == "deformation.residue") return refused(given.residue, reason);
   return refused(given.mesh, "does not fit the object's " + field + ", which " + reason +
                                  "; edit that property in the same transaction, or take it away");
+}
+
+/// Checks the effects with it likewise.
+/// @param remesh  Where the mesh was given; empty: it is as it was.
+Result<void> SceneDraft::checkEffects(const ObjectRecord& record, const MeshAsset& mesh,
+                                      const std::string& remesh) const {
+  if (mesh.surface && mesh.surface->closed()) return {};
+  const auto isInside = [](const Effect& effect) { return effect.region == Effect::Region::kInside; };
+  const auto at = std::ranges::find_if(record.effects, isInside);
+  if (at == record.effects.end()) return {};
+  const std::string field = "[" + std::to_string(at - record.effects.begin()) + "].region";
+  constexpr const char* kWhy =
+      "is EFFECT_REGION_INSIDE, and the mesh is not closed; close its holes, or give a box or a sphere";
+  if (const auto given = effectsGiven_.find(record.id); given != effectsGiven_.end())
+    return refused(given->second + field, kWhy);
+  return refused(remesh, "does not fit the object's effects" + field + ", which " + kWhy);
 }
 
 /// Checks the motion with the mesh that the object has after the transaction.

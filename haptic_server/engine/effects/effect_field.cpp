@@ -44,17 +44,35 @@ Vec3 EffectField::limited(Vec3 force_N) const noexcept {
   return effect_.limit_N > 0 ? limitMagnitude(force_N, effect_.limit_N) : force_N;
 }
 
+bool EffectField::isOfMesh() const noexcept {
+  return effect_.kind == Kind::kMagnet || effect_.kind == Kind::kSpringToVertex ||
+         effect_.kind == Kind::kSpringToEdge || effect_.region == Effect::Region::kInside;
+}
+
+NearMesh EffectField::near(const CollisionMesh& mesh, Vec3 hip, Allowance& allowance) const noexcept {
+  switch (effect_.kind) {
+    case Kind::kMagnet:
+      return nearestPlace(mesh, hip, release_m_, allowance);
+    case Kind::kSpringToVertex:
+      return nearestVertex(mesh, hip, release_m_, allowance);
+    case Kind::kSpringToEdge:
+      return nearestEdge(mesh, hip, release_m_, allowance);
+    default:
+      return inside(mesh, hip, effect_.fade_m, allowance);
+  }
+}
+
+double EffectField::reachWeight(EffectMemory& memory, double far_m, bool& jumped) const noexcept {
+  const bool held = memory.holds;
+  memory.holds = far_m < (held ? release_m_ : reach_m_);
+  jumped = held != memory.holds;
+  return memory.holds ? fading(release_m_ - far_m, effect_.fade_m) : 0;
+}
+
 EffectField::Felt EffectField::pull(EffectMemory& memory, Vec3 hip, Vec3 target, Vec3 damped) const noexcept {
   const Vec3 way = target - hip;
-  const bool held = memory.holds;
-  double weight = 1;
-  memory.holds = true;
-  if (effect_.reach_m > 0) {
-    const double far_m = glm::length(way);
-    memory.holds = far_m < (held ? release_m_ : reach_m_);
-    weight = memory.holds ? fading(release_m_ - far_m, effect_.fade_m) : 0;
-  }
-  const bool jumped = held != memory.holds;
+  bool jumped = false;
+  const double weight = reachWeight(memory, glm::length(way), jumped);
   if (weight == 0) return {Vec3(0), jumped};
   return {weight * limited(effect_.stiffness_N_per_m * way - effect_.damping_Ns_per_m * damped), jumped};
 }
@@ -70,6 +88,26 @@ EffectField::Felt EffectField::pullToPath(EffectMemory& memory, Vec3 hip, Vec3 v
   memory.part = place.part;
   memory.hip = hip;
   memory.target = place.point;
+  return felt;
+}
+
+EffectField::Felt EffectField::pullToMesh(EffectMemory& memory, Vec3 hip, Vec3 velocity,
+                                          const NearMesh& mesh) const noexcept {
+  const bool held = memory.holds;
+  Felt felt;
+  if (!mesh.isFound) {
+    memory.holds = false;
+    felt.jumped = held;
+  } else if (effect_.kind == Kind::kMagnet) {
+    const double far_m = glm::distance(mesh.point, hip);
+    const double weight = reachWeight(memory, far_m, felt.jumped);
+    if (far_m > 0) felt.force_N = weight * pushOut(far_m, (mesh.point - hip) / far_m, velocity);
+  } else {
+    felt = pull(memory, hip, mesh.point, velocity - glm::dot(velocity, mesh.along) * mesh.along);
+  }
+  felt.jumped = felt.jumped || (held && hasLeapt(mesh.point, memory.target, hip, memory.hip));
+  memory.hip = hip;
+  memory.target = mesh.point;
   return felt;
 }
 
@@ -95,12 +133,14 @@ EffectField::Felt EffectField::keepInTube(EffectMemory& memory, Vec3 hip, Vec3 v
   return {pushOut(depth_m, (place.point - hip) / far_m, velocity), jumped};
 }
 
-double EffectField::regionWeight(Vec3 hip) const noexcept {
+double EffectField::regionWeight(Vec3 hip, const NearMesh& mesh) const noexcept {
   const Vec3 from = hip - effect_.point_m;
   switch (effect_.region) {
     case Effect::Region::kEverywhere:
-    case Effect::Region::kInside:
       break;
+    case Effect::Region::kInside:
+      if (!mesh.isFound) return 0;
+      return effect_.fade_m > 0 ? fading(mesh.depth_m, effect_.fade_m) : 1;
     case Effect::Region::kBox: {
       const Vec3 inside = effect_.size_m / 2.0 - glm::abs(from);
       return fading(std::min({inside.x, inside.y, inside.z}), effect_.fade_m);
@@ -111,30 +151,83 @@ double EffectField::regionWeight(Vec3 hip) const noexcept {
   return 1;
 }
 
-EffectField::Felt EffectField::inRegion(EffectMemory& memory, Vec3 hip, Vec3 force_N) const noexcept {
-  const double weight = regionWeight(hip);
+EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec3 force_N) noexcept {
   const bool held = memory.holds;
   memory.holds = weight > 0;
   return {weight * force_N, held != memory.holds};
 }
 
+/// The mass goes on by backward Euler, by which it is stable on any spring. What of it comes in at the border is at rest, and what
+/// stays behind there takes its momentum along: neither gives the hand energy.
+EffectField::Felt EffectField::carryMass(EffectMemory& memory, Vec3 hip, Vec3 velocity, double weight,
+                                         double period_s) const noexcept {
+  if (!memory.holds) {
+    memory.target = hip;
+    memory.part = 0;
+  }
+  Felt felt = inRegion(memory, weight, Vec3(0));
+  if (!memory.holds) return felt;
+  if (weight > memory.part) memory.velocity *= memory.part / weight;
+  memory.part = weight;
+  const double k = effect_.stiffness_N_per_m, b = effect_.damping_Ns_per_m, mass_kg = weight * effect_.mass_kg;
+  const Vec3 pull_N = k * (hip - memory.target) + b * velocity;
+  const Vec3 next = (mass_kg * memory.velocity + period_s * pull_N) / (mass_kg + period_s * (b + period_s * k));
+  const Vec3 asked_N = (b + period_s * k) * next - pull_N;
+  felt.force_N = limited(asked_N);
+  const Vec3 reached = asked_N == felt.force_N ? next : memory.velocity - period_s / mass_kg * felt.force_N;
+  felt.byTime_N = glm::length(k * period_s * reached + b * (reached - memory.velocity));
+  memory.velocity = reached;
+  memory.target += period_s * reached;
+  if (effect_.limit_N > 0) memory.target = hip + limited(k * (memory.target - hip)) / k;  // beyond it the mass slips
+  return felt;
+}
+
+/// By the mean of so many places in the tick, a sample apart at most: of what is faster than ticks, the mean is felt. What ends
+/// comes to nothing over one sample.
+EffectField::Felt EffectField::play(EffectMemory& memory, double weight, double period_s) const noexcept {
+  const auto count = static_cast<double>(effect_.samples.size());
+  const bool once = effect_.trigger != Effect::Trigger::kAlways;
+  if (once && !memory.holds) memory.turns = 0;
+  if (!(memory.turns >= 0 && memory.turns <= count)) memory.turns = 0;  // of other samples
+  const auto at = [&](std::size_t i) -> double {
+    if (i < effect_.samples.size()) return static_cast<double>(effect_.samples[i]);
+    return once ? 0 : static_cast<double>(effect_.samples[i % effect_.samples.size()]);
+  };
+  const double step = effect_.sample_rate_Hz * period_s, places = std::ceil(step);
+  const auto meanFrom = [&](double first) {
+    double sum = 0;
+    for (double j = 0; j < places; ++j) {
+      const double place = std::max(first + step * j / places, 0.0);
+      const auto i = static_cast<std::size_t>(place);
+      sum += std::lerp(at(i), at(i + 1), place - std::floor(place));
+    }
+    return sum / places;
+  };
+  const double now = meanFrom(memory.turns);
+  Felt felt = inRegion(memory, weight, effect_.amplitude_N * now * effect_.direction);
+  felt.byTime_N = effect_.amplitude_N * std::abs(now - meanFrom(memory.turns - step));
+  memory.turns = once ? std::min(memory.turns + step, count) : std::fmod(memory.turns + step, count);
+  return felt;
+}
+
 /// The phase goes on where the frequency is edited.
-EffectField::Felt EffectField::vibrate(EffectMemory& memory, Vec3 hip, double period_s) const noexcept {
+EffectField::Felt EffectField::vibrate(EffectMemory& memory, double weight, double period_s) const noexcept {
   const auto sineAt = [&](double turns) { return elementary::sin(2 * std::numbers::pi * turns + effect_.phase_rad); };
   const double now = sineAt(memory.turns);
   const double step = effect_.frequency_Hz * period_s;
-  Felt felt = inRegion(memory, hip, effect_.amplitude_N * now * effect_.direction);
+  Felt felt = inRegion(memory, weight, effect_.amplitude_N * now * effect_.direction);
   felt.byTime_N = effect_.amplitude_N * std::abs(now - sineAt(memory.turns - step));
   const double turns = memory.turns + step;
   memory.turns = turns - std::floor(turns);
   return felt;
 }
 
-EffectField::Felt EffectField::felt(EffectMemory& memory, Vec3 hip, Vec3 velocity, double period_s) const noexcept {
+EffectField::Felt EffectField::felt(EffectMemory& memory, Vec3 hip, Vec3 velocity, double period_s,
+                                    const NearMesh& mesh) const noexcept {
   const Vec3& n = effect_.direction;
   switch (effect_.kind) {
     case Kind::kConstant:
-      return inRegion(memory, hip, effect_.amplitude_N * n);
+      return inRegion(memory, regionWeight(hip, mesh), effect_.amplitude_N * n);
     case Kind::kSpringToPoint:
       return pull(memory, hip, effect_.point_m, velocity);
     case Kind::kSpringToLine: {
@@ -154,15 +247,17 @@ EffectField::Felt EffectField::felt(EffectMemory& memory, Vec3 hip, Vec3 velocit
       return {pushOut(glm::dot(effect_.point_m - hip, n), n, velocity), begins};
     }
     case Kind::kViscosity:
-      return inRegion(memory, hip, limited(-effect_.damping_Ns_per_m * velocity));
+      return inRegion(memory, regionWeight(hip, mesh), limited(-effect_.damping_Ns_per_m * velocity));
     case Kind::kVibration:
-      return vibrate(memory, hip, period_s);
+      return vibrate(memory, regionWeight(hip, mesh), period_s);
+    case Kind::kSamples:
+      return play(memory, regionWeight(hip, mesh), period_s);
     case Kind::kInertia:
+      return carryMass(memory, hip, velocity, regionWeight(hip, mesh), period_s);
     case Kind::kMagnet:
     case Kind::kSpringToVertex:
     case Kind::kSpringToEdge:
-    case Kind::kSamples:
-      break;
+      return pullToMesh(memory, hip, velocity, mesh);
   }
   return {};
 }

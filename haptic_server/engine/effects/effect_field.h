@@ -6,6 +6,7 @@
 #include "common/maths/vec.h"
 #include "common/scene/effect_properties.h"
 #include "haptic_server/engine/effects/effect_path.h"
+#include "haptic_server/engine/effects/near_mesh.h"
 #include "haptic_server/engine/force/spring_damper.h"
 
 namespace haptics {
@@ -16,13 +17,14 @@ struct EffectMemory {
   std::uint64_t number = 0;   ///< and which of its effects it is.
   Word<bool> holds = false;   ///< The spring or guide has taken hold; the HIP is in the region.
   std::uint64_t segment = 0;  ///< Of the path: where the target was,
-  double part = 0;            ///< and at which part of it.
-  double turns = 0;           ///< Of a vibration, 0 to 1.
-  Vec3 hip{0}, target{0};     ///< In the last tick, in the effect's frame.
+  double part = 0;            ///< and at which part of it. Of inertia: how much of the mass there is.
+  double turns = 0;           ///< Of a vibration, 0 to 1; of samples, at which of them it is.
+  Vec3 hip{0}, target{0};     ///< In the last tick, in the effect's frame. Of inertia: where the mass is,
+  Vec3 velocity{0};           ///< and its velocity.
   Vec3 force_N{0};            ///< Likewise, on the hand; world.
 
   HAPTICS_FIELDS(self.object, self.number, self.holds, self.segment, self.part, self.turns, self.hip, self.target,
-                 self.force_N);
+                 self.velocity, self.force_N);
 };
 
 /// A field of force over position and velocity (README.md), ready for the servo. noexcept, no allocation once it is made.
@@ -33,10 +35,14 @@ class EffectField {
   [[nodiscard]] bool isInWorld() const noexcept { return effect_.frame == Effect::Frame::kWorld; }
   [[nodiscard]] Effect::Trigger trigger() const noexcept { return effect_.trigger; }
   [[nodiscard]] Stiffness stiffness() const noexcept { return {effect_.stiffness_N_per_m, effect_.damping_Ns_per_m}; }
-  /// Whether both are of one path, so that a place on one is the same on the other.
-  [[nodiscard]] bool hasPathOf(const EffectField& other) const noexcept {
-    return effect_.path_m == other.effect_.path_m;
+  /// Whether it goes on from what the other remembers: both are of one kind, and of one path.
+  [[nodiscard]] bool goesOnFrom(const EffectField& other) const noexcept {
+    return effect_.kind == other.effect_.kind && effect_.path_m == other.effect_.path_m;
   }
+  /// Whether it has to be told what of its object's mesh is near.
+  [[nodiscard]] bool isOfMesh() const noexcept;
+  /// That, in the effect's frame. One query or two of the mesh; where they spend the allowance, what they find means nothing.
+  [[nodiscard]] NearMesh near(const CollisionMesh& mesh, Vec3 hip, Allowance& allowance) const noexcept;
   /// Whether one that comes from elsewhere can be used.
   [[nodiscard]] bool isPlaceOf(const EffectMemory& memory) const noexcept;
 
@@ -47,16 +53,24 @@ class EffectField {
   };
   /// All in the effect's frame.
   /// @param velocity  Of the HIP relative to the frame, m/s.
-  [[nodiscard]] Felt felt(EffectMemory& memory, Vec3 hip, Vec3 velocity, double period_s) const noexcept;
+  /// @param mesh  near(), of one that isOfMesh().
+  [[nodiscard]] Felt felt(EffectMemory& memory, Vec3 hip, Vec3 velocity, double period_s,
+                          const NearMesh& mesh = {}) const noexcept;
 
  private:
+  /// How much of a pull over that way is felt; takes hold and lets go.
+  [[nodiscard]] double reachWeight(EffectMemory& memory, double far_m, bool& jumped) const noexcept;
   [[nodiscard]] Felt pull(EffectMemory& memory, Vec3 hip, Vec3 target, Vec3 damped) const noexcept;
+  [[nodiscard]] Felt pullToMesh(EffectMemory& memory, Vec3 hip, Vec3 velocity, const NearMesh& mesh) const noexcept;
   [[nodiscard]] Felt pullToPath(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept;
   [[nodiscard]] Felt keepInTube(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept;
   [[nodiscard]] Vec3 pushOut(double depth_m, Vec3 normal, Vec3 velocity) const noexcept;
-  [[nodiscard]] Felt vibrate(EffectMemory& memory, Vec3 hip, double period_s) const noexcept;
-  [[nodiscard]] double regionWeight(Vec3 hip) const noexcept;
-  [[nodiscard]] Felt inRegion(EffectMemory& memory, Vec3 hip, Vec3 force_N) const noexcept;
+  [[nodiscard]] Felt carryMass(EffectMemory& memory, Vec3 hip, Vec3 velocity, double weight,
+                               double period_s) const noexcept;
+  [[nodiscard]] Felt vibrate(EffectMemory& memory, double weight, double period_s) const noexcept;
+  [[nodiscard]] Felt play(EffectMemory& memory, double weight, double period_s) const noexcept;
+  [[nodiscard]] double regionWeight(Vec3 hip, const NearMesh& mesh) const noexcept;
+  [[nodiscard]] static Felt inRegion(EffectMemory& memory, double weight, Vec3 force_N) noexcept;
   [[nodiscard]] Vec3 limited(Vec3 force_N) const noexcept;
 
   Effect effect_;

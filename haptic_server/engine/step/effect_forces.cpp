@@ -49,8 +49,7 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
       if (its.object != memory.object || its.number != memory.number) continue;
       const EffectField& before = *state.scene->effects[i].field;
       memory.force_N = its.force_N;
-      memory.turns = its.turns;
-      if (!before.hasPathOf(*effect.field)) continue;
+      if (!effect.field->goesOnFrom(before)) continue;
       memory = its;
       const int origin = origins[effect.body].before;
       const bool stays =
@@ -88,9 +87,16 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       const Quat toFrame = glm::conjugate(body.current.rotation);
       const Vec3 carried = carriedWay(body, hip);
       all.carried_m = std::max(all.carried_m, glm::length(carried));
-      felt = effect.field->felt(memory, toLocal(body.current, hip), toFrame * (velocity - carried / config.period_s),
-                                config.period_s);
-      felt.force_N = body.current.rotation * felt.force_N;
+      const Vec3 here = toLocal(body.current, hip);
+      Allowance& allowance = result.contact.work.allowance;
+      const NearMesh mesh = effect.field->isOfMesh() ? effect.field->near(*body.surface, here, allowance) : NearMesh{};
+      if (effect.field->isOfMesh() && allowance.isSpent()) {
+        state.fallBehind(result.contact.work);
+      } else {
+        felt =
+            effect.field->felt(memory, here, toFrame * (velocity - carried / config.period_s), config.period_s, mesh);
+        felt.force_N = body.current.rotation * felt.force_N;
+      }
     }
     memory.force_N = felt.force_N;
     all.force_N += felt.force_N;

@@ -55,6 +55,7 @@ class BoxResolver final : public AssetResolver {
  public:
   Result<Resolved<MeshAsset>> resolve(const MeshSource& source, double) override {
     ++resolved;
+    if (const auto* asset = std::get_if<AssetSource>(&source.source)) return found<MeshAsset>(asset->hash);
     const auto* box = std::get_if<BoxSource>(&source.source);
     if (!box) return refused("file", "is not here");
     return Resolved<MeshAsset>{store_.intern(makeBox(box->size_m, box->segments).value()), "made"};

@@ -109,6 +109,26 @@ TEST_F(SequencerTest, BoundsWhatATickMayHaveToLookAtOfPaths) {
   accept(edit(SetEffects{named("a"), {}}, SetEffects{named("b"), {guide}}));
 }
 
+TEST_F(SequencerTest, OnlyAClosedMeshHasAnInside) {
+  TriMesh open = makeBox(Vec3(0.1), 1).value();
+  open.triangles.pop_back();
+  auto surface = buildCollisionMesh(open.vertices, open.triangles);
+  const auto kept = resolver.store().intern(std::move(open), std::move(surface));
+  const MeshSource sheet{AssetSource{kept->name.hash}};
+  const std::vector<Effect> fluid{
+      {.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 100},
+      {.kind = Effect::Kind::kViscosity, .damping_Ns_per_m = 1, .region = Effect::Region::kInside}};
+  accept(edit(add("a"), add("b", sheet)));
+  accept(edit(SetEffects{named("a"), fluid}));
+  const Error refused = reject(edit(SetEffects{named("b"), fluid}));
+  EXPECT_EQ(refused.field, "operations[0].set_effects.effects[1].region");
+  EXPECT_THAT(refused.reason, HasSubstr("the mesh is not closed; close its holes"));
+  const Error remeshed = reject(edit(RemeshObject{named("a"), sheet}));
+  EXPECT_EQ(remeshed.field, "operations[0].remesh.mesh");
+  EXPECT_THAT(remeshed.reason, HasSubstr("effects[1].region, which is EFFECT_REGION_INSIDE"));
+  accept(edit(RemeshObject{named("a"), sheet}, SetEffects{named("a"), {fluid[0]}}));
+}
+
 TEST_F(SequencerTest, GivesAndTakesEffectsOfWhichASceneHas32) {
   const Effect spring{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 100};
   SceneVersion mirror;

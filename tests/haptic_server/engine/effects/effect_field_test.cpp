@@ -3,82 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <random>
+#include "tests/haptic_server/engine/effects/effect_laws.h"
 
 namespace haptics::effect_field_test {
 namespace {
 
-using Kind = Effect::Kind;
-constexpr double kPeriod_s = 1e-3;
-constexpr int kStates = 100'000;
-constexpr double kClose_N = 1e-9;
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
-  Vec3 vector(double size) { return {number(-size, size), number(-size, size), number(-size, size)}; }
-  Vec3 unit() {
-    for (;;) {
-      const Vec3 v = vector(1);
-      if (glm::length(v) > 0.1) return glm::normalize(v);
-    }
-  }
-  bool chance() { return number(0, 1) < 0.5; }
-  /// A walk of so many points.
-  std::vector<Vec3> path(int points) {
-    std::vector<Vec3> path{vector(0.05)};
-    for (int i = 1; i < points; ++i) path.push_back(path.back() + number(0.001, 0.01) * unit());
-    return path;
-  }
-
- private:
-  std::mt19937 engine_;
-};
-
-/// 3 t^2 - 2 t^3 on the way inside.
-double smooth(double inside, double fade) {
-  if (inside <= 0) return 0;
-  if (fade == 0 || inside >= fade) return 1;
-  return 3 * std::pow(inside / fade, 2) - 2 * std::pow(inside / fade, 3);
-}
-
-Vec3 atMost(Vec3 force, double limit) {
-  const double length = glm::length(force);
-  return limit > 0 && length > limit ? force / length * limit : force;
-}
-
-Effect randomSpring(Kind kind, Random& random) {
-  Effect effect{.kind = kind};
-  effect.point_m = random.vector(0.05);
-  effect.direction = random.unit();
-  effect.stiffness_N_per_m = random.number(10, 2000);
-  effect.damping_Ns_per_m = random.chance() ? random.number(0, 5) : 0;
-  if (random.chance()) effect.limit_N = random.number(0.1, 5);
-  if (random.chance()) {
-    effect.reach_m = random.number(0.01, 0.1);
-    if (random.chance()) effect.release_m = effect.reach_m * random.number(1, 2);
-    if (random.chance()) effect.fade_m = effect.reach_m * random.number(0.01, 1);
-  }
-  return effect;
-}
-
-/// @param far  From the HIP to the target.
-/// @param damped  The velocity that the damper sees.
-Vec3 springLaw(const Effect& effect, Vec3 far, Vec3 damped, bool held) {
-  double weight = 1;
-  if (effect.reach_m > 0) {
-    const double release = std::max(effect.reach_m, effect.release_m), r = glm::length(far);
-    if (r >= (held ? release : effect.reach_m)) return Vec3(0);
-    weight = smooth(release - r, effect.fade_m);
-  }
-  return weight * atMost(effect.stiffness_N_per_m * far - effect.damping_Ns_per_m * damped, effect.limit_N);
-}
+using namespace effect_laws;
 
 TEST(EffectField, SpringsFollowTheirClosedForm) {
   Random random(1);
@@ -288,35 +218,11 @@ TEST(EffectField, TubesFollowTheirClosedForm) {
   EXPECT_LT(felt, kStates * 19 / 20);
 }
 
-/// Round a loop of two sines in each direction; where the nearest place leaps, the step is halved down to it.
-double workRound(const EffectField& field, const std::array<Vec3, 5>& loop) {
-  EffectMemory memory;
-  const auto place = [&](double s) {
-    Vec3 x = loop[0];
-    for (std::size_t k = 1; k <= 2; ++k) {
-      const double angle = 2 * std::numbers::pi * static_cast<double>(k) * s;
-      x += loop[2 * k - 1] * std::cos(angle) + loop[2 * k] * std::sin(angle);
-    }
-    return x;
+/// The force on a hand at rest, of one that is held on.
+std::function<Vec3(Vec3)> at(const EffectField& field) {
+  return [field, memory = EffectMemory{}](Vec3 hip) mutable {
+    return field.felt(memory, hip, Vec3(0), kPeriod_s).force_N;
   };
-  const auto force = [&](double s) { return field.felt(memory, place(s), Vec3(0), kPeriod_s).force_N; };
-  const std::function<double(double, double, Vec3, Vec3)> work = [&](double from, double to, Vec3 first, Vec3 last) {
-    const double way = glm::distance(place(from), place(to));
-    if (glm::distance(first, last) * way > 2e-6 && way > 1e-12) {
-      const double middle = (from + to) / 2;
-      const Vec3 between = force(middle);
-      return work(from, middle, first, between) + work(middle, to, between, last);
-    }
-    return glm::dot((first + last) / 2.0, place(to) - place(from));
-  };
-  constexpr int kSteps = 200;
-  static_cast<void>(force(0));
-  double sum_J = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double from = static_cast<double>(i) / kSteps, to = static_cast<double>(i + 1) / kSteps;
-    sum_J += work(from, to, force(from), force(to));
-  }
-  return sum_J;
 }
 
 TEST(EffectField, ConservativeOnesGiveNothingRoundALoop) {
@@ -331,7 +237,7 @@ TEST(EffectField, ConservativeOnesGiveNothingRoundALoop) {
     effect.stiffness_N_per_m = std::min(effect.stiffness_N_per_m, 300.0);
     std::array<Vec3, 5> loop;
     for (Vec3& part : loop) part = random.vector(0.005);
-    ASSERT_LE(std::abs(workRound(EffectField(effect), loop)), 10e-6)
+    ASSERT_LE(std::abs(workRound(at(EffectField(effect)), loop)), 10e-6)
         << "loop " << i << " kind " << static_cast<int>(effect.kind);
   }
 }
@@ -345,7 +251,7 @@ TEST(EffectField, TubesGiveNothingRoundALoop) {
                       .size_m = Vec3(random.number(0.001, 0.02), 0, 0)};
     std::array<Vec3, 5> loop;
     for (Vec3& part : loop) part = random.vector(0.005);
-    ASSERT_LE(std::abs(workRound(EffectField(tube), loop)), 10e-6) << "loop " << i;
+    ASSERT_LE(std::abs(workRound(at(EffectField(tube)), loop)), 10e-6) << "loop " << i;
   }
 }
 
@@ -360,6 +266,126 @@ TEST(EffectField, ReleaseFartherThanReachTakesEnergy) {
     sum_J += field.felt(memory, hip, Vec3(0), kPeriod_s).force_N.x * 1e-6;
   }
   EXPECT_LT(sum_J, -0.001);
+}
+
+/// Of the equations m du/dt = -F, F = k (y - x) + b (u - v) at the tick's end: solved for F.
+Vec3 inertiaLaw(const Effect& effect, double weight, Vec3 lag, Vec3 mass, Vec3 v) {
+  const double k = effect.stiffness_N_per_m, b = effect.damping_Ns_per_m, m = weight * effect.mass_kg;
+  const double T = kPeriod_s;
+  return atMost((k * (lag + T * mass) + b * (mass - v)) * m / (m + T * (b + T * k)), effect.limit_N);
+}
+
+Effect randomInertia(Random& random) {
+  Effect effect{.kind = Kind::kInertia};
+  effect.stiffness_N_per_m = random.number(10, 2000);
+  effect.damping_Ns_per_m = random.chance() ? random.number(0, 20) : 0;
+  effect.mass_kg = random.number(1e-3, 2);
+  if (random.chance()) effect.limit_N = random.number(0.1, 5);
+  if (random.chance()) {
+    effect.region = Effect::Region::kSphere;
+    effect.size_m.x = random.number(0.05, 0.3);
+    effect.fade_m = random.chance() ? random.number(0.001, 0.05) : 0;
+  }
+  return effect;
+}
+
+TEST(EffectField, InertiaFollowsItsClosedForm) {
+  Random random(9);
+  int joined = 0;
+  for (int i = 0; i < kStates; ++i) {
+    const Effect effect = randomInertia(random);
+    const Vec3 hip = random.vector(0.1), v = random.vector(0.5);
+    const double weight =
+        effect.region == Effect::Region::kSphere ? smooth(effect.size_m.x / 2 - glm::length(hip), effect.fade_m) : 1;
+    EffectMemory memory;
+    memory.holds = random.chance();
+    memory.part = memory.holds ? random.number(0.01, 1) : 0;
+    memory.target = hip + random.vector(0.005);
+    memory.velocity = random.vector(0.5);
+    const bool held = memory.holds;
+    Vec3 lag = memory.target - hip, mass = memory.velocity;
+    if (!held) lag = mass = Vec3(0);
+    if (weight > memory.part) mass *= memory.part / weight;
+    joined += weight > memory.part ? 1 : 0;
+    const Vec3 is = EffectField(effect).felt(memory, hip, v, kPeriod_s).force_N;
+    ASSERT_LE(glm::distance(is, weight > 0 ? inertiaLaw(effect, weight, lag, mass, v) : Vec3(0)), kClose_N)
+        << "state " << i;
+    if (weight > 0 && effect.limit_N > 0) {
+      ASSERT_LE(glm::distance(memory.target, hip) * effect.stiffness_N_per_m, effect.limit_N * 1.000001);
+    }
+  }
+  EXPECT_GT(joined, kStates / 4);
+}
+
+TEST(EffectField, InertiaIsMassTimesAcceleration) {
+  const EffectField field(
+      Effect{.kind = Kind::kInertia, .stiffness_N_per_m = 500, .damping_Ns_per_m = 10, .mass_kg = 0.2});
+  const Vec3 acceleration(1, -2, 0.5);
+  EffectMemory memory;
+  Vec3 force_N(0);
+  for (int i = 0; i < 2000; ++i) {
+    const double t = kPeriod_s * i;
+    force_N = field.felt(memory, acceleration * (t * t / 2), acceleration * t, kPeriod_s).force_N;
+  }
+  EXPECT_LT(glm::distance(force_N, -0.2 * acceleration), 1e-6);
+}
+
+/// In and out of its region, with whatever limit.
+TEST(EffectField, InertiaGivesNoMoreThanItWasGiven) {
+  Random random(10);
+  for (int runs = 0; runs < 200; ++runs) {
+    Effect effect = randomInertia(random);
+    effect.limit_N = 0;
+    const EffectField field(effect);
+    EffectMemory memory;
+    Vec3 hip(0), speed(0);
+    double given_J = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 before = hip;
+      speed = 0.99 * speed + random.vector(0.05) - 0.01 * hip;
+      hip += kPeriod_s * speed;
+      given_J += glm::dot(field.felt(memory, hip, speed, kPeriod_s).force_N, hip - before);
+      ASSERT_LE(given_J, 1e-12) << "run " << runs << " tick " << i;
+    }
+    EXPECT_LT(given_J, -1e-6);
+  }
+}
+
+/// Of the mean over the tick, by places that lie a sample apart at most, on straight lines between samples.
+TEST(EffectField, SamplesAreFeltAtTheirRate) {
+  Random random(12);
+  for (int i = 0; i < 100; ++i) {
+    Effect effect{.kind = Kind::kSamples, .direction = random.unit(), .amplitude_N = random.number(0.1, 3)};
+    effect.sample_rate_Hz = random.chance() ? random.number(1, 1000) : random.number(1000, 192'000);
+    effect.samples.resize(2 + static_cast<std::size_t>(random.number(0, 3000)));
+    for (float& sample : effect.samples) sample = static_cast<float>(random.number(-1, 1));
+    if (random.chance()) effect.trigger = Effect::Trigger::kButton;
+    const bool once = effect.trigger == Effect::Trigger::kButton;
+    const auto count = static_cast<double>(effect.samples.size());
+    const auto valueAt = [&](double place) {
+      const double from = std::floor(place);
+      const auto sampleAt = [&](double k) -> double {
+        if (once && k >= count) return 0;
+        return static_cast<double>(effect.samples[static_cast<std::size_t>(std::fmod(k, count))]);
+      };
+      return sampleAt(from) + (place - from) * (sampleAt(from + 1) - sampleAt(from));
+    };
+    const double step = effect.sample_rate_Hz * kPeriod_s, places = std::ceil(step);
+    const EffectField field(effect);
+    EffectMemory memory;
+    double turns = 0;
+    for (int tick = 0; tick < kStates / 100; ++tick) {
+      double mean = 0;
+      for (double k = 0; k < places; ++k) mean += valueAt(turns + k * step / places) / places;
+      const Vec3 is = field.felt(memory, random.vector(0.1), Vec3(0), kPeriod_s).force_N;
+      ASSERT_LE(glm::distance(is, effect.amplitude_N * mean * effect.direction), kClose_N) << i << " tick " << tick;
+      turns = once ? std::min(turns + step, count) : std::fmod(turns + step, count);
+    }
+    if (!once) continue;
+    memory.holds = false;  // let go, and pressed again
+    const Vec3 again = field.felt(memory, Vec3(0), Vec3(0), kPeriod_s).force_N;
+    if (places == 1) EXPECT_EQ(again, effect.amplitude_N * double{effect.samples[0]} * effect.direction);
+  }
 }
 
 }  // namespace

@@ -45,8 +45,49 @@ ServoObject floatingBox(double mass_kg, double damping_per_s) {
   return object;
 }
 
+/// In the frame of the body.
+struct MassLaw {
+  Vec3 at{0}, velocity{0};
+  bool isThere = false;
+
+  /// By m du/dt = -F, F = k (y - x) + b (u - v) at the tick's end, solved for F.
+  Vec3 follow(const Effect& effect, Vec3 hip, Vec3 v) {
+    if (!isThere) at = hip;
+    isThere = true;
+    const double k = effect.stiffness_N_per_m, b = effect.damping_Ns_per_m, m = effect.mass_kg, T = kPeriod_s;
+    const Vec3 force = (k * (at + T * velocity - hip) + b * (velocity - v)) * m / (m + T * (b + T * k));
+    velocity -= T / m * force;
+    at += T * velocity;
+    return force;
+  }
+};
+
+/// Of the surface of floatingBox() or of its vertices: its sides have two segments.
+Vec3 nearestOfBox(Kind kind, Vec3 x) {
+  const auto half = static_cast<double>(0.01F);  // vertices are floats
+  Vec3 nearest = glm::clamp(x, -half, half);
+  if (kind == Kind::kMagnet) return nearest;
+  if (kind == Kind::kSpringToVertex) {
+    nearest = glm::round(nearest / half) * half;
+    if (nearest == Vec3(0)) nearest = Vec3(1e9);
+    for (int axis = 0; axis < 3; ++axis) {  // in the middle there is none
+      Vec3 side = glm::round(glm::clamp(x, -half, half) / half) * half;
+      side[axis] = x[axis] < 0 ? -half : half;
+      if (glm::distance(side, x) < glm::distance(nearest, x)) nearest = side;
+    }
+    return nearest;
+  }
+  nearest = Vec3(1e9);
+  for (int axis = 0; axis < 3; ++axis) {  // edges along it
+    Vec3 on(x.x < 0 ? -half : half, x.y < 0 ? -half : half, x.z < 0 ? -half : half);
+    on[axis] = glm::clamp(x[axis], -half, half);
+    if (glm::distance(on, x) < glm::distance(nearest, x)) nearest = on;
+  }
+  return nearest;
+}
+
 /// By the poses of this tick and the last, in the world: the field's points and directions are taken there.
-Vec3 inMovingFrame(const Effect& effect, const Pose& before, const Pose& now, Vec3 hip, Vec3 v) {
+Vec3 inMovingFrame(const Effect& effect, const Pose& before, const Pose& now, Vec3 hip, Vec3 v, MassLaw& mass) {
   const Vec3 point = now.position + now.rotation * effect.point_m, n = now.rotation * effect.direction;
   const Vec3 at = glm::inverse(now.rotation) * (hip - now.position);
   const Vec3 relative = v - (hip - (before.position + before.rotation * at)) / kPeriod_s;
@@ -63,6 +104,17 @@ Vec3 inMovingFrame(const Effect& effect, const Pose& before, const Pose& now, Ve
       return -(k * glm::dot(from, n) + b * glm::dot(relative, n)) * n;
     case Kind::kViscosity:
       return -b * relative;
+    case Kind::kMagnet: {
+      const Vec3 way = nearestOfBox(effect.kind, at) - at, n = now.rotation * glm::normalize(way);
+      const double pull = k * glm::length(way);
+      return (pull + std::clamp(-b * glm::dot(relative, n), -pull, pull)) * n;
+    }
+    case Kind::kSpringToVertex:
+      return now.rotation * (k * (nearestOfBox(effect.kind, at) - at)) - b * relative;
+    case Kind::kSpringToEdge:
+      return now.rotation * (k * (nearestOfBox(effect.kind, at) - at));
+    case Kind::kInertia:
+      return now.rotation * mass.follow(effect, at, glm::inverse(now.rotation) * relative);
     default:
       return Vec3(0);
   }
@@ -76,15 +128,22 @@ TEST(EffectForces, MoveAndTurnWithTheirBody) {
   for (int scenes = 0; scenes < 100; ++scenes) {
     std::vector<Effect> effects;
     for (const Kind kind :
-         {Kind::kConstant, Kind::kSpringToPoint, Kind::kSpringToLine, Kind::kSpringToPlane, Kind::kViscosity}) {
+         {Kind::kConstant, Kind::kSpringToPoint, Kind::kSpringToLine, Kind::kSpringToPlane, Kind::kViscosity,
+          Kind::kMagnet, Kind::kSpringToVertex, Kind::kSpringToEdge, Kind::kInertia}) {
       Effect effect{.kind = kind, .point_m = 0.02 * vector(), .direction = glm::normalize(vector())};
       if (kind == Kind::kConstant) effect.amplitude_N = 0.1;
       if (kind != Kind::kConstant && kind != Kind::kViscosity) effect.stiffness_N_per_m = 20 + 10 * number(engine);
-      if (kind != Kind::kConstant) effect.damping_Ns_per_m = 0.1;
+      if (kind != Kind::kConstant && kind != Kind::kSpringToEdge) effect.damping_Ns_per_m = 0.1;
+      if (kind == Kind::kInertia) effect.mass_kg = 0.05;
+      if (EffectField(effect).isOfMesh()) {  // softer: they pull the body to the hand
+        effect.stiffness_N_per_m /= 20;
+        effect.reach_m = 1;
+      }
       effects.push_back(effect);
     }
     Vec3 hand(0.06, 0, 0);
     Vec3 towards(0);
+    MassLaw mass;
     VirtualServo servo([&](std::uint64_t) { return hand; }, kWide, carrying(1, floatingBox(0.5, 20), effects));
     for (int i = 0; i < 1000; ++i) {
       towards = 0.98 * towards + 2e-5 * vector();
@@ -92,13 +151,13 @@ TEST(EffectForces, MoveAndTurnWithTheirBody) {
       hand += towards;
       if (glm::distance(hand, from) > 0.15 || glm::distance(hand, from) < 0.03) towards = -towards;
       const TelemetrySample sample = servo.step();
-      if (sample.object != 0) continue;
       const Body& body = servo.state().bodies[0];
-      moved += body.moving ? 1 : 0;
       Vec3 expected(0);
       for (const Effect& effect : effects)
         expected += inMovingFrame(effect, body.previous, body.current, servo.state().estimate.hip,
-                                  servo.state().estimate.velocity.velocity());
+                                  servo.state().estimate.velocity.velocity(), mass);
+      if (sample.object != 0) continue;
+      moved += body.moving ? 1 : 0;
       ASSERT_LE(glm::distance(sample.force.contact, expected), 1e-9) << "scene " << scenes << " tick " << i;
     }
   }
@@ -123,7 +182,7 @@ TEST(EffectForces, GiveTheirBodyWhatTheyTakeFromTheHand) {
 Effect randomEffect(std::mt19937& engine) {
   std::uniform_real_distribution<double> number(-1, 1);
   const auto vector = [&] { return Vec3(number(engine), number(engine), number(engine)); };
-  Effect effect{.kind = static_cast<Kind>(1 + engine() % 9)};
+  Effect effect{.kind = static_cast<Kind>(1 + engine() % 14)};
   if (effect.kind == Kind::kVibration) effect.kind = Kind::kTube;
   effect.frame = engine() % 2 == 0 ? Effect::Frame::kObject : Effect::Frame::kWorld;
   effect.point_m = 0.03 * vector();
@@ -140,6 +199,11 @@ Effect randomEffect(std::mt19937& engine) {
     effect.size_m = Vec3(0.05) + 0.04 * vector();
   }
   if (effect.kind == Kind::kTube) effect.size_m = Vec3(0.02 + 0.01 * number(engine), 0, 0);
+  if (effect.kind == Kind::kInertia) effect.mass_kg = 0.3 + 0.2 * number(engine);
+  if (EffectField(effect).isOfMesh()) {
+    effect.frame = Effect::Frame::kObject;
+    effect.reach_m = 0.05;
+  }
   return effect;
 }
 
