@@ -11,12 +11,13 @@
 
 An effect is a call of its kind, of which only the fields that it uses matter; paths and vectors are sequences of x, y, z:
 
-    from haptics.scene import TAPS, guide, viscosity
+    from haptics.scene import TAPS, guide, samples, viscosity, wav
 
     scene.set_material(object={"name": "ball"}, material=Material(**TAPS["wood"]))
     scene.set_effects(object={"name": "ball"}, effects=[
         guide(path_m=[(0, 0, 0.03), (0.02, 0, 0.03)], stiffness_N_per_m=200, reach_m=0.01),
-        viscosity(damping_Ns_per_m=2, region=EFFECT_REGION_SPHERE, size_m=(0.08, 0, 0))])
+        viscosity(damping_Ns_per_m=2, region=EFFECT_REGION_SPHERE, size_m=(0.08, 0, 0)),
+        samples(**wav("click.wav"), amplitude_N=1, direction=(0, 0, 1), trigger=EFFECT_TRIGGER_BUTTON)])
 
 This module has every message of scene.proto, which says fields, units, ranges and defaults; editors complete them. A dict
 stands for a message in any place. What a file may not hold is said by who opens it, by its field.
@@ -24,6 +25,7 @@ stands for a message in any place. What a file may not hold is said by who opens
 import filecmp
 import os
 import shutil
+import wave
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Callable, Generic, Iterator, NamedTuple, ParamSpec, TypeVar
@@ -151,6 +153,26 @@ magnet = _effect(EffectKind.EFFECT_KIND_MAGNET)
 spring_to_vertex = _effect(EffectKind.EFFECT_KIND_SPRING_TO_VERTEX)
 spring_to_edge = _effect(EffectKind.EFFECT_KIND_SPRING_TO_EDGE)
 samples = _effect(EffectKind.EFFECT_KIND_SAMPLES)
+
+MAX_SAMPLES = 65536  # of an effect
+
+
+def wav(path: "str | os.PathLike") -> dict:
+    """The fields of samples() that a WAV file of whole numbers has: samples (mean of the channels) and sample_rate_Hz.
+
+    ValueError: it is longer than an effect may be. wave.Error, EOFError: it is no such file."""
+    with wave.open(os.fspath(path), "rb") as file:
+        channels, size, rate, count = file.getparams()[:4]
+        if count > MAX_SAMPLES:
+            raise ValueError(f"{path}: has {count / rate:.4g} s at {rate} Hz; an effect has at most {MAX_SAMPLES} samples, "
+                             f"{MAX_SAMPLES / rate:.4g} s at this rate: cut it, or lower its rate")
+        data = file.readframes(count)
+    zero = 128 if size == 1 else 0  # of one byte they have no sign
+    numbers = [int.from_bytes(data[i:i + size], "little", signed=size > 1) - zero
+               for i in range(0, len(data) - size + 1, size)]
+    full = channels << 8 * size - 1
+    return {"samples": [sum(numbers[i:i + channels]) / full for i in range(0, len(numbers) - channels + 1, channels)],
+            "sample_rate_Hz": rate}
 
 # Fields of Material (haptic_server/engine/effects/README.md says where they are from).
 TAPS = {"rubber": {"tap_Ns_per_m": 5.8, "tap_Hz": 18.0, "tap_decay_per_s": 60.0},

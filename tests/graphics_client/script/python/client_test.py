@@ -7,6 +7,7 @@ import tempfile
 import threading
 import time
 import unittest
+import wave
 import weakref
 from unittest import mock
 
@@ -17,6 +18,7 @@ import haptic_recording
 import haptic_scene
 from haptic_client import Client, Closed, Refused, Rejected
 from haptic_text import printable
+from haptics import scene
 from haptics.v1 import envelope_pb2, recording_pb2, scene_pb2, telemetry_pb2
 from scripted_server import (NOTHING, ScriptedServer, an_object, framed, greeting, root_of, say, snapshot, welcome)
 
@@ -432,6 +434,34 @@ class RecordingTest(unittest.TestCase):
         for bad in (b"\x80", b"\xff" * 9, good[:-1], b"\x03abc", b"\x7f"):
             with self.assertRaises(haptic_recording.Damaged):
                 list(haptic_recording.telemetry(self.file_of(good + bad)))
+
+
+class Wav(unittest.TestCase):
+    def written(self, channels, size, rate, data):
+        file = tempfile.NamedTemporaryFile(suffix=".wav")
+        self.addCleanup(file.close)
+        with wave.open(file.name, "wb") as out:
+            out.setparams((channels, size, rate, 0, "NONE", ""))
+            out.writeframes(data)
+        return file.name
+
+    def test_its_samples_are_those_of_an_effect(self):
+        for size, data in ((1, bytes((0, 128, 192))), (2, struct.pack("<3h", -32768, 0, 16384)),
+                           (3, bytes((0, 0, 128, 0, 0, 0, 0, 0, 64)))):
+            with self.subTest(size=size):
+                self.assertEqual(scene.wav(self.written(1, size, 8000, data)), {"samples": [-1, 0, 0.5], "sample_rate_Hz": 8000})
+        stereo = scene.wav(self.written(2, 2, 44100, struct.pack("<4h", 16384, 0, -32768, -32768)))
+        self.assertEqual(stereo["samples"], [0.25, -1])
+        self.assertEqual(list(scene.samples(**stereo, amplitude_N=1, direction=(0, 0, 1)).samples), [0.25, -1])
+
+    def test_an_hour_is_refused_before_it_is_read(self):
+        hour = self.written(1, 1, 8000, b"")
+        with open(hour, "r+b") as file:
+            for at in (4, 40):
+                file.seek(at)
+                file.write(struct.pack("<I", 8000 * 3600 + (36 if at == 4 else 0)))
+        with self.assertRaisesRegex(ValueError, "has 3600 s at 8000 Hz; an effect has at most 65536 samples, 8.192 s at this rate"):
+            scene.wav(hour)
 
 
 if __name__ == "__main__":
