@@ -17,8 +17,8 @@ using Region = Effect::Region;
 constexpr double kPiece_m = 0.04;
 constexpr double kCross_m = 0.003, kArrow_m = 0.02, kHead_m = 0.004;
 constexpr int kRing = 32;
-/// Rings round a path or a line, at most: more hide what is within.
-constexpr std::size_t kRings = 12;
+/// Rings round a tube, at most: more hide what is within. The reach of a path is shown at its ends alone, so that the path is seen.
+constexpr std::size_t kTubeRings = 12, kReachRings = 2;
 
 class Lines {
  public:
@@ -66,9 +66,9 @@ class Lines {
   std::vector<Vec3> ends_;
 };
 
-/// Rings across a path, evenly over its points, the ends included.
-void ringsAlong(Lines& lines, const std::vector<Vec3>& path, double radius_m) {
-  const std::size_t count = std::min(kRings, path.size());
+/// So many rings across a path at most, evenly over its points, the ends included.
+void ringsAlong(Lines& lines, const std::vector<Vec3>& path, double radius_m, std::size_t most) {
+  const std::size_t count = std::min(most, path.size());
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = k * (path.size() - 1) / (count - 1);
     const Vec3 way = path[std::min(i + 1, path.size() - 1)] - path[i > 0 ? i - 1 : 0];
@@ -95,7 +95,7 @@ std::vector<Vec3> effectLines(const Effect& effect) {
     case Kind::kSpringToLine: {
       const std::vector<Vec3> piece{at - kPiece_m * n, at, at + kPiece_m * n};
       lines.path(piece);
-      if (reach_m > 0) ringsAlong(lines, piece, reach_m);
+      if (reach_m > 0) ringsAlong(lines, piece, reach_m, kReachRings);
       break;
     }
     case Kind::kSpringToPlane:
@@ -108,8 +108,11 @@ std::vector<Vec3> effectLines(const Effect& effect) {
     case Kind::kTube: {
       const std::vector<Vec3>& path = effect.path_m;
       lines.path(path);
-      const double radius_m = effect.kind == Kind::kTube ? effect.size_m.x / 2 : reach_m;
-      if (radius_m > 0) ringsAlong(lines, path, radius_m);
+      if (effect.kind == Kind::kTube) {
+        ringsAlong(lines, path, effect.size_m.x / 2, kTubeRings);
+      } else if (reach_m > 0) {
+        ringsAlong(lines, path, reach_m, kReachRings);
+      }
       const Vec3 last = path.back() - path[path.size() - 2];
       if (effect.kind == Kind::kGuide) lines.arrow(path.back(), glm::normalize(last), kHead_m);
       break;
