@@ -124,6 +124,7 @@ BAD_SCENES |= {
                                 (EFFECT + "path_m", "same place")),
     "damping that is no number": (effect("kind: EFFECT_KIND_VISCOSITY damping_Ns_per_m: nan"),
                                   (EFFECT + "damping_Ns_per_m", "nan")),
+    "magnet that reaches anywhere": (effect("kind: EFFECT_KIND_MAGNET stiffness_N_per_m: 9"), (EFFECT + "reach_m", "missing")),
 }
 
 

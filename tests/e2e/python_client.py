@@ -160,7 +160,10 @@ class PythonClient(harness.EndToEnd):
                       f"effects {{ kind: EFFECT_KIND_GUIDE path_m: [9, 0, -0.0, 9, 9, 1e-9] {spring} }} effects {{ kind: "
                       "EFFECT_KIND_VIBRATION frame: EFFECT_FRAME_WORLD direction { z: 1 } amplitude_N: 0.1 frequency_Hz: 90 "
                       "region: EFFECT_REGION_SPHERE size_m { x: 0.1 } point_m { x: 9 } trigger: EFFECT_TRIGGER_TOUCH } effects { kind: "
-                      "EFFECT_KIND_TUBE path_m: [9, 0, 0, 9, 9, 0] stiffness_N_per_m: 50 size_m { x: 0.1 } }", ""):
+                      "EFFECT_KIND_TUBE path_m: [9, 0, 0, 9, 9, 0] stiffness_N_per_m: 50 size_m { x: 0.1 } }",
+                      f"effects {{ kind: EFFECT_KIND_MAGNET {spring} }} effects {{ kind: EFFECT_KIND_INERTIA mass_kg: 0.25 "
+                      "stiffness_N_per_m: 100 region: EFFECT_REGION_INSIDE } effects { kind: EFFECT_KIND_SAMPLES direction { y: 1 } "
+                      "amplitude_N: 0.1 samples: [0.1, -0.0, -1] sample_rate_Hz: 8000 }", ""):
             with self.subTest(given=given):
                 client.apply('operations { set_effects { object { name: "ball" } %s } }' % given)
                 self.assert_in_step(client)

@@ -90,6 +90,24 @@ INSTANTIATE_TEST_SUITE_P(
         {effect("TUBE", kSpring + kPath), "size_m.x", "more than 0"},
         {effect("TUBE", kSpring + kPath + "size_m { x: 0.1 z: 1 }"), "size_m", "of a tube only x is used"},
         {effect("TUBE", kSpring + "size_m { x: 0.1 }"), "path_m", "at least two points"},
+        {effect("INERTIA", kSpring), "mass_kg", "more than 0"},
+        {effect("INERTIA", "mass_kg: 0.1"), "stiffness_N_per_m", "more than 0"},
+        {effect("INERTIA", kSpring + "mass_kg: 1e-9"), "mass_kg", "at least 0.001"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 mass_kg: 1"), "mass_kg", "does not use it"},
+        {effect("MAGNET", kSpring), "reach_m", "is missing"},
+        {effect("MAGNET", kSpring + "reach_m: 0.01 frame: EFFECT_FRAME_WORLD"), "frame", "moves with it"},
+        {effect("SPRING_TO_VERTEX", "reach_m: 0.01"), "stiffness_N_per_m", "more than 0"},
+        {effect("SPRING_TO_EDGE", kSpring + "reach_m: 0.01 point_m { x: 1 }"), "point_m", "does not use it"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 region: EFFECT_REGION_INSIDE size_m { x: 1 }"), "size_m",
+         "has its own"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 region: EFFECT_REGION_INSIDE frame: EFFECT_FRAME_WORLD"), "frame",
+         "moves with it"},
+        {effect("SAMPLES", kAlongZ + "amplitude_N: 1 sample_rate_Hz: 8000 samples: 1"), "samples", "has 1; give 2 to"},
+        {effect("SAMPLES", kAlongZ + "amplitude_N: 1 sample_rate_Hz: 8000 samples: [0, 1.5]"), "samples[1]",
+         "give -1 to 1"},
+        {effect("SAMPLES", kAlongZ + "amplitude_N: 1 sample_rate_Hz: 8000 samples: [nan, 1]"), "samples[0]", "nan"},
+        {effect("SAMPLES", kAlongZ + "amplitude_N: 1 samples: [0, 1]"), "sample_rate_Hz", "more than 0"},
+        {effect("SAMPLES", kAlongZ + "samples: [0, 1] sample_rate_Hz: 8000"), "amplitude_N", "more than 0"},
         {effect("VISCOSITY", "damping_Ns_per_m: 1 trigger: 9"), "trigger", "is 9; give EFFECT_TRIGGER_ALWAYS"},
     }));
 
@@ -103,6 +121,19 @@ TEST(ConvertEffect, APathOfAHundredThousandPointsIsRefused) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().field, "effects[0].path_m");
   EXPECT_THAT(result.error().reason, HasSubstr("has 100000 points; at most 4096"));
+}
+
+/// An hour at 100 Hz.
+TEST(ConvertEffect, AnHourOfSamplesIsRefused) {
+  v1::AddObject message;
+  v1::Effect& sound = *message.add_effects();
+  sound.set_kind(v1::EFFECT_KIND_SAMPLES);
+  sound.set_amplitude_n(1);
+  sound.mutable_samples()->Resize(100 * 3600, 0.5F);
+  const auto result = effectsFrom(message.effects());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().field, "effects[0].samples");
+  EXPECT_THAT(result.error().reason, HasSubstr("has 360000; give 2 to 65536"));
 }
 
 TEST(ConvertEffect, MoreThanASceneHasAreRefused) {
@@ -125,6 +156,10 @@ TEST(ConvertEffect, AStateKeepsEachKindBitForBit) {
       effect("SPRING_TO_PATH", kSpring + kPath) + effect("GUIDE", kSpring + kPath + "reach_m: 0.02") +
       effect("FORBIDDEN_SIDE", kSpring + kAlongZ) + effect("TUBE", kSpring + kPath + "size_m { x: 0.02 }") +
       effect("VISCOSITY", "damping_Ns_per_m: 4 trigger: EFFECT_TRIGGER_TOUCH") +
+      effect("INERTIA", kSpring + "mass_kg: 0.1 region: EFFECT_REGION_INSIDE fade_m: 0.01") +
+      effect("MAGNET", kSpring + "reach_m: 0.1") + effect("SPRING_TO_VERTEX", kSpring + "reach_m: 0.1") +
+      effect("SPRING_TO_EDGE", kSpring + "reach_m: 0.1 limit_N: 2") +
+      effect("SAMPLES", kAlongZ + "amplitude_N: 1 sample_rate_Hz: 8000 samples: [0, 0.1, -1]") +
       effect("VIBRATION",
              kAlongZ + "amplitude_N: 1 frequency_Hz: 50 phase_rad: 1 region: EFFECT_REGION_SPHERE size_m { x: 1 }"));
   const auto asked = effectsFrom(message.effects());
@@ -159,6 +194,22 @@ TEST(ConvertEffect, TheHashIsOverAllFieldsInOrder) {
   const auto record = fromWire(state);
   ASSERT_TRUE(record) << record.error().text();
   EXPECT_EQ(record->hash().hex(), "c65934a8b3da6fc3dc89e7d82f0c2298d5428817888804cfb6fff68881bd472f");
+}
+
+TEST(ConvertEffect, TheHashIsOverLaterFieldsWhereTheyAre) {
+  v1::ObjectState state;
+  ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      "id: 3 name: 'a' revision: 7 mesh: '01234567890123456789012345678901' pose { position { x: 1 } rotation { w: 1 } "
+      "} "
+      "stiffness_N_per_m: 100 damping_Ns_per_m: 1 color { red: 0.5 } "
+      "effects { kind: EFFECT_KIND_INERTIA frame: EFFECT_FRAME_OBJECT region: EFFECT_REGION_INSIDE "
+      "stiffness_N_per_m: 100 mass_kg: 0.25 } "
+      "effects { kind: EFFECT_KIND_SAMPLES frame: EFFECT_FRAME_OBJECT region: EFFECT_REGION_EVERYWHERE direction { y: "
+      "1 } amplitude_N: 0.1 samples: [0.1, -0.0, -1] sample_rate_Hz: 8000 trigger: EFFECT_TRIGGER_BUTTON }",
+      &state));
+  const auto record = fromWire(state);
+  ASSERT_TRUE(record) << record.error().text();
+  EXPECT_EQ(record->hash().hex(), "26c2e1faed778b3d1e637da4e37764f76a084177f3339038bb0d4cb92c0c0700");
 }
 
 }  // namespace

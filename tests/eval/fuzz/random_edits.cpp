@@ -264,35 +264,49 @@ void RandomEdits::addBends(v1::Lattice& lattice) {
 }
 
 void RandomEdits::addEffect(v1::Effect& effect) {
-  const int kind = 1 + random_.below(10);
+  const int kind = 1 + random_.below(15);
   effect.set_kind(static_cast<v1::EffectKind>(kind));
-  if (chance(0.4)) effect.set_frame(v1::EFFECT_FRAME_WORLD);
+  const bool isOfMesh = kind == v1::EFFECT_KIND_MAGNET || kind == v1::EFFECT_KIND_SPRING_TO_VERTEX ||
+                        kind == v1::EFFECT_KIND_SPRING_TO_EDGE;
+  if (!isOfMesh && chance(0.4)) effect.set_frame(v1::EFFECT_FRAME_WORLD);
   if (chance(0.3)) effect.set_trigger(chance(0.5) ? v1::EFFECT_TRIGGER_TOUCH : v1::EFFECT_TRIGGER_BUTTON);
   const bool isTube = kind == v1::EFFECT_KIND_TUBE;
   const bool isOnPath = kind == v1::EFFECT_KIND_SPRING_TO_PATH || kind == v1::EFFECT_KIND_GUIDE || isTube;
-  const bool isInRegion =
-      kind == v1::EFFECT_KIND_CONSTANT || kind == v1::EFFECT_KIND_VISCOSITY || kind == v1::EFFECT_KIND_VIBRATION;
-  const bool isDirected = kind != v1::EFFECT_KIND_SPRING_TO_POINT && kind != v1::EFFECT_KIND_VISCOSITY && !isOnPath;
+  const bool isForce =
+      kind == v1::EFFECT_KIND_CONSTANT || kind == v1::EFFECT_KIND_VIBRATION || kind == v1::EFFECT_KIND_SAMPLES;
+  const bool isInertia = kind == v1::EFFECT_KIND_INERTIA;
+  const bool isInRegion = isForce || isInertia || kind == v1::EFFECT_KIND_VISCOSITY;
+  const bool isDirected = isForce || kind == v1::EFFECT_KIND_SPRING_TO_LINE ||
+                          kind == v1::EFFECT_KIND_SPRING_TO_PLANE || kind == v1::EFFECT_KIND_FORBIDDEN_SIDE;
   if (isDirected) setDirection(*effect.mutable_direction());
   if (isOnPath) {
     for (int i = 3 * one({2, 3, 40}); i > 0; --i) effect.add_path_m(random_.between(-0.05, 0.05));
   }
+  if (!isInRegion || isInertia) effect.set_stiffness_n_per_m(spread(1, 1e4));
+  if (isInertia) effect.set_mass_kg(spread(1e-3, 10));
   if (!isInRegion) {
-    effect.set_stiffness_n_per_m(spread(1, 1e4));
     if (chance(0.5)) effect.set_limit_n(spread(0.1, 10));
-    if (!isOnPath) setWithin(*effect.mutable_point_m(), 0.05);
+    if (!isOnPath && !isOfMesh) setWithin(*effect.mutable_point_m(), 0.05);
     if (isTube) effect.mutable_size_m()->set_x(spread(1e-3, 0.1));
-    if (kind != v1::EFFECT_KIND_FORBIDDEN_SIDE && !isTube && chance(0.6)) {
+    if (kind != v1::EFFECT_KIND_FORBIDDEN_SIDE && !isTube && (isOfMesh || chance(0.6))) {
       effect.set_reach_m(spread(1e-3, 0.1));
       if (chance(0.5)) effect.set_release_m(2 * effect.reach_m());
       if (chance(0.5)) effect.set_fade_m(effect.reach_m() * random_.between(0, 1));
     }
   }
-  const bool isForce = kind == v1::EFFECT_KIND_CONSTANT || kind == v1::EFFECT_KIND_VIBRATION;
   if (!isForce) effect.set_damping_ns_per_m(spread(0.01, 10));
   if (isForce) effect.set_amplitude_n(spread(0.01, 5));
   if (kind == v1::EFFECT_KIND_VIBRATION) effect.set_frequency_hz(spread(1, 400));
+  if (kind == v1::EFFECT_KIND_SAMPLES) {
+    effect.set_sample_rate_hz(spread(10, 1e5));
+    for (int i = one({2, 3, 400}); i > 0; --i) effect.add_samples(static_cast<float>(random_.between(-1, 1)));
+  }
   if (!isInRegion || chance(0.4)) return;
+  if (effect.frame() != v1::EFFECT_FRAME_WORLD && chance(0.3)) {  // refused of an open mesh
+    effect.set_region(v1::EFFECT_REGION_INSIDE);
+    if (chance(0.6)) effect.set_fade_m(spread(1e-4, 0.05));
+    return;
+  }
   effect.set_region(chance(0.5) ? v1::EFFECT_REGION_BOX : v1::EFFECT_REGION_SPHERE);
   setWithin(*effect.mutable_point_m(), 0.05);
   effect.mutable_size_m()->set_x(spread(0.01, 0.2));
