@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "common/importer/assimp_gather.h"
@@ -95,11 +96,12 @@ struct Carrier {
   Result<Answer> operator()(const MeshFileRequest& request) const {
     return readFile(file)
         .and_then(unpacked)
-        .and_then([&](const std::string& bytes) -> Result<ImportedMesh> {
+        .and_then([&](std::string bytes) -> Result<ImportedMesh> {
           const MeshReader reader = readerOf(request.format);
           if (reader == MeshReader::kOwn) return importMesh(bytes, request.format, request.options);
-          return (reader == MeshReader::kCoin ? gatherInventor(bytes, askFor)
-                                              : gatherByAssimp(bytes, request.format, request.options.part, askFor))
+          return (reader == MeshReader::kCoin
+                      ? gatherInventor(bytes, askFor)
+                      : gatherByAssimp(std::move(bytes), request.format, request.options.part, askFor))
               .and_then([&](PolygonSoup soup) {
                 reading = false;
                 return importSoup(std::move(soup), request.options);

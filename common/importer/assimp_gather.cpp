@@ -10,6 +10,7 @@
 #include <assimp/Importer.hpp>
 #include <assimp/LogStream.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <glm/mat4x4.hpp>
@@ -20,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/importer/far_origin.h"
 #include "common/importer/gltf_numbers.h"
 #include "common/importer/x3d_text.h"
 #include "common/importer/xml_text.h"
@@ -198,19 +200,18 @@ double unitOf3mf(const std::string& word) {
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
   GltfTriangles triangles = std::nullopt;
-  std::optional<X3dText> x3d = std::nullopt;
+  std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Of X3D.
+  Vec3 centre{0};                                             ///< See moveToOrigin().
 };
 
-/// The text of COLLADA or 3MF that an archive holds.
-Result<std::string> textIn(const std::string& file, const std::string& ending) {
-  const auto archive = ZipArchive::open(file);
-  if (!archive) return tl::unexpected(archive.error());
-  if (archive->size_bytes() > kMaxUnpacked_bytes) {
-    return refused("", "unpacks to " + std::to_string(archive->size_bytes()) + " bytes; at most " +
+/// Where the text of COLLADA or 3MF is in an archive.
+Result<ZipArchive::Entry> textIn(const ZipArchive& archive, const std::string& ending) {
+  if (archive.size_bytes() > kMaxUnpacked_bytes) {
+    return refused("", "unpacks to " + std::to_string(archive.size_bytes()) + " bytes; at most " +
                            std::to_string(kMaxUnpacked_bytes) + " are taken");
   }
   std::vector<const ZipArchive::Entry*> texts;
-  for (const ZipArchive::Entry& entry : archive->entries()) {
+  for (const ZipArchive::Entry& entry : archive.entries()) {
     if (inLowerCase(entry.name).ends_with(ending)) texts.push_back(&entry);
   }
   if (texts.empty()) return refused("", "is a ZIP archive without a file that ends in " + ending);
@@ -218,20 +219,59 @@ Result<std::string> textIn(const std::string& file, const std::string& ending) {
     return refused("", "is an archive of " + std::to_string(texts.size()) + " files that end in " + ending +
                            "; one that holds all is read");
   }
-  return archive->unpacked(*texts.front());
+  return *texts.front();
 }
 
-Result<std::string> notTooDeep(std::string text) {
-  if (deepestNestingOf(text) <= kDeepestNesting) return text;
+Result<void> notTooDeep(std::string_view text) {
+  if (deepestNestingOf(text) <= kDeepestNesting) return {};
   return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
 }
 
-Result<Beforehand> lookAt(const std::string& file, MeshFormat format) {
+Result<Beforehand> lookAtCollada(std::string& file) {
+  if (ZipArchive::isOne(file)) {
+    const auto archive = ZipArchive::open(file);
+    if (!archive) return tl::unexpected(archive.error());
+    auto text =
+        textIn(*archive, ".dae").and_then([&](const ZipArchive::Entry& entry) { return archive->unpacked(entry); });
+    if (!text) return tl::unexpected(std::move(text).error());
+    file = *std::move(text);
+  }
+  return notTooDeep(file).map([&] {
+    return Beforehand{.unit_m = positive(attributeOf(file, "unit", "meter")),
+                      .centre = moveToOrigin(file, MeshFormat::kCollada)};
+  });
+}
+
+/// Pictures, settings and whatever else the archive has are left out: Assimp may crash on them.
+Result<Beforehand> lookAt3mf(std::string& file) {
+  if (!ZipArchive::isOne(file)) return refused("", "is no 3MF: it is no ZIP archive");
+  const auto archive = ZipArchive::open(file);
+  if (!archive) return tl::unexpected(archive.error());
+  const auto model = textIn(*archive, ".model");
+  if (!model) return tl::unexpected(model.error());
+  Beforehand known;
+  std::vector<std::pair<std::string, std::string>> read;
+  for (const ZipArchive::Entry& entry : archive->entries()) {
+    const bool isModel = entry.at == model->at;
+    if (!isModel && entry.name != "[Content_Types].xml" && !entry.name.ends_with(".rels")) continue;
+    auto text = archive->unpacked(entry);
+    if (!text) return tl::unexpected(std::move(text).error());
+    if (isModel) {
+      if (auto ok = notTooDeep(*text); !ok) return tl::unexpected(std::move(ok).error());
+      known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
+      known.centre = moveToOrigin(*text, MeshFormat::k3mf);
+    }
+    read.emplace_back(entry.name, *std::move(text));
+  }
+  file = ZipArchive::of(read);
+  return known;
+}
+
+/// @param file  Afterwards, what Assimp is to read.
+Result<Beforehand> lookAt(std::string& file, MeshFormat format) {
   if (file.starts_with("\xff\xfe") || file.starts_with("\xfe\xff")) {
     return refused("", "is in UTF-16; save it in UTF-8");
   }
-  const std::string ending = format == MeshFormat::k3mf ? ".model" : ".dae";
-  const bool isArchive = ZipArchive::isOne(file);
   switch (format) {
     case MeshFormat::kGltf:
     case MeshFormat::kGlb:
@@ -239,21 +279,17 @@ Result<Beforehand> lookAt(const std::string& file, MeshFormat format) {
         return Beforehand{.unit_m = 1, .triangles = triangles};
       });
     case MeshFormat::k3mf:
-      if (!isArchive) return refused("", "is no 3MF: it is no ZIP archive");
-      return textIn(file, ending).and_then(notTooDeep).map([](const std::string& text) {
-        return Beforehand{.unit_m = unitOf3mf(attributeOf(text, "model", "unit"))};
-      });
+      return lookAt3mf(file);
     case MeshFormat::kCollada:
-      return (isArchive ? textIn(file, ending) : Result<std::string>(file))
-          .and_then(notTooDeep)
-          .map([](const std::string& text) {
-            return Beforehand{.unit_m = positive(attributeOf(text, "unit", "meter"))};
-          });
+      return lookAtCollada(file);
     case MeshFormat::kX3d:
-      return preparedX3d(file).map(
-          [](X3dText text) { return Beforehand{.unit_m = positive(text.unit), .x3d = std::move(text)}; });
+      return preparedX3d(file).map([&](X3dText x3d) {
+        file = std::move(x3d.text);
+        return Beforehand{
+            .unit_m = positive(x3d.unit), .shapesSkipped = x3d.skipped, .centre = moveToOrigin(file, MeshFormat::kX3d)};
+      });
     default:
-      return Beforehand{};
+      return Beforehand{.centre = moveToOrigin(file, format)};
   }
 }
 
@@ -304,8 +340,9 @@ bool isNamed(std::string_view name, std::string_view part) {
 
 class Gathering {
  public:
-  Gathering(const aiScene& scene, std::size_t maxTriangles) : scene_(scene), maxTriangles_(maxTriangles) {
-    found.isFloat32 = true;
+  /// @param centre  What is added to each position before it is placed.
+  Gathering(const aiScene& scene, std::size_t maxTriangles, const Vec3& centre)
+      : scene_(scene), maxTriangles_(maxTriangles), centre_(centre) {
     found.leftOut.animations = scene.mNumAnimations;
   }
 
@@ -317,15 +354,19 @@ class Gathering {
     const bool isNumber = error == std::errc() && end == part.data() + part.size();
     const bool anyNamed = !part.empty() && std::any_of(placed.begin(), placed.end(),
                                                        [&](const Placed& at) { return hasName(*at.node, part); });
+    double farthestPlace = 0;  // nodes are float32, too
     for (std::size_t i = 0; i < placed.size(); ++i) {
       const bool isAsked = part.empty() || (anyNamed ? hasName(*placed[i].node, part) : isNumber && i == number);
       ++(isAsked ? found.meshesTaken : found.meshesLeft);
+      const Vec3 place = glm::abs(Vec3(placed[i].toRoot[3]));
+      if (isAsked) farthestPlace = std::max(farthestPlace, float32Rounding(std::max({place.x, place.y, place.z})));
       for (unsigned k = 0; isAsked && k < placed[i].node->mNumMeshes; ++k) {
         const unsigned mesh = placed[i].node->mMeshes[k];
         if (mesh >= scene_.mNumMeshes) continue;
         if (auto ok = add(*scene_.mMeshes[mesh], placed[i].toRoot); !ok) return ok;
       }
     }
+    if (found.meshesTaken > 1) found.rounding += farthestPlace;
     if (found.meshesTaken == 0 && !part.empty()) return refused("part", "is no mesh of the file: " + listOf(placed));
     return {};
   }
@@ -333,6 +374,7 @@ class Gathering {
  private:
   const aiScene& scene_;
   const std::size_t maxTriangles_;
+  const Vec3 centre_;
 
   [[nodiscard]] bool hasName(const aiNode& node, std::string_view part) const {
     if (textOf(node.mName) == part) return true;
@@ -363,10 +405,15 @@ class Gathering {
     found.leftOut.skins += mesh.mNumBones > 0 ? 1 : 0;
     found.leftOut.morphs += mesh.mNumAnimMeshes > 0 ? 1 : 0;
     const auto first = static_cast<std::int64_t>(found.vertices.size());
+    double largest = 0;
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D& at = mesh.mVertices[v];
-      found.vertices.emplace_back(toRoot * glm::dvec4(at.x, at.y, at.z, 1));
+      for (const float coordinate : {at.x, at.y, at.z})
+        largest = std::max(largest, std::abs(static_cast<double>(coordinate)));
+      found.vertices.emplace_back(toRoot * glm::dvec4(Vec3(at.x, at.y, at.z) + centre_, 1));
     }
+    const double scale = std::max({glm::length(toRoot[0]), glm::length(toRoot[1]), glm::length(toRoot[2])});
+    found.rounding = std::max(found.rounding, float32Rounding(largest) * scale);
     const bool isMirrored = glm::determinant(glm::dmat3(toRoot)) < 0;
     std::vector<std::uint32_t> corners;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -410,15 +457,15 @@ tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& import
 
 }  // namespace
 
-Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, const PartName& part,
+Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const PartName& part,
                                    const IncludeReader& readIncluded) {
   const Format names = formatOf(format);
+  const std::size_t fileSize = file.size();
   const auto known = lookAt(file, format);
   if (!known) return tl::unexpected(known.error());
 
-  const bool isArchive = format == MeshFormat::kCollada && ZipArchive::isOne(file);
-  const std::string name = std::string("mesh.") + (isArchive ? "zae" : names.ending);
-  auto* const files = new Files(name, known->x3d ? known->x3d->text : file, readIncluded);
+  const std::string name = std::string("mesh.") + names.ending;
+  auto* const files = new Files(name, file, readIncluded);
   const Log log;
   Assimp::Importer importer;
   importer.SetIOHandler(files);  // which owns it from now on
@@ -432,7 +479,7 @@ Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, c
   if (scene == nullptr) return notRead(names.name, importer, *files);
   if (log.movedIndices()) return refused("", "has triangles that name a vertex that is not there");
 
-  const std::size_t most = std::min<std::size_t>(kMaxTriangles, kMaxOfFewBytes + file.size() + files->includedBytes());
+  const std::size_t most = std::min<std::size_t>(kMaxTriangles, kMaxOfFewBytes + fileSize + files->includedBytes());
   std::optional<double> unit_m = known->unit_m;
   float centimetres = 0;
   if (format == MeshFormat::kFbx && scene->mMetaData != nullptr &&
@@ -441,16 +488,16 @@ Result<PolygonSoup> gatherByAssimp(const std::string& file, MeshFormat format, c
   }
   const auto placed = placedIn(*scene, toFilesAxes(*scene, format, unit_m.value_or(1)), most);
   if (!placed) return tl::unexpected(placed.error());
-  if (placed->empty() && !(known->x3d && known->x3d->skipped > 0)) {
+  if (placed->empty() && known->shapesSkipped.value_or(0) == 0) {
     return refused("", log.leftOut() == 0 ? "holds no mesh that its scene shows"
                                           : "holds no mesh that can be read: Assimp says " + words(log.reason()));
   }
-  Gathering gathering(*scene, most);
+  Gathering gathering(*scene, most, known->centre);
   if (auto ok = gathering.take(*placed, part.text()); !ok) return tl::unexpected(std::move(ok).error());
   gathering.found.unit_m = unit_m;
   gathering.found.shapesSkipped = log.leftOut();
-  if (known->x3d) {
-    gathering.found.shapesSkipped = known->x3d->skipped;
+  if (known->shapesSkipped) {
+    gathering.found.shapesSkipped = *known->shapesSkipped;
     gathering.found.leftOut.points = 0;  // lines among them
   }
   if (const std::uint64_t there = trianglesIn(*scene); known->triangles && *known->triangles > there) {

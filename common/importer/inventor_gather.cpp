@@ -40,11 +40,13 @@
 #include <Inventor/nodes/SoText2.h>
 #include <Inventor/nodes/SoTriangleStripSet.h>
 #include <Inventor/nodes/SoVertexProperty.h>
+#include <Inventor/nodes/SoWWWInline.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <deque>
@@ -59,6 +61,7 @@
 #include "common/importer/unpacked.h"
 #include "common/mesh/text_scan.h"
 #include "common/mesh/tri_mesh.h"
+#include "common/text/plain_text.h"
 
 namespace haptics {
 namespace {
@@ -166,6 +169,14 @@ void append(PolygonSoup& soup, const SbMatrix& toRoot, const SbVec3f& point) {
     for (int k = 0; k < 3; ++k) sum += static_cast<double>(point[k]) * static_cast<double>(toRoot[k][i]);
     at[i] = sum;
   }
+  double local = 0, placed = 0, times = 0;
+  for (int i = 0; i < 3; ++i) {
+    local = std::max(local, std::abs(static_cast<double>(point[i])));
+    placed = std::max(placed, std::abs(static_cast<double>(toRoot[3][i])));
+    times =
+        std::max(times, static_cast<double>(std::abs(toRoot[0][i]) + std::abs(toRoot[1][i]) + std::abs(toRoot[2][i])));
+  }
+  soup.rounding = std::max(soup.rounding, float32Rounding(local) * times + float32Rounding(placed));
   double w = toRoot[3][3];
   for (int k = 0; k < 3; ++k) w += static_cast<double>(point[k]) * static_cast<double>(toRoot[k][3]);
   soup.vertices.push_back(at / w);
@@ -418,7 +429,8 @@ void gather(SoNode* root, Gathering& gathering) {
        {SoNurbsSurface::getClassTypeId(), SoIndexedNurbsSurface::getClassTypeId(), SoNurbsCurve::getClassTypeId(),
         SoIndexedNurbsCurve::getClassTypeId(), SoLineSet::getClassTypeId(), SoIndexedLineSet::getClassTypeId(),
         SoPointSet::getClassTypeId(), SoIndexedPointSet::getClassTypeId(), SoVRMLIndexedLineSet::getClassTypeId(),
-        SoVRMLPointSet::getClassTypeId(), SoText2::getClassTypeId(), SoImage::getClassTypeId()}) {
+        SoVRMLPointSet::getClassTypeId(), SoWWWInline::getClassTypeId(), SoText2::getClassTypeId(),
+        SoImage::getClassTypeId()}) {
     action.addPreCallback(type, skip, &gathering);
   }
   action.addPreCallback(SoType::fromName("UnknownNode"), countUnknown, &gathering);
@@ -448,6 +460,7 @@ void startInventor() {
 
 Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& readIncluded) {
   opensFiles() = false;
+  if (const auto text = plainText(bytes); !text) return tl::unexpected(text.error());
   const std::string file = plain(bytes);
   if (deepestNesting(file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
@@ -461,7 +474,6 @@ Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& 
   root->ref();
   const std::size_t most = kMaxOfFewBytes + file.size() + input.includedBytes();
   Gathering gathering{.found = {}, .maxTriangles = std::min<std::size_t>(kMaxTriangles, most)};
-  gathering.found.isFloat32 = true;
   gathering.found.shapesSkipped = input.leftOut();
   gathering.fault = Walk().fault(*root, most);
   if (gathering.fault.empty()) gather(root, gathering);

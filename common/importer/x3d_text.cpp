@@ -10,7 +10,7 @@
 namespace haptics {
 namespace {
 
-// ISO/IEC 19775-1: nodes that have the fields of the one beside them, and are felt like it.
+// ISO/IEC 19775-1: nodes that have the fields of the one beside them, and are felt like it. FogCoordinate is passed over.
 const std::map<std::string_view, std::string_view>& readAs() {
   static const std::map<std::string_view, std::string_view> names{{"Collision", "Group"},
                                                                   {"Anchor", "Group"},
@@ -32,7 +32,11 @@ const std::map<std::string_view, std::string_view>& readAs() {
                                                                   {"LOD", "Switch whichChoice=\"0\""},
                                                                   {"Inline", "Group"},
                                                                   {"IndexedLineSet", "PointSet"},
-                                                                  {"LineSet", "PointSet"}};
+                                                                  {"LineSet", "PointSet"},
+                                                                  {"Normal", "FogCoordinate"},
+                                                                  {"Color", "FogCoordinate"},
+                                                                  {"ColorRGBA", "FogCoordinate"},
+                                                                  {"TextureCoordinate", "FogCoordinate"}};
   return names;
 }
 

@@ -18,6 +18,10 @@ std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
   return value;
 }
 
+void append(std::string& bytes, std::uint64_t value, std::size_t size) {
+  for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xFF);
+}
+
 tl::unexpected<Error> damaged() { return refused("", "is a ZIP archive that is cut off or damaged"); }
 
 }  // namespace
@@ -72,6 +76,32 @@ Result<std::string> ZipArchive::unpacked(const Entry& entry) const {
       libdeflate_deflate_decompress(inflater.get(), packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr);
   if (result != LIBDEFLATE_SUCCESS) return damaged();
   return bytes;
+}
+
+std::string ZipArchive::of(const std::vector<std::pair<std::string, std::string>>& files) {
+  std::string archive, list;
+  for (const auto& [name, bytes] : files) {
+    std::string head;  // as both places have it, from the version that is needed on
+    append(head, 10, 2);
+    append(head, 0, 8);  // flags, not packed, time
+    append(head, libdeflate_crc32(0, bytes.data(), bytes.size()), 4);
+    append(head, bytes.size(), 4);
+    append(head, bytes.size(), 4);
+    append(head, name.size(), 2);
+    append(head, 0, 2);
+    list.append(kListed).append(2, '\0').append(head).append(10, '\0');
+    append(list, archive.size(), 4);
+    list += name;
+    archive.append(kHead).append(head).append(name).append(bytes);
+  }
+  const std::size_t at = archive.size();
+  archive.append(list).append(kEnd).append(4, '\0');
+  append(archive, files.size(), 2);
+  append(archive, files.size(), 2);
+  append(archive, list.size(), 4);
+  append(archive, at, 4);
+  append(archive, 0, 2);
+  return archive;
 }
 
 }  // namespace haptics

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/error/error.h"
@@ -29,6 +30,8 @@ class ZipArchive {
   [[nodiscard]] std::uint64_t size_bytes() const;  ///< All of them unpacked.
   /// Refused: damaged, or not as large as the archive says.
   [[nodiscard]] Result<std::string> unpacked(const Entry& entry) const;
+  /// An archive of files, not packed. @param files  Each its name, and its bytes.
+  [[nodiscard]] static std::string of(const std::vector<std::pair<std::string, std::string>>& files);
 
  private:
   std::string_view file_;

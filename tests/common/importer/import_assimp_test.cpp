@@ -1,6 +1,9 @@
 #include <libdeflate.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -176,23 +179,25 @@ std::string zip(const std::vector<Packed>& files) {
          raw(std::uint16_t{0});
 }
 
-std::string printable3mf(const std::string& unit, const std::string& item = "") {
+std::string printable3mf(const std::string& unit, const std::string& item = "", const std::vector<Packed>& more = {}) {
   const std::string model = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + unit + R"( xml:lang="en-US"
  xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources><object id="1" type="model"><mesh>
 <vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/><vertex x="0" y="0" z="1"/></vertices>
 <triangles><triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/><triangle v1="1" v2="2" v3="3"/>
 <triangle v1="2" v2="0" v3="3"/></triangles></mesh></object></resources><build><item objectid="1" )" +
                             item + "/></build></model>";
-  return zip(
-      {{"[Content_Types].xml",
-        R"(<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+  std::vector<Packed> files{
+      {"[Content_Types].xml",
+       R"(<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
 <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
 <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>)"},
-       {"_rels/.rels",
-        R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+      {"_rels/.rels",
+       R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
 <Relationship Target="/3D/3dmodel.model" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
 </Relationships>)"},
-       {"3D/3dmodel.model", model}});
+      {"3D/3dmodel.model", model}};
+  files.insert(files.end(), more.begin(), more.end());
+  return zip(files);
 }
 
 TEST_F(ImportAssimp, ReadsEachFormatToTheSameMesh) {
@@ -231,6 +236,145 @@ TEST_F(ImportAssimp, PlacesMeshesWhereTheNodesPutThemAndTurnsMirroredOnes) {
   // Scaled, turned, moved: x becomes y.
   expectBox(import("t.x3d", x3d(R"(translation="10 0 0" rotation="0 0 1 1.5707963" scale="2 1 1")")), {9, 0, 0},
             {10, 2, 1});
+}
+
+/// The tetrahedron's file with its points at `at`.
+std::string movedTo(std::string file, const Vec3& at, const std::string& points, const std::string& between) {
+  std::string moved;
+  for (const Vec3 point : {Vec3(0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
+    char text[100];
+    std::snprintf(text, sizeof text, "%.9f %.9f %.9f", point.x + at.x, point.y + at.y, point.z + at.z);
+    moved += (moved.empty() ? "" : " ") + std::string(text);
+  }
+  if (between != " ") std::replace(moved.begin(), moved.end(), ' ', between[0]);
+  return file.replace(file.find(points), points.size(), moved);
+}
+
+std::string farAway3mf(const Vec3& at) {
+  std::string file = printable3mf("unit='meter'");
+  for (const Vec3 point : {Vec3(0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
+    char near[100], far[100];
+    std::snprintf(near, sizeof near, R"(x="%g" y="%g" z="%g")", point.x, point.y, point.z);
+    std::snprintf(far, sizeof far, R"(z="%.9f" x="%.9f" y="%.9f")", point.z + at.z, point.x + at.x, point.y + at.y);
+    file.replace(file.find(near), std::string(near).size(), far);
+  }
+  const std::size_t from = file.find("<?xml version=\"1.0\" encoding");
+  const std::string model = file.substr(from, file.find("</model>") + 8 - from);
+  const auto part = [&](const char* begin, const char* end) {
+    const std::size_t at_ = file.find(begin);
+    return file.substr(at_, file.find(end) + std::string(end).size() - at_);
+  };
+  return zip({{"[Content_Types].xml", part("<?xml version=\"1.0\"?><Types", "</Types>")},
+              {"_rels/.rels", part("<?xml version=\"1.0\"?><Rel", "</Relationships>")},
+              {"3D/3dmodel.model", model}});
+}
+
+/// An FBX 7.4 of the same in binary; its vertices packed or not.
+std::string binaryFbx(const Vec3& at, bool isPacked) {
+  using namespace std::string_literals;
+  struct Record {
+    std::string name, values;
+    std::uint32_t count = 0;
+    std::vector<Record> inside = {};
+  };
+  const auto text = [](const std::string& s) { return "S"s + raw(static_cast<std::uint32_t>(s.size())) + s; };
+  const auto large = [](std::int64_t i) { return "L"s + raw(i); };
+  const auto array = [&](char type, std::uint32_t count, const std::string& bytes, bool packs) {
+    std::string packed = bytes;
+    if (packs) {
+      libdeflate_compressor* const packer = libdeflate_alloc_compressor(6);
+      packed.resize(libdeflate_zlib_compress_bound(packer, bytes.size()));
+      packed.resize(libdeflate_zlib_compress(packer, bytes.data(), bytes.size(), packed.data(), packed.size()));
+      libdeflate_free_compressor(packer);
+    }
+    return std::string(1, type) + raw(count) + raw(packs ? 1U : 0U) + raw(static_cast<std::uint32_t>(packed.size())) +
+           packed;
+  };
+  std::string points, corners;
+  for (const Vec3 point : {Vec3(0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
+    for (int axis = 0; axis < 3; ++axis) points += raw(point[axis] + at[axis]);
+  }
+  for (const std::int32_t i : std::initializer_list<std::int32_t>{0, 2, -2, 0, 1, -4, 1, 2, -4, 2, 0, -4})
+    corners += raw(i);
+  const std::vector<Record> records{
+      {"FBXHeaderExtension", "", 0, {{"FBXVersion", "I"s + raw(std::int32_t{7400}), 1}}},
+      {"GlobalSettings",
+       "",
+       0,
+       {{"Properties70",
+         "",
+         0,
+         {{"P", text("UnitScaleFactor") + text("double") + text("Number") + text("") + "D" + raw(100.0), 5}}}}},
+      {"Objects",
+       "",
+       0,
+       {{"Geometry",
+         large(10) + text("tetra\0\1Geometry"s) + text("Mesh"),
+         3,
+         {{"Vertices", array('d', 12, points, isPacked), 1},
+          {"PolygonVertexIndex", array('i', 12, corners, false), 1}}},
+        {"Model",
+         large(20) + text("part\0\1Model"s) + text("Mesh"),
+         3,
+         {{"Version", "I"s + raw(std::int32_t{232}), 1}}}}},
+      {"Connections",
+       "",
+       0,
+       {{"C", text("OO") + large(20) + large(0), 3}, {"C", text("OO") + large(10) + large(20), 3}}}};
+  std::string file = "Kaydara FBX Binary  \0\x1a\0"s + raw(std::uint32_t{7400});
+  const std::string last(13, '\0');
+  const std::function<void(const Record&)> put = [&](const Record& record) {
+    const std::size_t from = file.size();
+    file += raw(std::uint32_t{0}) + raw(record.count) + raw(static_cast<std::uint32_t>(record.values.size())) +
+            static_cast<char>(record.name.size()) + record.name + record.values;
+    for (const Record& one : record.inside) put(one);
+    if (!record.inside.empty()) file += last;
+    file.replace(from, 4, raw(static_cast<std::uint32_t>(file.size())));
+  };
+  for (const Record& record : records) put(record);
+  return file + last + std::string(160, '\0');
+}
+
+TEST_F(ImportAssimp, KeepsTheShapeOfWhatIsFarFromTheOrigin) {
+  const std::string fbxUnit = "\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\",100\n";
+  for (const Vec3 at :
+       {Vec3(0), Vec3(691234.5, 5334567.25, 512), Vec3(4177000.25, 855000.5, 4727000.125), Vec3(-2e7, 7e6, 3)}) {
+    const std::string dae =
+        movedTo(collada("", "<node>" + kInstance + "</node>"), at, "0 0 0 1 0 0\n 0 1 0 0 0 1", " ");
+    const std::vector<std::pair<std::string, std::string>> files{
+        {"t.dae", dae},
+        {"t.zae", zip({{"t.dae", dae}})},
+        {"t.3mf", farAway3mf(at)},
+        {"t.fbx", movedTo(fbx(fbxUnit, ""), at, "0,0,0,1,0,0,0,1,0,0,0,1", ",")},
+        {"u.fbx", binaryFbx(at, false)},
+        {"v.fbx", binaryFbx(at, true)},
+        {"t.x3d", movedTo(x3d(""), at, "0 0 0, 1 0 0, 0 1 0, 0 0 1", " ")}};
+    for (const auto& [name, bytes] : files) {
+      const auto placed = import(name, bytes);
+      ASSERT_TRUE(placed) << name << placed.error().text();
+      EXPECT_NEAR(placed->report.boxMin_m.x, at.x, 1) << name;
+      const auto imported = import(name, bytes, {.largestExtent_m = 1});
+      ASSERT_TRUE(imported) << name << imported.error().text();
+      ASSERT_EQ(imported->mesh.vertices.size(), 4U) << name;
+      for (const Vec3f& v : imported->mesh.vertices) {
+        for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(std::abs(v[axis]), 0.5, 1e-6) << name << " at " << at.x;
+      }
+      EXPECT_LT(imported->report.rounding_m, 1e-6) << name;
+    }
+  }
+}
+
+TEST_F(ImportAssimp, SaysWhatFloat32LeavesOfWhatCannotBeMoved) {
+  const std::string box = "<Shape><Box/></Shape><Shape>";
+  std::string both = movedTo(x3d(""), Vec3(691234.5, 5334567.25, 512), "0 0 0, 1 0 0, 0 1 0, 0 0 1", " ");
+  both.replace(both.find("<Shape>"), 7, box);
+  const auto imported = import("t.x3d", both, {.largestExtent_m = 1});
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_NEAR(imported->report.rounding_m / imported->report.scale_m, 0.25, 1e-3);
+  const std::string nodes =
+      R"([{"mesh": 0, "translation": [691234.5, 5334567.3, 512]}, {"mesh": 0, "translation": [691236.1, 5334567.3, 512]}])";
+  const auto placed = import("t.glb", Gltf{.nodes = nodes, .sceneNodes = "[0, 1]"}.glb(), {.largestExtent_m = 1});
+  EXPECT_NEAR(placed->report.rounding_m / placed->report.scale_m, 0.25, 1e-3);
 }
 
 TEST_F(ImportAssimp, KeepsTheFilesAxes) {
@@ -346,6 +490,20 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
       HasSubstr("ccw=\"false\" in \"ElevationGrid\""));
   const std::string inches = "<head><unit category='length' name='inch' conversionFactor='0.0254'/></head>";
   EXPECT_NEAR(import("t.x3d", scene(shape, inches))->report.longestSide_m(), 0.0254, 1e-8);
+}
+
+TEST_F(ImportAssimp, LooksAtNothingThatCannotBeFelt) {
+  for (const std::string node :
+       {"<Normal vector='0 0 1'/>", "<Color color='1 0 0'/>", "<TextureCoordinate point='0 0'/>"}) {
+    std::string file = x3d("");
+    file.insert(file.find("<Coordinate"), node);
+    const auto imported = import("t.x3d", file);
+    ASSERT_TRUE(imported) << node << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron());
+  }
+  const auto imported = import("t.3mf", printable3mf("unit='meter'", "", {{"Metadata/thumbnail.png", "no picture"}}));
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
 }
 
 TEST_F(ImportAssimp, SaysWhereTheReaderPutsAnotherVertexOrLeavesAMeshOut) {

@@ -41,6 +41,26 @@ double volume_m3(const TriMesh& mesh) {
   return sum;
 }
 
+TEST_F(ImportInventor, SaysWhatFloat32LeavesOfWhatATransformBringsBack) {
+  const auto imported = import("t.iv", kHeader +
+                                           "Translation { translation -691234.5 -5334567.25 -512 }\n"
+                                           "Coordinate3 { point [ 691234.5 5334567.25 512, 691235.5 5334567.25 512, "
+                                           "691234.5 5334568.25 512, 691234.5 5334567.25 513 ] }\n" +
+                                           kTetrahedron.substr(kTetrahedron.find("Indexed")));
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_GE(imported->report.rounding_m, 0.25);
+  EXPECT_THAT(imported->report.text(), HasSubstr("so far from the origin"));
+}
+
+TEST_F(ImportInventor, NamesTheInlineOfVrml1AndUtf16) {
+  const std::string inner = "#VRML V1.0 ascii\nWWWInline { name \"inner.wrl\" }\n";
+  EXPECT_THAT(refusal("t.wrl", inner), HasSubstr("WWWInline"));
+  EXPECT_EQ(import("t.wrl", inner + kTetrahedron)->report.shapesSkipped, 1U);
+  std::string wide;
+  for (const char c : kHeader + kTetrahedron) wide += {c, '\0'};
+  EXPECT_THAT(refusal("t.iv", wide), HasSubstr("UTF-16"));
+}
+
 TEST_F(ImportInventor, ReadsFaceSetsToTheSameMeshAsOtherFormats) {
   const auto imported = import("t.iv", kHeader + kTetrahedron);
   ASSERT_TRUE(imported) << imported.error().text();
