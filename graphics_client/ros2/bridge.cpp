@@ -12,6 +12,7 @@
 #include "graphics_client/mirror/object_poses.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/mirror/tick_queue.h"
+#include "graphics_client/ros2/edit_service.h"
 #include "graphics_client/ros2/hand_topics.h"
 #include "graphics_client/ros2/message_parts.h"
 #include "graphics_client/ros2/scene_topics.h"
@@ -68,7 +69,8 @@ class Bridge {
                .credentials = options.credentials,
                .onTicks = [this](const v1::TelemetryBatch& batch) { queue_.put(batch); }}),
         scene_(participant, options.name),
-        poses_(participant, options.name, link_, say) {
+        poses_(participant, options.name, link_, say),
+        edits_(participant, options.name + "/edit", link_) {
     addHand(options.name);
   }
 
@@ -95,6 +97,7 @@ class Bridge {
   std::vector<std::unique_ptr<HandTopics>> hands_;      // the second one's from when it is there
   std::vector<std::unique_ptr<WrenchTopic>> wrenches_;  // likewise
   PoseReader poses_;
+  EditService edits_;
   StampClock clock_;
   TickGaps gaps_;
   std::optional<ToolState> tool_;

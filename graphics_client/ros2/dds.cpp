@@ -1,6 +1,8 @@
 #include "graphics_client/ros2/dds.h"
 
 #include <algorithm>
+#include <array>
+#include <set>
 #include <stdexcept>
 
 namespace haptics::dds {
@@ -70,9 +72,9 @@ Entity orThrow(dds_entity_t handle, const std::string& what) {
   throw std::runtime_error(what + ": " + dds_strretcode(-handle));
 }
 
-Entity makeTopic(const Participant& participant, const dds_topic_descriptor_t& type, const std::string& topic) {
-  return orThrow(dds_create_topic(participant.get(), &type, mangled(topic).c_str(), nullptr, nullptr),
-                 "topic " + topic);
+Entity makeTopic(const Participant& participant, const dds_topic_descriptor_t& type, const TopicName& topic) {
+  return orThrow(dds_create_topic(participant.get(), &type, topic.inDds.c_str(), nullptr, nullptr),
+                 "topic " + topic.inDds);
 }
 
 }  // namespace
@@ -95,16 +97,40 @@ Result<Participant> Participant::join(std::uint32_t domain, const std::string& i
   return Participant(std::move(domainEntity), Entity(participant));
 }
 
-Entity makeWriter(const Participant& participant, const dds_topic_descriptor_t& type, const std::string& topic,
+Entity makeWriter(const Participant& participant, const dds_topic_descriptor_t& type, const TopicName& topic,
                   const Qos& qos) {
   const Entity described = makeTopic(participant, type, topic);
-  return orThrow(dds_create_writer(participant.get(), described.get(), settings(qos).get(), nullptr), "topic " + topic);
+  return orThrow(dds_create_writer(participant.get(), described.get(), settings(qos).get(), nullptr),
+                 "topic " + topic.inDds);
 }
 
-Entity makeReader(const Participant& participant, const dds_topic_descriptor_t& type, const std::string& topic,
+Entity makeReader(const Participant& participant, const dds_topic_descriptor_t& type, const TopicName& topic,
                   const Qos& qos) {
   const Entity described = makeTopic(participant, type, topic);
-  return orThrow(dds_create_reader(participant.get(), described.get(), settings(qos).get(), nullptr), "topic " + topic);
+  return orThrow(dds_create_reader(participant.get(), described.get(), settings(qos).get(), nullptr),
+                 "topic " + topic.inDds);
+}
+
+bool allAreHeardBy(dds_entity_t reader, dds_entity_t writer) {
+  using Key = std::array<std::uint8_t, 16>;
+  const auto participants = [](dds_entity_t of, const auto& matched, const auto& dataOf) {
+    constexpr std::size_t kMaxMatched = 64;
+    dds_instance_handle_t handles[kMaxMatched];
+    const dds_return_t count = matched(of, handles, kMaxMatched);
+    std::set<Key> keys;
+    for (std::size_t i = 0; i < std::min<std::size_t>(kMaxMatched, static_cast<std::size_t>(std::max(count, 0))); ++i) {
+      dds_builtintopic_endpoint_t* const data = dataOf(of, handles[i]);
+      if (data == nullptr) continue;
+      Key key;
+      std::copy_n(data->participant_key.v, key.size(), key.begin());
+      keys.insert(key);
+      dds_builtintopic_free_endpoint(data);
+    }
+    return keys;
+  };
+  const auto writing = participants(reader, dds_get_matched_publications, dds_get_matched_publication_data);
+  const auto reading = participants(writer, dds_get_matched_subscriptions, dds_get_matched_subscription_data);
+  return std::ranges::includes(reading, writing);
 }
 
 }  // namespace haptics::dds

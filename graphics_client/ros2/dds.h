@@ -70,20 +70,33 @@ class Participant {
   Entity domain_, participant_;  // the participant goes first
 };
 
-/// A ROS 2 topic's name in DDS: "/haptics/pose" is "rt/haptics/pose".
-[[nodiscard]] inline std::string mangled(std::string_view topic) { return "rt" + std::string(topic); }
+/// What ROS 2 calls a topic or a service, and how DDS has it.
+struct TopicName {
+  /// "/haptics/pose" is "rt/haptics/pose".
+  TopicName(const std::string& topic) : inDds("rt" + topic) {}
+  /// "/haptics/edit" has "rq/haptics/editRequest" and "rr/haptics/editReply".
+  [[nodiscard]] static TopicName requestsTo(const std::string& service) { return {"rq", service, "Request"}; }
+  [[nodiscard]] static TopicName repliesOf(const std::string& service) { return {"rr", service, "Reply"}; }
+
+  std::string inDds;
+
+ private:
+  TopicName(const char* kind, const std::string& name, const char* ending) : inDds(kind + name + ending) {}
+};
 
 /// @throws std::runtime_error  what DDS says.
 [[nodiscard]] Entity makeWriter(const Participant& participant, const dds_topic_descriptor_t& type,
-                                const std::string& topic, const Qos& qos);
+                                const TopicName& topic, const Qos& qos);
 [[nodiscard]] Entity makeReader(const Participant& participant, const dds_topic_descriptor_t& type,
-                                const std::string& topic, const Qos& qos);
+                                const TopicName& topic, const Qos& qos);
+
+/// Each participant that is known to write to the reader is known to read from the writer.
+[[nodiscard]] bool allAreHeardBy(dds_entity_t reader, dds_entity_t writer);
 
 template <class Message>
 class Writer {
  public:
-  /// @param topic  As ROS 2 has it, "/haptics/pose".
-  Writer(const Participant& participant, const std::string& topic, const Qos& qos)
+  Writer(const Participant& participant, const TopicName& topic, const Qos& qos)
       : entity_(makeWriter(participant, descriptorOf<Message>(), topic, qos)) {}
 
   /// Never waits. It is on its way when its packet is full, or after flush(). false: it was not written.
@@ -95,6 +108,7 @@ class Writer {
     dds_get_publication_matched_status(entity_.get(), &status);
     return status.total_count;
   }
+  [[nodiscard]] dds_entity_t get() const noexcept { return entity_.get(); }
 
  private:
   Entity entity_;
@@ -103,7 +117,7 @@ class Writer {
 template <class Message>
 class Reader {
  public:
-  Reader(const Participant& participant, const std::string& topic, const Qos& qos)
+  Reader(const Participant& participant, const TopicName& topic, const Qos& qos)
       : entity_(makeReader(participant, descriptorOf<Message>(), topic, qos)) {}
 
   /// Gives each message that has come to `take`, which may not keep it.
@@ -134,13 +148,15 @@ class Subscription {
   using Take = std::function<void(const Message&)>;
 
   /// @param between  Messages are taken no more often; those that the reader has no room for are lost meanwhile.
-  Subscription(const Participant& participant, const std::string& topic, const Qos& qos, Take take,
+  Subscription(const Participant& participant, const TopicName& topic, const Qos& qos, Take take,
                std::chrono::nanoseconds between = {})
       : take_(std::move(take)),
         between_(between),
         reader_(participant, topic, qos),
         waitset_(dds_create_waitset(participant.get())),
         thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+  [[nodiscard]] dds_entity_t get() const noexcept { return reader_.get(); }
 
  private:
   static constexpr dds_duration_t kLook = DDS_MSECS(100);

@@ -23,6 +23,8 @@ using JointState = sensor_msgs_msg_dds__JointState_;
 using TFMessage = tf2_msgs_msg_dds__TFMessage_;
 using Marker = visualization_msgs_msg_dds__Marker_;
 using MarkerArray = visualization_msgs_msg_dds__MarkerArray_;
+using EditRequest = haptics_msgs_srv_dds__Edit_Request_;
+using EditResponse = haptics_msgs_srv_dds__Edit_Response_;
 
 }  // namespace ros2
 
@@ -59,6 +61,14 @@ inline const dds_topic_descriptor_t& descriptorOf<ros2::TFMessage>() {
 template <>
 inline const dds_topic_descriptor_t& descriptorOf<ros2::MarkerArray>() {
   return visualization_msgs_msg_dds__MarkerArray__desc;
+}
+template <>
+inline const dds_topic_descriptor_t& descriptorOf<ros2::EditRequest>() {
+  return haptics_msgs_srv_dds__Edit_Request__desc;
+}
+template <>
+inline const dds_topic_descriptor_t& descriptorOf<ros2::EditResponse>() {
+  return haptics_msgs_srv_dds__Edit_Response__desc;
 }
 
 }  // namespace dds

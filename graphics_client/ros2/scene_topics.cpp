@@ -113,8 +113,8 @@ class Frames {
 SceneTopics::SceneTopics(const dds::Participant& participant, const std::string& name)
     : prefix_(name.substr(1) + "/"),
       markers_(participant, name + "/scene", {.depth = 1, .transientLocal = true}),
-      moving_(participant, "/tf", {.depth = 100}),
-      still_(participant, "/tf_static", {.depth = 1, .transientLocal = true}) {}
+      moving_(participant, dds::TopicName("/tf"), {.depth = 100}),
+      still_(participant, dds::TopicName("/tf_static"), {.depth = 1, .transientLocal = true}) {}
 
 void SceneTopics::update(const MirrorView& view, std::int64_t stamp_ns, std::uint64_t now_ns) {
   std::set<ObjectId> moving;

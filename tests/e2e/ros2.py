@@ -146,6 +146,38 @@ class Ros2(harness.EndToEnd):
         self.assertLess(len(bridge.text().splitlines()), 20, "a flood is not a flood of words")
         self.assertTrue(bridge.alive(), bridge.text())
 
+    def call(self, scene, caller=7, times=1):
+        """Replies to the edit, in order."""
+        peer = self.peer("call", "/haptics/edit", caller, scene, times)
+        self.assertEqual(peer.wait(40), 0, peer.text())
+        return [json.loads(line) for line in peer.lines]
+
+    def test_a_service_edits_the_scene(self):
+        bridge = self.start_bridge()
+        with Client(self.server.address) as client:
+            client.wait_live()
+            ball = 'operations { add { name: "ball" mesh { sphere { radius_m: 0.02 } } pose { position { z: 0.2 } } } }'
+            [reply] = self.call(ball)
+            self.assertEqual((reply["caller"], reply["number"], reply["success"], reply["differing"]), (7, 1, True, 0), reply)
+            harness.wait_until(lambda: client.revision_and_root()[0] >= reply["revision"], 5, "the edit is in no revision")
+            self.assertEqual(client.revision_and_root()[0], reply["revision"])
+            self.assertIn("ball", client.objects())
+            self.assertGreater(reply["tick"], 0)
+            for scene, words in ((ball, "ball"), ("operations { ad", "scene"),
+                                 ('operations { remove { object { name: "nobody" } } }', "nobody")):
+                with self.subTest(scene=scene[:60]):
+                    [reply] = self.call(scene)
+                    self.assertFalse(reply["success"])
+                    self.assertIn(words, reply["message"])
+            stiffer = 'operations { set_material { object { name: "ball" } material { stiffness_N_per_m: 300 } } }'
+            replies = self.call(stiffer, caller=2**63, times=50)
+            self.assertEqual([(r["caller"], r["number"], r["success"]) for r in replies], [(2**63, n, True) for n in range(1, 51)])
+        self.server.stop()
+        harness.wait_until(lambda: len(bridge.errors) > 2, 10, bridge.text)
+        [reply] = self.call(stiffer)
+        self.assertEqual((reply["success"], reply["revision"]), (False, 0), reply)
+        self.assertEqual(bridge.stop(), 0, bridge.text())
+
     def test_what_is_no_pose_is_refused_and_said(self):
         bridge = self.start_bridge()
         for thing, motion, word in (("haptics/box", "nan", "finite numbers"), ("box", "zero_rotation", "a rotation other than 0"),

@@ -4,6 +4,7 @@
 // usage: ros2_peer read DOMAIN NAMESPACE SECONDS [crtk] [best_effort]  prints a line of JSON for each topic, poses before it
 //        ros2_peer move DOMAIN NAMESPACE OBJECT HZ SECONDS MOTION      MOTION: circle, nan, zero_rotation, frame
 //        ros2_peer add DOMAIN TOPIC X Y Z HZ SECONDS [FRAME]           a force
+//        ros2_peer call DOMAIN SERVICE CALLER SCENE [TIMES]            an edit; prints each reply that comes
 //        ros2_peer disturb DOMAIN NAMESPACE SECONDS                    publishes other types under the bridge's topics
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -116,6 +117,7 @@ class Node {
     dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
   }
 
+  /// @param topic  As ROS 2 has it; of a service, as DDS has it.
   template <class Type>
   dds::DataReader* read(const std::string& topic, bool reliable, bool transientLocal,
                         dds::DataReaderListener* listener) {
@@ -143,7 +145,8 @@ class Node {
   dds::Topic* makeTopic(const std::string& topic) {
     const dds::TypeSupport type(new Type);
     type.register_type(participant_);
-    auto* made = participant_->create_topic("rt" + topic, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+    auto* made = participant_->create_topic(topic[0] == '/' ? "rt" + topic : topic, type.get_type_name(),
+                                            dds::TOPIC_QOS_DEFAULT);
     if (made == nullptr) throw std::runtime_error("no topic " + topic);
     return made;
   }
@@ -270,12 +273,67 @@ void add(const std::vector<std::string>& arguments) {
   }
 }
 
+class Replies : public dds::DataReaderListener {
+ public:
+  void on_data_available(dds::DataReader* reader) override {
+    haptics_msgs::srv::dds_::Edit_Response_ reply;
+    dds::SampleInfo info;
+    while (reader->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;
+      // The words of a reply quote what was asked for.
+      std::string words = reply.message();
+      for (char& c : words) c = c == '"' || c == '\\' || c == '\n' ? ' ' : c;
+      std::printf(
+          "{\"caller\": %llu, \"number\": %lld, \"success\": %s, \"message\": \"%s\", \"revision\": %llu, \"tick\": "
+          "%llu, "
+          "\"differing\": %lu}\n",
+          static_cast<unsigned long long>(reply.caller()), static_cast<long long>(reply.number()),
+          reply.success() ? "true" : "false", words.c_str(), static_cast<unsigned long long>(reply.revision()),
+          static_cast<unsigned long long>(reply.tick()),
+          Compared<haptics_msgs::srv::dds_::Edit_Response_PubSubType>::differing.load());
+      ++came;
+    }
+  }
+  std::atomic<int> came{0};
+};
+
+void call(const std::vector<std::string>& arguments) {
+  constexpr std::chrono::seconds kPatience{20};
+  using namespace haptics_msgs::srv::dds_;
+  Replies replies;
+  Node node(static_cast<unsigned>(std::stoul(arguments.at(1))));
+  auto* reader = node.read<Edit_Response_PubSubType>("rr" + arguments.at(2) + "Reply", true, false, &replies);
+  auto* writer = node.write<Edit_Request_PubSubType>("rq" + arguments.at(2) + "Request");
+  const int times = arguments.size() > 5 ? std::stoi(arguments[5]) : 1;
+  const auto end = Clock::now() + kPatience;
+  const auto await = [end](const auto& isSo) {
+    while (!isSo() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  };
+  await([&] {
+    dds::PublicationMatchedStatus to;
+    dds::SubscriptionMatchedStatus from;
+    writer->get_publication_matched_status(to);
+    reader->get_subscription_matched_status(from);
+    return to.current_count > 0 && from.current_count > 0;
+  });
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // the bridge finds this side a moment later
+  Edit_Request_ request;
+  request.caller(std::stoull(arguments.at(3)));
+  request.scene(arguments.at(4));
+  for (int i = 0; i < times; ++i) {
+    request.number(i + 1);
+    writer->write(&request);
+    await([&] { return replies.came > i; });
+  }
+}
+
 void disturb(const std::vector<std::string>& arguments) {
   const std::string& name = arguments.at(2);
   Node node(static_cast<unsigned>(std::stoul(arguments.at(1))));
   auto* poses = node.write<std_msgs::msg::dds_::String_PubSubType>(name + "/set_objects");
   auto* wrench = node.write<std_msgs::msg::dds_::String_PubSubType>(name + "/add_wrench");
   auto* pose = node.write<geometry_msgs::msg::dds_::TwistStamped_PubSubType>(name + "/pose");
+  auto* edit = node.write<std_msgs::msg::dds_::String_PubSubType>("rq" + name + "/editRequest");
   std_msgs::msg::dds_::String_ text;
   text.data(std::string(10'000, 'x'));
   geometry_msgs::msg::dds_::TwistStamped_ twist;
@@ -284,6 +342,7 @@ void disturb(const std::vector<std::string>& arguments) {
     poses->write(&text);
     wrench->write(&text);
     pose->write(&twist);
+    edit->write(&text);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }
@@ -297,8 +356,9 @@ int main(int argc, char** argv) {
     if (verb == "read") return read(arguments), 0;
     if (verb == "move") return move(arguments), 0;
     if (verb == "add") return add(arguments), 0;
+    if (verb == "call") return call(arguments), 0;
     if (verb == "disturb") return disturb(arguments), 0;
-    std::fprintf(stderr, "ros2_peer: read, move, add or disturb\n");
+    std::fprintf(stderr, "ros2_peer: read, move, add, call or disturb\n");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ros2_peer: %s\n", error.what());
   }
