@@ -25,14 +25,31 @@ enum class DeviceFault : std::uint8_t {
 };
 inline constexpr DeviceFault kLastDeviceFault = DeviceFault::kForceOff;
 
+/// What buttons are bound to; bits of DeviceStatus::actions.
+enum class HandAction : std::uint8_t {
+  kClutch = 1,    ///< The hand moves its workspace: the pose stays where it is, and there is no force.
+  kGrasp = 2,     ///< It holds the body that it touched on pressing.
+  kMark = 4,      ///< The recording is marked.
+  kNextTool = 8,  ///< On pressing it takes the scene's next tool.
+};
+inline constexpr std::uint8_t kAllHandActions = 15;
+
 /// A device's own account of itself, as of one reading. A device that exists only in memory has nothing to report.
 struct DeviceStatus {
   DeviceFault fault = DeviceFault::kNone;
   bool homed = true;           ///< Its coordinates are referenced; no force before that.
   std::uint8_t homedAxes = 0;  ///< Bit per axis, as far as the device tells them apart.
-  bool clutched = false;       ///< The hand moves its workspace: the pose stays where it is, and there is no force.
+  std::uint8_t actions = 0;    ///< Bit per HandAction whose button is pressed.
   std::uint32_t buttons = 0;   ///< Bit per button.
   std::uint32_t age_us = 0;    ///< Of the position, when it was read.
+
+  [[nodiscard]] bool does(HandAction action) const noexcept {
+    return (actions & static_cast<std::uint8_t>(action)) != 0;
+  }
+  void set(HandAction action, bool on) noexcept {
+    const auto bit = static_cast<std::uint8_t>(action);
+    actions = static_cast<std::uint8_t>(on ? actions | bit : actions & ~bit);
+  }
 
   bool operator==(const DeviceStatus&) const = default;
 };

@@ -22,14 +22,23 @@ struct HandCommand {
   Vec3 normal{0};  ///< Length 1, towards the hand; of the surface that it presses. Means nothing where press_N is 0.
   double press_N = 0;         ///< Against the normal; not negative.
   Quat rotation{1, 0, 0, 0};  ///< Length 1; of a device that turns, from how it is turned at rest.
+  std::uint32_t buttons = 0;  ///< That it presses: bits of DeviceStatus::buttons.
 };
 
-/// Where a client wants the workspace of a device from now on; what is absent stays as it is.
+/// A sphere in the device's own coordinates (m), beyond which the hand moves its workspace by velocity; of radius 0: none.
+struct Bubble {
+  Vec3 centre{0};
+  double radius_m = 0;
+};
+
+/// Where a client wants the workspace of a device, and its buttons bound, from now on; what is absent stays as it is.
 struct WorkspaceCommand {
-  std::optional<Vec3> offset{};                  ///< Metres; the workspace glides there.
-  std::optional<double> scale{};                 ///< 0.1 to 10; about where the hand is.
-  std::optional<Quat> rotation{};                ///< Length 1; likewise.
-  std::optional<std::uint32_t> clutchButtons{};  ///< Bits of DeviceStatus::buttons, each of which is the clutch.
+  std::optional<Vec3> offset{};    ///< Metres; the workspace glides there.
+  std::optional<double> scale{};   ///< 0.1 to 10; about where the hand is.
+  std::optional<Quat> rotation{};  ///< Length 1; likewise.
+  /// Bits of DeviceStatus::buttons, each of which does what its HandAction says.
+  std::optional<std::uint32_t> clutchButtons{}, graspButtons{}, markButtons{}, nextToolButtons{};
+  std::optional<Bubble> bubble{};
 };
 
 }  // namespace haptics

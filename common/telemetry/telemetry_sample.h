@@ -72,7 +72,8 @@ struct TelemetrySample {
   std::uint64_t depenetrated = 0;      ///< Times that the IHIP was found inside a body and put outside, since start.
   std::uint64_t depenetratedFrom = 0;  ///< Id of the object that the IHIP was inside of the last time.
   std::uint64_t allowanceSpent =
-      0;  ///< Ticks that left a part of the HIP's path, or bodies that collide, to the next one.
+      0;                      ///< Ticks that left a part of the HIP's path, or bodies that collide, to the next one.
+  std::uint64_t grasped = 0;  ///< Id of the object that the hand holds by a button, at ihip; 0: none.
   std::uint64_t missedTicks = 0;     ///< Since start.
   std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
   double servoRate_Hz = 0;           ///< Ticks run in the last second.

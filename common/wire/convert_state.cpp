@@ -196,7 +196,7 @@ Result<HandCommand> fromWire(const v1::HandTarget& message) {
   if (auto wrong = checkRange(message.press_n(), {0, kMaxPress_N, " N"}, "hand_target.press_N")) {
     return tl::unexpected(*std::move(wrong));
   }
-  HandCommand command{.leads = true, .position = vectorFrom(message.position())};
+  HandCommand command{.leads = true, .position = vectorFrom(message.position()), .buttons = message.buttons()};
   if (message.has_rotation()) {
     if (auto wrong = checkRotation(message.rotation(), "hand_target.rotation"))
       return tl::unexpected(*std::move(wrong));
@@ -213,6 +213,7 @@ void toWire(const HandCommand& command, v1::HandTarget& message) {
   toWire(command.position, *message.mutable_position());
   toWire(command.normal, *message.mutable_normal());
   message.set_press_n(command.press_N);
+  message.set_buttons(command.buttons);
   if (command.rotation != Quat(1, 0, 0, 0)) toWire(command.rotation, *message.mutable_rotation());
 }
 
@@ -232,7 +233,21 @@ Result<WorkspaceCommand> fromWire(const v1::SetWorkspace& message) {
       return tl::unexpected(*std::move(wrong));
     command.rotation = normalised(rotationFrom(message.rotation()));
   }
+  if (message.has_bubble()) {
+    const v1::Bubble& bubble = message.bubble();
+    if (auto wrong = checkPosition(bubble.centre(), "set_workspace.bubble.centre"))
+      return tl::unexpected(*std::move(wrong));
+    constexpr Range kRadius{0.005, 1, " m, or 0"};
+    if (bubble.radius_m() != 0) {
+      if (auto wrong = checkRange(bubble.radius_m(), kRadius, "set_workspace.bubble.radius_m"))
+        return tl::unexpected(*std::move(wrong));
+    }
+    command.bubble = Bubble{vectorFrom(bubble.centre()), bubble.radius_m()};
+  }
   if (message.has_clutch_buttons()) command.clutchButtons = message.clutch_buttons();
+  if (message.has_grasp_buttons()) command.graspButtons = message.grasp_buttons();
+  if (message.has_mark_buttons()) command.markButtons = message.mark_buttons();
+  if (message.has_next_tool_buttons()) command.nextToolButtons = message.next_tool_buttons();
   return command;
 }
 
@@ -272,13 +287,15 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.device = {.fault = enumFrom(message.device_fault(), kLastDeviceFault),
                    .homed = !message.device_not_homed(),
                    .homedAxes = static_cast<std::uint8_t>(message.device_homed_axes()),
-                   .clutched = message.device_clutched(),
                    .buttons = message.device_buttons(),
                    .age_us = message.device_age_us()};
+  sample.device.set(HandAction::kClutch, message.device_clutched());
+  sample.device.set(HandAction::kMark, message.device_marks());
   sample.handle = handleFrom(message);
   sample.depenetrated = message.depenetrated();
   sample.depenetratedFrom = message.depenetrated_from();
   sample.allowanceSpent = message.allowance_spent();
+  sample.grasped = message.grasped();
   sample.wait_s = message.wait_s();
   sample.missedTicks = message.missed_ticks();
   sample.droppedSamples = message.dropped_samples();
@@ -328,11 +345,13 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_device_buttons(sample.device.buttons);
   message.set_device_homed_axes(sample.device.homedAxes);
   message.set_device_not_homed(!sample.device.homed);
-  message.set_device_clutched(sample.device.clutched);
+  message.set_device_clutched(sample.device.does(HandAction::kClutch));
+  message.set_device_marks(sample.device.does(HandAction::kMark));
   toWire(sample.handle, message);
   message.set_depenetrated(sample.depenetrated);
   message.set_depenetrated_from(sample.depenetratedFrom);
   message.set_allowance_spent(sample.allowanceSpent);
+  message.set_grasped(sample.grasped);
   message.set_wait_s(sample.wait_s);
   message.set_missed_ticks(sample.missedTicks);
   message.set_dropped_samples(sample.droppedSamples);

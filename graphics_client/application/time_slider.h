@@ -7,7 +7,7 @@
 
 namespace haptics {
 
-/// A recording's time line, with a mark for each edit and fault. A click goes there.
+/// A recording's time line, with a mark for each edit, fault and press of a button that marks. A click goes there.
 class TimeSlider : public QSlider {
   Q_OBJECT
 

@@ -202,6 +202,13 @@ void ClientSession::addWrench(std::size_t hand, const Wrench& wrench) {
   send(envelope);
 }
 
+void ClientSession::setWorkspace(const v1::SetWorkspace& message) {
+  if (phase_ != Phase::kLive) return;
+  v1::Envelope envelope;
+  *envelope.mutable_set_workspace() = message;
+  send(envelope);
+}
+
 MirrorView ClientSession::view(std::uint64_t now_ns) const {
   MirrorView view = mirror_.contents();
   view.link = phase_ == Phase::kLive      ? LinkState::kLive

@@ -104,6 +104,9 @@ class ClientSession {
   /// edit, or of a hand that the server does not have it is ignored.
   void addWrench(std::size_t hand, const Wrench& wrench);
 
+  /// Of one who may not edit, or with a number that is refused, the server ends the connection. Without one it is ignored.
+  void setWorkspace(const v1::SetWorkspace& message);
+
   [[nodiscard]] const Mirror& mirror() const noexcept { return mirror_; }
   [[nodiscard]] MirrorView view(std::uint64_t now_ns) const;
   /// Grows with everything that a view would show.

@@ -252,4 +252,9 @@ void ServerLink::addWrench(std::size_t hand, const Wrench& wrench) {
   worker_->ask(&ClientSession::addWrench, hand, wrench);
 }
 
+void ServerLink::setWorkspace(const v1::SetWorkspace& message) {
+  const std::shared_lock lock(mutex_);
+  worker_->ask(&ClientSession::setWorkspace, message);
+}
+
 }  // namespace haptics

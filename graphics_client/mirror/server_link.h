@@ -77,10 +77,11 @@ class ServerLink {
   void requestStatus(StatusCallback callback, bool deformed = false);
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
-  /// As ClientSession::leadHand(), commandHand() and addWrench().
+  /// As ClientSession::leadHand(), commandHand(), addWrench() and setWorkspace().
   void leadHand(bool lead);
   void commandHand(const HandCommand& command);
   void addWrench(std::size_t hand, const Wrench& wrench);
+  void setWorkspace(const v1::SetWorkspace& message);
 
  private:
   struct Worker;

@@ -1,9 +1,14 @@
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/command_line/command_line.h"
 #include "graphics_client/mirror/client_program.h"
@@ -184,6 +189,112 @@ Command addPlot(Command& app, PlotOptions& options) {
   return verb;
 }
 
+/// Of "1,2.5", so many as `into` names.
+Result<void> takeNumbers(const std::string& text, const std::vector<std::function<void(double)>>& into) {
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    double number = 0;
+    const auto [after, error] = std::from_chars(at, end, number);
+    const bool isLast = i + 1 == into.size();
+    if (error != std::errc() || (isLast ? after != end : after == end || *after != ','))
+      return refused("", text + ": should be " + std::to_string(into.size()) + " numbers with commas between them");
+    into[i](number);
+    at = after + 1;
+  }
+  return {};
+}
+
+/// Bits of "0,3"; none of "none".
+Result<std::uint32_t> buttonsFrom(const std::string& text) {
+  std::uint32_t bits = 0;
+  if (text == "none") return bits;
+  constexpr unsigned kButtons = 32;
+  const char* const end = text.data() + text.size();
+  for (const char* at = text.data();; ++at) {
+    unsigned button = 0;
+    const auto [after, error] = std::from_chars(at, end, button);
+    if (error != std::errc() || button >= kButtons || (after != end && *after != ','))
+      return refused("", text + ": should be numbers of buttons, 0 to 31, with commas between them, or none");
+    bits |= 1U << button;
+    if (after == end) return bits;
+    at = after;
+  }
+}
+
+Command addWorkspace(Command& app, v1::SetWorkspace& asked) {
+  Command verb = app.verb("workspace", "Move a hand's workspace while it is felt, and bind its buttons");
+  verb.option(
+          "--hand",
+          [&asked](const std::string& text) -> Result<void> {
+            if (text != "1" && text != "2") return refused("", text + ": should be 1 or 2");
+            asked.set_hand(text == "2" ? 1 : 0);
+            return {};
+          },
+          "Of the server's first or second hand")
+      .typeName("1|2")
+      .showDefault("1");
+  verb.option(
+          "--offset",
+          [&asked](const std::string& text) {
+            v1::Vector3& to = *asked.mutable_offset();
+            return takeNumbers(
+                text, {[&](double x) { to.set_x(x); }, [&](double y) { to.set_y(y); }, [&](double z) { to.set_z(z); }});
+          },
+          "Where its origin glides, metres")
+      .typeName("X,Y,Z");
+  verb.option(
+          "--scale",
+          [&asked](const std::string& text) {
+            return takeNumbers(text, {[&](double scale) { asked.set_scale(scale); }});
+          },
+          "Metres of the scene per metre of the hand, 0.1 to 10")
+      .typeName("S");
+  verb.option(
+          "--rotation",
+          [&asked](const std::string& text) {
+            v1::Quaternion& to = *asked.mutable_rotation();
+            return takeNumbers(text, {[&](double w) { to.set_w(w); }, [&](double x) { to.set_x(x); },
+                                      [&](double y) { to.set_y(y); }, [&](double z) { to.set_z(z); }});
+          },
+          "As a unit quaternion")
+      .typeName("W,X,Y,Z");
+  const auto bind = [&](const std::string& name, void (v1::SetWorkspace::*set)(std::uint32_t),
+                        const std::string& about) {
+    verb.option(
+            name,
+            [&asked, set](const std::string& text) -> Result<void> {
+              const auto bits = buttonsFrom(text);
+              if (!bits) return tl::unexpected(bits.error());
+              (asked.*set)(*bits);
+              return {};
+            },
+            about)
+        .typeName("N,..|none");
+  };
+  bind("--clutch", &v1::SetWorkspace::set_clutch_buttons, "Buttons with which the workspace moves with the hand");
+  bind("--grasp", &v1::SetWorkspace::set_grasp_buttons, "Buttons with which the hand holds the body that it touches");
+  bind("--mark", &v1::SetWorkspace::set_mark_buttons, "Buttons that mark the recording");
+  bind("--next-tool", &v1::SetWorkspace::set_next_tool_buttons, "Buttons that give the hand the scene's next tool");
+  verb.option(
+          "--bubble",
+          [&asked](const std::string& text) {
+            v1::Bubble& to = *asked.mutable_bubble();
+            v1::Vector3& centre = *to.mutable_centre();
+            return takeNumbers(text,
+                               {[&](double x) { centre.set_x(x); }, [&](double y) { centre.set_y(y); },
+                                [&](double z) { centre.set_z(z); }, [&](double radius) { to.set_radius_m(radius); }});
+          },
+          "Beyond this sphere of the device the workspace moves by itself; radius 0: none")
+      .typeName("X,Y,Z,RADIUS");
+  verb.footer(
+      "What is not given stays as it is. Examples:\n"
+      "  hapticctl workspace --scale 2 --offset 0.05,0,0 --clutch 0\n"
+      "  hapticctl workspace --hand 2 --grasp 0 --mark 1\n"
+      "  hapticctl workspace --bubble 0,0,0.05,0.04");
+  return verb;
+}
+
 Command addCredentials(Command& app, std::string& folder) {
   Command verb = app.verb("credentials", "Make a server's certificate and its clients' tokens; no server needed");
   verb.option("folder", folder, "Where to; made if missing").typeName("DIR").required();
@@ -210,6 +321,7 @@ int main(int argc, char** argv) {
   PushOptions pushOptions;
   ExportOptions exportOptions;
   PlotOptions plotOptions;
+  v1::SetWorkspace workspaceAsked;
   std::string name, folder;
   addCommonOptions(app, common);
   const Command applyVerb = addApply(app, applyOptions);
@@ -218,6 +330,7 @@ int main(int argc, char** argv) {
   const Command pushVerb = addPush(app, pushOptions);
   const Command exportVerb = addExport(app, exportOptions);
   const Command plotVerb = addPlot(app, plotOptions);
+  const Command workspaceVerb = addWorkspace(app, workspaceAsked);
   const Command credentialsVerb = addCredentials(app, folder);
   const Command statusVerb = app.verb("status", "Print the figures of servo and server")
                                  .footer("Example:\n  hapticctl --json status | jq .missed_ticks");
@@ -235,5 +348,6 @@ int main(int argc, char** argv) {
   if (plotVerb.given()) return plot(common, plotOptions);
   if (credentialsVerb.given()) return credentials(common, folder);
   if (dumpVerb.given()) return dump(common);
+  if (workspaceVerb.given()) return workspace(common, workspaceAsked);
   return verify(common);
 }

@@ -58,6 +58,8 @@ int push(const CommonOptions& common, const PushOptions& options);
 int status(const CommonOptions& common);
 /// Has the server record the last seconds, and prints where.
 int dump(const CommonOptions& common);
+/// Moves a hand's workspace and binds its buttons: what is set, the rest stays as it is.
+int workspace(const CommonOptions& common, const v1::SetWorkspace& asked);
 /// Fetches the whole scene anew, hashes every byte of it and compares with the server's root.
 int verify(const CommonOptions& common);
 

@@ -55,6 +55,9 @@ class RecordedSession::Reader {
       mark({time_s, true, faultInWords(sample.fault, sample.device.fault)});
     }
     fault_ = sample.fault;
+    const bool marked = sample.device.does(HandAction::kMark);
+    if (marked && !marked_) mark({time_s, false, "marked by a button"});
+    marked_ = marked;
     if (session_.moments_.wants(time_s)) keep(tick, time_s);
     return true;
   }
@@ -71,6 +74,7 @@ class RecordedSession::Reader {
   double period_s_ = 1e-3;
   std::size_t scenes_bytes_ = 0;
   Fault fault_ = Fault::kNone;
+  bool marked_ = false;
   MotionState newest_;
   bool hasMotion_ = false, motionIsNew_ = false;
   std::shared_ptr<const RecordedMotion> motion_;

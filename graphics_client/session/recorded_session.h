@@ -18,7 +18,7 @@ namespace haptics {
 /// A recording that was run again, as a window shows it.
 class RecordedSession {
  public:
-  /// Of an edit that the servo adopted, or a fault.
+  /// Of an edit that the servo adopted, a fault, or a button that marks.
   struct Mark {
     double time_s;
     bool isFault;

@@ -86,7 +86,9 @@ std::optional<OverlayLine> handleLine(const TelemetrySample& sample) {
   constexpr double kDegreesPerRadian = 57.29577951308232;
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (sample.device.clutched) add("clutched");
+  const bool clutched = sample.device.does(HandAction::kClutch);
+  if (clutched) add("clutched");
+  if (sample.device.does(HandAction::kMark)) add("marks");
   for (unsigned bit = 0; bit < 32; ++bit) {
     if ((sample.device.buttons >> bit & 1U) != 0) add(formatted("button %u", bit));
   }
@@ -97,7 +99,7 @@ std::optional<OverlayLine> handleLine(const TelemetrySample& sample) {
   if (sample.handle.has(HandleReading::kAppliedForce))
     add(formatted("applies %.2f N", glm::length(sample.handle.appliedForce_N)));
   if (text.empty()) return std::nullopt;
-  return OverlayLine{"Handle", text, sample.device.clutched ? Tone::kWarning : Tone::kPlain};
+  return OverlayLine{"Handle", text, clutched ? Tone::kWarning : Tone::kPlain};
 }
 
 OverlayLine hashLine(const MirrorView& view) {

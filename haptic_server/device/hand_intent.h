@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -21,6 +23,8 @@ class HandIntent {
   [[nodiscard]] virtual HandTarget next(double dt_s, Vec3 felt_N) noexcept = 0;
   /// How the hand wants the device to be turned, as next(): asked for only where the device senses it. Length 1.
   [[nodiscard]] virtual Quat nextRotation(double /*dt_s*/) noexcept { return {1, 0, 0, 0}; }
+  /// That it presses now: bits of DeviceStatus::buttons.
+  [[nodiscard]] virtual std::uint32_t buttons() const noexcept { return 0; }
   /// As Device::follow().
   virtual void follow(const ExplorationPlan* /*plan*/) noexcept {}
 };

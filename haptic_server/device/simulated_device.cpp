@@ -75,6 +75,7 @@ DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
   DeviceReading reading{quantised(plant_.position(), info_.resolution_m),
                         stopped_ ? DeviceState::kStopped : DeviceState::kReady};
   if (turning_) reading.rotation = measuredRotation();
+  reading.status.buttons = intent_.buttons();
   return reading;
 }
 

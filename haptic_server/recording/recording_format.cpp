@@ -197,10 +197,9 @@ void appendTick(const RecordedTick& tick, std::string& bytes) {
   putWord(bytes, tick.input.time_ns);
   putWord(bytes, tick.scene);
   std::uint64_t conditions = 0;
-  for (const std::uint8_t byte :
-       {static_cast<std::uint8_t>(status.clutched), static_cast<std::uint8_t>(status.buttons), status.homedAxes,
-        static_cast<std::uint8_t>(status.homed), static_cast<std::uint8_t>(status.fault),
-        static_cast<std::uint8_t>(tick.fault), static_cast<std::uint8_t>(device.state)})
+  for (const std::uint8_t byte : {status.actions, static_cast<std::uint8_t>(status.buttons), status.homedAxes,
+                                  static_cast<std::uint8_t>(status.homed), static_cast<std::uint8_t>(status.fault),
+                                  static_cast<std::uint8_t>(tick.fault), static_cast<std::uint8_t>(device.state)})
     conditions = conditions << 8 | byte;
   putWord(bytes, conditions);
   putWord(bytes, std::uint64_t{status.buttons >> 8} << 32 | status.age_us);
@@ -223,12 +222,12 @@ Result<RecordedTick> tickFrom(std::string_view bytes) {
   device.status = {.fault = static_cast<DeviceFault>(byte(2)),
                    .homed = byte(3) != 0,
                    .homedAxes = byte(4),
-                   .clutched = byte(6) != 0,
+                   .actions = byte(6),
                    .buttons = static_cast<std::uint32_t>(moreButtons << 8 | byte(5)),
                    .age_us = static_cast<std::uint32_t>(ageAndButtons)};
   const bool known = device.state <= DeviceState::kStopped && tick.fault <= Fault::kDeviceLost &&
-                     device.status.fault <= kLastDeviceFault && byte(3) <= 1 && byte(6) <= 1 && byte(7) == 0 &&
-                     moreButtons >> 24 == 0;
+                     device.status.fault <= kLastDeviceFault && byte(3) <= 1 && byte(6) <= kAllHandActions &&
+                     byte(7) == 0 && moreButtons >> 24 == 0;
   if (!known) return refused("ticks", "has a state of the device or a fault that this version does not know");
   device.position = takeVector(bytes);
   tick.force_N = takeVector(bytes);

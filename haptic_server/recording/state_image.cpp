@@ -83,6 +83,13 @@ namespace {
          std::ranges::all_of(tool.sharpClearTo.all(), isNumber);
 }
 
+[[nodiscard]] bool isGrasp(const HapticState& state) {
+  const Grasp& grasp = state.grasp;
+  if (!isWithinWorld(grasp.place) || !isRotation(grasp.turned) || !isRotation(grasp.device)) return false;
+  return grasp.object == 0 ||
+         (grasp.moving < state.moving.count && state.objects[state.moving[grasp.moving].body].id == grasp.object);
+}
+
 /// Of a connected state: what its scene has, as adoptScene() notes it.
 [[nodiscard]] bool areFeaturesOf(const HapticState& state) {
   SceneFeatures features = state.features;
@@ -127,7 +134,7 @@ namespace {
                              [&](const MovingBody& body) { return isMotionOf(body.state, state.rigidBody(body)); }) &&
          (state.moving.count == 0 || state.motion.next < state.moving.count) && areCollisions(state) &&
          std::ranges::all_of(state.dents.all(), isDent) && isContactOn(state.contact, scene) &&
-         state.energy.isWhole() && (!state.features.tool || isTool(state));
+         state.energy.isWhole() && isGrasp(state) && (!state.features.tool || isTool(state));
 }
 
 }  // namespace

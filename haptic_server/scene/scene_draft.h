@@ -130,7 +130,6 @@ class SceneDraft {
   Result<void> checkMotion(const ObjectRecord& record, const FieldPaths& given) const;
   std::vector<KnownObject> known(const ObjectRecord& record, const AssetResolver& resolver) const;
   Result<void> checkMovingCount(const std::string& field) const;
-  [[nodiscard]] Result<void> checkOnlyTool(const ObjectRecord& record, const std::string& field) const;
   Result<void> fitDeformation(ObjectRecord& record, const FieldPaths& given) const;
   Result<void> gather(const ObjectRecord& record, const FieldPaths& given, AssetResolver& resolver);
   std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;

@@ -273,7 +273,6 @@ Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const FieldPath
   const bool byMotion = !given.motion.empty();
   if (byMotion) {
     if (auto fits = checkMovingCount(given.motion); !fits) return fits;
-    if (auto only = checkOnlyTool(record, given.motion); !only) return only;
   }
   const auto body = bodyPartsOf(record, assets_.at(record.id));
   if (*body) return {};
@@ -292,23 +291,6 @@ Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
   if (count <= kMaxMovingBodies) return {};
   return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
                                                         std::to_string(kMaxMovingBodies) + " of a scene may");
-}
-
-/// A hand holds one.
-Result<void> SceneDraft::checkOnlyTool(const ObjectRecord& record, const std::string& field) const {
-  if (!record.motion->tool) return {};
-  const auto isOther = [&](const ObjectRecord& other) {
-    return other.id != record.id && other.motion && other.motion->tool;
-  };
-  const auto changed = std::ranges::find_if(changed_, isOther);
-  std::string other = changed == changed_.end() ? "" : changed->name;
-  for (const auto& object : base_.objects()) {
-    const bool stays = !removed_.contains(object->id) && !std::ranges::count(changed_, object->id, &ObjectRecord::id);
-    if (stays && isOther(*object)) other = object->name;
-  }
-  if (other.empty()) return {};
-  return refused(field + "tool",
-                 "is one beside " + other + ", which the hand holds; take the motion of that away first");
 }
 
 /// To the mesh that the object has after the transaction.

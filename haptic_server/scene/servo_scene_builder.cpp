@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "haptic_server/engine/geometry/spaced_points.h"
@@ -100,21 +101,27 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
     const double share = body ? stableStiffnessShare(apparentMass_kg / device_.hands, highestFactor * stiffness_N_per_m,
                                                      highestFactor * damping_Ns_per_m, device_.period_s)
                               : 1;
-    scene->objects.push_back({.id = record.id,
-                              .surface = parts.surface,
-                              .pose = record.pose,
-                              .stiffness_N_per_m = share * stiffness_N_per_m,
-                              .damping_Ns_per_m = share * damping_Ns_per_m,
-                              .pendingRemoval = source.pendingRemoval,
-                              .detail = parts.detail,
-                              .motion = body,
-                              .collision = collision,
-                              .tool = tool,
-                              .torsion_Nm_per_rad = tool ? stableTorsion_Nm_per_rad(*record.motion->tool) : 0,
-                              .poseRevision = source.poseRevision,
-                              .tissue = parts.tissue,
-                              .baked = source.baked,
-                              .highestFactor = highestFactor});
+    const auto grasp =
+        body ? graspSprings(*body, apparentMass_kg, share * stiffness_N_per_m, device_.period_s, device_.hands)
+             : GraspSprings{};
+    scene->objects.push_back(
+        {.id = record.id,
+         .surface = parts.surface,
+         .pose = record.pose,
+         .stiffness_N_per_m = share * stiffness_N_per_m,
+         .damping_Ns_per_m = share * damping_Ns_per_m,
+         .pendingRemoval = source.pendingRemoval,
+         .detail = parts.detail,
+         .motion = body,
+         .collision = collision,
+         .tool = tool,
+         .torsion_Nm_per_rad = std::min(tool ? record.motion->tool->torsion_Nm_per_rad : grasp.torsion_Nm_per_rad,
+                                        device_.stiffestTorsion_Nm_per_rad),
+         .poseRevision = source.poseRevision,
+         .tissue = parts.tissue,
+         .baked = source.baked,
+         .highestFactor = highestFactor,
+         .graspDamping_Ns_per_m = std::min(grasp.damping_Ns_per_m, device_.maxDamping_Ns_per_m)});
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const auto& fields = made.at(objects[i].id()).effects;
@@ -126,17 +133,19 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
   if (std::ranges::any_of(objects, isDriven)) {
     for (const ServoObjectSource& source : objects) scene->kinematic.push_back(source.kinematic);
   }
-  const auto tool = std::ranges::find_if(
-      scene->objects, [](const ServoObject& object) { return object.tool != nullptr && !object.pendingRemoval; });
+  double spacing_m = std::numeric_limits<double>::infinity();  // of the tool with the narrowest
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    ServoObject& tool = scene->objects[i];
+    if (tool.tool == nullptr || tool.pendingRemoval) continue;
+    spacing_m = std::min(spacing_m, objects[i].record->motion->tool->spacing_m);
+    for (const auto& [id, parts] : made) soften(tool, parts.body, device_);
+  }
+  const bool anyTool = std::isfinite(spacing_m);
   const auto isReshaped = [](const ServoObjectSource& source) { return source.shape.number != 0; };
-  if (tool == scene->objects.end() && std::ranges::any_of(objects, isReshaped)) {
+  if (!anyTool && std::ranges::any_of(objects, isReshaped)) {
     for (const ServoObjectSource& source : objects) scene->shapes.push_back(made.at(source.id()).shape);
   }
-  if (tool != scene->objects.end()) {
-    const auto& source = *std::ranges::find(objects, tool->id, &ServoObjectSource::id);
-    addSharpPoints(*scene, made, source.record->motion->tool->spacing_m);
-    for (const auto& [id, parts] : made) soften(*tool, parts.body, device_);
-  }
+  if (anyTool) addSharpPoints(*scene, made, spacing_m);
   return {std::move(scene), std::move(made), std::move(objects)};
 }
 
@@ -152,10 +161,6 @@ ServoSceneBuilder::StableStiffness ServoSceneBuilder::stableStiffness(const Mate
   }
   return {{stiffness_N_per_m, std::min(material.damping_Ns_per_m, device_.maxDamping_Ns_per_m / highestFactor)},
           highestFactor};
-}
-
-double ServoSceneBuilder::stableTorsion_Nm_per_rad(const ToolProperties& tool) const {
-  return std::min(tool.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad);
 }
 
 /// @param last  Of the last scene: none where the surface is another one.
@@ -248,7 +253,7 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
   return parts;
 }
 
-/// Sharp points of all objects that the tool may touch.
+/// Sharp points of all objects that a tool may touch.
 void ServoSceneBuilder::addSharpPoints(ServoScene& scene, std::map<ObjectId, ObjectParts>& parts,
                                        double spacing_m) const {
   for (ServoObject& object : scene.objects) {

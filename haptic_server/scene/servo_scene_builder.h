@@ -121,7 +121,6 @@ class ServoSceneBuilder {
     double highestFactor;
   };
   [[nodiscard]] StableStiffness stableStiffness(const Material& material, const SurfaceDetail* detail) const;
-  [[nodiscard]] double stableTorsion_Nm_per_rad(const ToolProperties& tool) const;
   [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
   [[nodiscard]] const ServoObjectSource* sourceBefore(ObjectId id) const;
   void addPendingRemovals(std::vector<ServoObjectSource>& objects, const SceneVersion& version, std::uint64_t now_ns);

@@ -9,12 +9,17 @@ import time
 import unittest
 
 import harness
+import haptic_recording
 from haptic_client import Client, NotLeading
 from haptics.v1 import telemetry_pb2
 
 GROUND = """
 operations { add { name: "ground" mesh { box { size_m { x: 0.3 y: 0.3 z: 0.04 } segments: 8 } }
                    pose { position { z: -0.02 } } material { stiffness_N_per_m: 400 damping_Ns_per_m: 0 } } }
+"""
+BRICK = """
+operations { add { name: "brick" mesh { box { size_m { x: 0.06 y: 0.04 z: 0.03 } } } pose { position { z: 0.015 } }
+                   motion { mass_kg: 0.05 planes { normal { z: 1 } friction: 0.5 } } } }
 """
 RATE_HZ = 1000
 # Of the force in a tick: two counts of the encoder, 55 um each, on a ground of 400 N/m, and the hand's own motion.
@@ -164,6 +169,48 @@ class LedHand(harness.EndToEnd):
                 refused = self.server.ctl("push", force)
                 self.assertEqual(refused.code, 2)
                 self.assertIn(words, refused.errors)
+    def test_holds_and_turns_a_body_by_a_button_and_its_recording_replays(self):
+        file = self.folder / "grasped.haptics"
+        server = self.start_server(scene=BRICK, options=["--record", file, "--device-preset", "sigma.7"])
+        with Client(server.address, "lifter", telemetry_hz=200) as client, client.hand() as hand:
+            client.wait_live()
+            client.move_workspace(grasp_buttons=0b10, mark_buttons=0b1, bubble=((0, 0, 0.05), 0.3))
+            hand.press((0, 0, 0.03), UP, 1)
+            taken = hand.hold_buttons(0b11, 0.3)[-1]
+            self.assertEqual(taken.grasped, client.objects()["brick"].id)
+            self.assertTrue(taken.device_marks)
+            hand.move_to((0, 0, 0.1))
+            hand.turn((math.cos(0.25), 0, 0, math.sin(0.25)), 1)
+            lifted = client.bodies()["brick"].pose
+            self.assertGreater(lifted.position.z, 0.05)
+            self.assertAlmostEqual(2 * math.atan2(lifted.rotation.z, lifted.rotation.w), 0.5, delta=0.05)
+            self.assertEqual(hand.hold_buttons(0, 1)[-1].grasped, 0)
+            self.assertLess(client.bodies()["brick"].pose.position.z, 0.04)
+        self.stop_and_check(server)
+        replayed = subprocess.run([harness.BIN / "haptic_eval", "replay", file, "--out", self.folder / "out"],
+                                  capture_output=True, text=True)
+        self.assertEqual(replayed.returncode, 0, replayed.stdout + replayed.stderr)
+        self.assertTrue(any(tick.marks and tick.grasps for tick in haptic_recording.ticks(file)))
+
+    def test_a_workspace_is_set_from_the_command_line(self):
+        client = self.client("watcher", 100)
+
+        def workspace(*options):
+            return self.server.ctl("workspace", *options)
+
+        self.assertEqual(workspace("--bubble", "0,0,0.05,0.04", "--scale", "1.5", "--grasp", "0,31").code, 0)
+        with client.hand() as hand:
+            hand.move_to((0, 0, 0.15))
+            first, *_, last = hand.move_to((0, 0, 0.16), 0.01)
+            self.assertGreater(last.hip.z - first.hip.z, 0.02, "the workspace goes on")
+            self.assertLess(last.force.added.z, -1)
+        for wrong, said in ((("--scale", "11"), "set_workspace.scale"), (("--hand", "2"), "no second hand"),
+                            (("--bubble", "0,0,0,0.001"), "set_workspace.bubble.radius_m")):
+            answer = workspace(*wrong)
+            self.assertEqual(answer.code, 1, wrong)
+            self.assertIn(said, answer.errors)
+        for wrong in (("--offset", "1,2"), ("--clutch", "32"), ("--rotation", "1,0,0,x")):
+            self.assertEqual(workspace(*wrong).code, 2, wrong)
 
     def status(self):
         return self.server.ctl("status").output

@@ -232,12 +232,19 @@ class Client:
     def move_workspace(self, which=1, **changes):
         """Moves the workspace of the device of hand 1 or 2 (SetWorkspace in envelope.proto), a real device's or a simulated one's:
         `offset` (x, y, z; m), to which it glides, `scale` (0.1 to 10), `rotation` (w, x, y, z), both about where the hand is, and
-        `clutch_buttons` (bits as in device_buttons; 0: none), while one of which is pressed the workspace moves with the hand. What is
-        left out stays as it is. Not answered: samples show what it does, device_clutched whether the clutch is pressed. A number that is refused ends the
-        connection, and the server says why."""
+        `clutch_buttons` (bits as in device_buttons; 0: none), while one of which is pressed the workspace moves with the hand;
+        likewise `grasp_buttons`, by which the hand holds the body that it touches, and `mark_buttons`, which mark the recording;
+        at each press of one of `next_tool_buttons` the first hand takes the scene's next tool.
+        `bubble` ((x, y, z), radius) is the sphere of the device beyond which the workspace moves outward by itself; radius 0: none.
+        What is left out stays as it is. Not answered: samples show what it does, device_clutched, grasped, device_marks. A
+        number that is refused ends the connection, and the server says why."""
         if which not in (1, 2):
             raise ValueError(f"there are hands 1 and 2, no hand {which}")
         parts = {"offset": (scene_pb2.Vector3, "xyz"), "rotation": (scene_pb2.Quaternion, "wxyz")}
+        if "bubble" in changes:
+            centre, radius = changes.pop("bubble")
+            changes["bubble"] = envelope_pb2.Bubble(centre=scene_pb2.Vector3(**dict(zip("xyz", centre, strict=True))),
+                                                    radius_m=radius)
         values = {name: parts[name][0](**dict(zip(parts[name][1], value, strict=True))) if name in parts else value
                   for name, value in changes.items()}
         self._hands[which - 1].move_workspace(envelope_pb2.SetWorkspace(hand=which - 1, **values))

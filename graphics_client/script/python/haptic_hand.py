@@ -130,7 +130,7 @@ class Hand:
         self._felt, self._lead = felt, lead
         self._at, self._presses = None, False  # position of the last target, and whether it presses there
         self._normal, self._force_N = (0, 0, 0), 0  # of the last target
-        self._rotation = None
+        self._rotation, self._buttons = None, 0
 
     def __enter__(self):
         self._lead.lead(True)
@@ -153,6 +153,12 @@ class Hand:
         """A device that senses how it is turned, to the quaternion (w, x, y, z) from upright, from now on; the hand stays where
         it is, and goes on pressing. At most 2 rad/s."""
         self._rotation = scene_pb2.Quaternion(**dict(zip("wxyz", rotation)))
+        return self._hold(self._at, self._normal, self._force_N, seconds)
+
+    def hold_buttons(self, bits, seconds=0.1):
+        """Presses these buttons (bits as in device_buttons) and lets go of all others, from now on; 0: none. The hand stays where
+        it is, and goes on pressing. What a button does: Client.move_workspace()."""
+        self._buttons = bits
         return self._hold(self._at, self._normal, self._force_N, seconds)
 
     def aim(self, position, normal=(0, 0, 0), force_N=0):
@@ -209,7 +215,7 @@ class Hand:
         self._normal, self._force_N = normal, force_N
         self._lead.command(envelope_pb2.HandTarget(
             position=vector(position), normal=vector(normal), press_N=force_N, rotation=self._rotation,
-            hand=self._lead.hand))
+            buttons=self._buttons, hand=self._lead.hand))
 
 
 def mix(a, b, share):

@@ -17,7 +17,7 @@ HANDLE = struct.Struct("<7dQ")
 # Lengths in m, forces in N, the server's world frame and monotonic clock. Velocity (m/s), applied force and gripper (rad) are None
 # where the device does not measure them.
 Tick = namedtuple("Tick", "tick time_ns scene device_state fault device_fault homed homed_axes buttons age_us position force "
-                  "clutched velocity applied_force gripper")
+                  "clutched velocity applied_force gripper grasps marks")
 
 
 class Damaged(Exception):
@@ -60,11 +60,11 @@ def ticks(file):
             raise Damaged(f"{file} holds handles of another number of ticks: {len(part.ticks.handles)} bytes, of {count} ticks")
         handles = HANDLE.iter_unpack(part.ticks.handles or bytes(count * HANDLE.size))
         for values, handle in zip(TICK.iter_unpack(part.ticks.ticks), handles):
-            *front, buttons, clutched, age_us, more_buttons = values[:12]
+            *front, buttons, actions, age_us, more_buttons = values[:12]
             measured = handle[7]
-            yield Tick(*front, more_buttons << 8 | buttons, age_us, values[12:15], values[15:18], clutched,
+            yield Tick(*front, more_buttons << 8 | buttons, age_us, values[12:15], values[15:18], actions & 1,
                        handle[:3] if measured & 1 else None, handle[3:6] if measured & 2 else None,
-                       handle[6] if measured & 4 else None)
+                       handle[6] if measured & 4 else None, bool(actions & 2), bool(actions & 4))
 
 
 def telemetry(file):

@@ -45,4 +45,14 @@ double minApparentMass_kg(const RigidBody& body, std::span<const Vec3f> vertices
   return 1 / most;
 }
 
+GraspSprings graspSprings(const RigidBody& body, double apparentMass_kg, double stiffness_N_per_m, double period_s,
+                          int hands) noexcept {
+  constexpr double kTicksPerRadian = 5;  // of the torsion's oscillation; fewer leave its damper too large for a tick
+  const double share = 1.0 / hands;
+  const Vec3 moments = body.mass.moments;
+  const double rate_per_s = 1 / (kTicksPerRadian * period_s);
+  return {std::min(std::sqrt(stiffness_N_per_m * body.mass.mass_kg), share * apparentMass_kg / (2 * period_s)),
+          share * std::min({moments.x, moments.y, moments.z}) * rate_per_s * rate_per_s};
+}
+
 }  // namespace haptics

@@ -22,4 +22,15 @@ inline constexpr double kMaxCoupling = 1;
   return coupling > kMaxCoupling * mass_kg ? kMaxCoupling * mass_kg / coupling : 1;
 }
 
+/// Between a hand and a body that it holds, beside the spring of the body's stiffness (grasp.h).
+struct GraspSprings {
+  double damping_Ns_per_m = 0;
+  double torsion_Nm_per_rad = 0;
+};
+
+/// As stiff as a tick bears, at half of critical damping, where a tick bears that. `hands` may hold it at once.
+/// @param apparentMass_kg  minApparentMass_kg().
+[[nodiscard]] GraspSprings graspSprings(const RigidBody& body, double apparentMass_kg, double stiffness_N_per_m,
+                                        double period_s, int hands) noexcept;
+
 }  // namespace haptics

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "haptic_server/engine/step/effect_forces.h"
+#include "haptic_server/engine/step/grasp.h"
 #include "haptic_server/engine/step/haptic_step.h"
 #include "haptic_server/engine/step/held_springs.h"
 #include "haptic_server/engine/step/rate_limited_pose.h"
@@ -24,11 +25,11 @@ class StateTransfer {
  public:
   StateTransfer(const ServoScene& next, const HapticState& state) noexcept
       : state_(state), count_(std::min(next.objects.size(), kMaxServoObjects)) {
+    if (!state.motion.follows) toolBody_ = toolOf(next);
     std::size_t before = 0;  // both lists are in order of id
     const bool anyReshaped = next.anyReshaped();
     for (std::size_t i = 0; i < count_; ++i) {
       const ServoObject& object = next.objects[i];
-      if (object.tool != nullptr && !object.pendingRemoval && !state.motion.follows) toolBody_ = static_cast<int>(i);
       while (before < state.objects.count && state.objects[before].id < object.id) ++before;
       const bool known = before < state.objects.count && state.objects[before].id == object.id;
       reshaped_[i] = {};
@@ -106,6 +107,7 @@ class StateTransfer {
     assign(state.reshaped, reshaped_, next.anyReshaped() ? count_ : 0);
     state.now.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
     if (toolBody_ >= 0) state.makeUntouchable(state.tool.body);  // it meets nothing but by what the hand does
+    if (state.grasp.object != 0) takeGrasp(state);
     applyFeatures(state);
   }
 
@@ -131,8 +133,7 @@ class StateTransfer {
     state.features.beingMoved =
         state.driven.count + state.reshaped.count > 0 ||
         std::ranges::any_of(state.objects.all(), [](const ObjectState& object) { return object.beingMoved; });
-    state.features.extras = state.features.tool || state.features.torqueFades || state.features.effects ||
-                            std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
+    state.features.extras = state.hasExtras();
   }
 
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return {bodies_.data(), count_}; }
@@ -140,6 +141,19 @@ class StateTransfer {
   [[nodiscard]] const ServoObject& was(std::size_t before) const noexcept { return state_.scene->objects[before]; }
   /// For either of the adoption's two questions.
   [[nodiscard]] Allowance allowance() const noexcept { return Allowance(state_.allowance.left() / 6); }
+
+  /// The tool that the hand held, or, where it is to take the next or that is gone, the one after it; -1: none.
+  [[nodiscard]] int toolOf(const ServoScene& next) const noexcept {
+    const std::uint64_t held = state_.features.tool ? state_.objects[state_.tool.body].id : 0;
+    int first = -1;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const ServoObject& object = next.objects[i];
+      if (object.tool == nullptr || object.pendingRemoval) continue;
+      if (first < 0) first = static_cast<int>(i);
+      if (state_.now.takesNextTool ? object.id > held : object.id >= held) return static_cast<int>(i);
+    }
+    return first;
+  }
 
   void begin(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].id = object.id;
@@ -165,7 +179,7 @@ class StateTransfer {
     const bool sameSurface = was(before).surface == object.surface && !isReset;
     const bool tookDents = !sameSurface && hasBakedDents(object, before);
     // What no longer moves goes back to where the scene has it.
-    const bool letGo = state_.features.tool && state_.tool.body == before && object.tool == nullptr;
+    const bool letGo = state_.features.tool && state_.tool.body == before && static_cast<int>(i) != toolBody_;
     const bool stopped = letGo || (object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr);
     const bool samePose = isAsSet(object, before) && !stopped;
     bodies_[i] = state_.bodies[before];
@@ -174,7 +188,7 @@ class StateTransfer {
     driven_[i] = state_.isDriven(before) ? state_.driven[before] : KinematicMotion{};
     objects_[i] = state_.objects[before];
     objects_[i].poseRevision = object.poseRevision;
-    bodies_[i].pendingRemoval = leaves(object);
+    bodies_[i].pendingRemoval = leaves(i, object);
     bool changed = !sameSurface;
     if (samePose) {
       bodies_[i].surface = surfaceOf(i, object);
@@ -193,9 +207,9 @@ class StateTransfer {
     origins_[i] = {static_cast<int>(before), changed, changed && samePose && tookDents};
   }
 
-  /// It is not to be touched anew: also what another hand holds.
-  [[nodiscard]] bool leaves(const ServoObject& object) const noexcept {
-    return object.pendingRemoval || (object.tool != nullptr && state_.motion.follows);
+  /// It is not to be touched anew: also a tool that this hand does not hold.
+  [[nodiscard]] bool leaves(std::size_t i, const ServoObject& object) const noexcept {
+    return object.pendingRemoval || (object.tool != nullptr && static_cast<int>(i) != toolBody_);
   }
 
   /// Of a known object.
@@ -393,6 +407,19 @@ class StateTransfer {
     state.tool.isNew = !wasHeld;
   }
 
+  /// What the hand holds it goes on holding, unless an edit has another shape of it, or puts it elsewhere.
+  void takeGrasp(HapticState& state) const noexcept {
+    const auto all = state.moving.all();
+    const auto held = std::ranges::find_if(
+        all, [&](const MovingBody& moving) { return objects_[moving.body].id == state.grasp.object; });
+    if (toolBody_ < 0 && held != all.end() && !origins_[held->body].changed && !objects_[held->body].beingMoved &&
+        !bodies_[held->body].pendingRemoval) {
+      state.grasp.moving = static_cast<std::uint64_t>(held - all.begin());
+    } else {
+      letGo(state);
+    }
+  }
+
   /// At its place in the scene, at rest.
   void put(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].scenePose = object.pose;
@@ -400,7 +427,7 @@ class StateTransfer {
     objects_[i].beingMoved = false;
     driven_[i] = {};
     bodies_[i].surface = surfaceOf(i, object);
-    bodies_[i].pendingRemoval = leaves(object);
+    bodies_[i].pendingRemoval = leaves(i, object);
     bodies_[i].previous = bodies_[i].current = object.pose;
     bodies_[i].update();
   }

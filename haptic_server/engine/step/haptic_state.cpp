@@ -33,6 +33,7 @@ bool HapticState::connect(const ServoScene& adopted) noexcept {
   now = {};
   otherHand.any = false;
   toolFelt = {};
+  graspTorque_Nm = Vec3(0);
   collidingCount = 0;
   std::size_t next = 0;  // of the bodies that move, which are in the order of the objects
   for (std::size_t i = 0; i < objects.count; ++i) {

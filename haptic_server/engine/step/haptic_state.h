@@ -200,12 +200,25 @@ struct BodyDent {
 
 /// The tool that the hand holds, where the scene has one.
 struct ToolInHand {
-  std::uint64_t body = 0;    ///< Index into objects. Written by adoptScene().
-  Word<bool> isNew = false;  ///< It has not come to the device yet.
+  std::uint64_t body = 0;          ///< Index into objects. Written by adoptScene().
+  Word<bool> isNew = false;        ///< It has not come to the device yet.
+  Word<bool> nextPressed = false;  ///< The button for the next one was, in the last tick.
   ToolMemory memory;
   DeviceTorque torque;  ///< And how the device is turned.
 
-  HAPTICS_FIELDS(self.body, self.isNew, self.memory, self.torque);
+  HAPTICS_FIELDS(self.body, self.isNew, self.nextPressed, self.memory, self.torque);
+};
+
+/// What the hand holds by a button (grasp.h).
+struct Grasp {
+  std::uint64_t object = 0;    ///< Its id; 0: nothing.
+  std::uint64_t moving = 0;    ///< Its index into StateFields::moving.
+  Vec3 place{0};               ///< Where the hand holds it; object frame, m.
+  Quat turned{1, 0, 0, 0};     ///< How it was turned when it was taken, seen from the device.
+  Quat device{1, 0, 0, 0};     ///< How the device was turned in the last tick; world.
+  Word<bool> pressed = false;  ///< The button was, in the last tick.
+
+  HAPTICS_FIELDS(self.object, self.moving, self.place, self.turned, self.device, self.pressed);
 };
 
 /// The surfaces that hold the IHIP, as force shading has them, where several bodies do.
@@ -223,14 +236,16 @@ struct SceneFeatures {
   Word<bool> bumps = false;             ///< Bumps that are felt outside of its polygons.
   Word<bool> varyingStiffness = false;  ///< A stiffness that varies over its surface.
   Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way; or it is being driven.
-  Word<bool> extras = false;       ///< It leaves the scene, or is a tool, or was one whose torque fades; or effects.
+  /// It leaves the scene, or is a tool, or was one whose torque fades; or effects, or a grasp.
+  Word<bool> extras = false;
   Word<bool> effects = false;      ///< It carries one, or has a tap.
   Word<bool> taps = false;         ///< It has a tap, or one that has left has not faded yet.
   Word<bool> tool = false;         ///< The hand holds it, and feels through it.
-  Word<bool> torqueFades = false;  ///< The hand held it, and feels its torque yet.
+  Word<bool> torqueFades = false;  ///< The hand held it, or holds a body or did, and feels its torque yet.
+  Word<bool> grasp = false;        ///< A button that grasps is pressed, or was in the last tick.
 
   HAPTICS_FIELDS(self.detail, self.soft, self.bumps, self.varyingStiffness, self.beingMoved, self.extras, self.effects,
-                 self.taps, self.tool, self.torqueFades);
+                 self.taps, self.tool, self.torqueFades, self.grasp);
 };
 
 /// Everything the servo remembers from tick to tick, beside the scene that it has adopted and the configuration. A copy of it
@@ -255,6 +270,7 @@ struct StateFields {
   Sequence<BumpState, kMaxServoObjects> bumps;      ///< Of all objects, where one has some.
   BodyPairs pairs;
   ToolInHand tool;
+  Grasp grasp;
   /// Of all objects, where one was driven since the scene set its pose.
   Sequence<KinematicMotion, kMaxServoObjects> driven;
   Sequence<ShapeMotion, kMaxServoObjects> reshaped;  ///< Of all objects, where the vertices of one are moved.
@@ -262,7 +278,7 @@ struct StateFields {
 
   HAPTICS_FIELDS(self.adoption, self.features, self.motion, self.denting, self.estimate, self.contact, self.groove,
                  self.report, self.limits, self.supervision, self.observer, self.energy, self.dents, self.surface,
-                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.driven, self.reshaped,
+                 self.moving, self.objects, self.bumps, self.pairs, self.tool, self.grasp, self.driven, self.reshaped,
                  self.effects);
 };
 static_assert(fields::isListed<StateFields>(), "no pointer, no padding, every member in the list");
@@ -307,6 +323,7 @@ struct TickEvents {
   bool effectsEdited = false;  ///< The adoption changed some effect, or what carries one has leapt.
   bool detailEdited = false;   ///< The adoption changed what the felt surface feels like, or where it is.
   bool clutchMoved = false;    ///< The hand took hold of its workspace, or let it go.
+  bool takesNextTool = false;  ///< adoptScene() is to give the hand the tool after the one that it holds.
 };
 
 /// The state with what follows from it, from its scene and from the configuration, and what is of a tick.
@@ -352,6 +369,11 @@ struct HapticState : StateFields {
   }
   [[nodiscard]] bool isDriven(std::size_t i) const noexcept { return driven.count > 0 && driven[i].number != 0; }
   [[nodiscard]] bool isReshaped(std::size_t i) const noexcept { return reshaped.count > 0 && reshaped[i].number != 0; }
+  /// Is there more to a tick than contacts at rest? SceneFeatures::extras.
+  [[nodiscard]] bool hasExtras() const noexcept {
+    return features.tool || features.torqueFades || features.effects || features.grasp ||
+           std::ranges::any_of(allBodies(), &Body::pendingRemoval);
+  }
   void makeUntouchable(std::size_t i) noexcept { objects[i].pendingRemoval = bodies[i].pendingRemoval = true; }
 
   const ServoScene* scene = nullptr;  ///< That was adopted; null: none yet.
@@ -368,6 +390,7 @@ struct HapticState : StateFields {
   EffectsFelt effectsFelt;
   OtherHand otherHand;
   ToolResult toolFelt;
+  Vec3 graspTorque_Nm{0};  ///< On the hand, of what it holds.
 };
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");
 

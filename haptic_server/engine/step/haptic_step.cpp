@@ -5,6 +5,7 @@
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/step/edited_objects.h"
 #include "haptic_server/engine/step/effect_forces.h"
+#include "haptic_server/engine/step/grasp.h"
 #include "haptic_server/engine/step/held_springs.h"
 #include "haptic_server/engine/step/kinematic_motion.h"
 #include "haptic_server/engine/step/moving_bodies.h"
@@ -31,8 +32,9 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 /// While the hand moves its workspace the contact stays as it is, and the force goes and comes as by an edit, which lasts until
 /// the clutch is let go.
 void followClutch(HapticState& state, const StepInput& input) noexcept {
-  if (input.device.status.clutched == state.limits.clutched) return;
-  state.limits.clutched = input.device.status.clutched;
+  const bool clutched = input.device.status.does(HandAction::kClutch);
+  if (clutched == state.limits.clutched) return;
+  state.limits.clutched = clutched;
   state.limits.slew.begin();
   state.now.clutchMoved = true;
 }
@@ -154,8 +156,10 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
           jumps, config.period_s, effects.byTime_N + (result.adds ? EditSlew::kRate_N_per_s * config.period_s : 0));
     }
     state.limits.unlimited_N = force;
+    if (input.device.status.does(HandAction::kGrasp)) state.features.grasp = state.features.extras = true;
   } else {
     force = state.limits.unlimited_N;
+    state.grasp.object = 0;
   }
   const bool isFaulty = state.supervision.fault != Fault::kNone;
   result.force.written =
@@ -168,7 +172,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
                                          ForceResult& result) noexcept {
   const Vec3& force = result.force.contact;
   const bool asItIs = state.supervision.fault == Fault::kNone && !state.now.adopted && !state.limits.slew.active() &&
-                      state.supervision.ramp.atOne() && !input.device.status.clutched;
+                      state.supervision.ramp.atOne() && input.device.status.actions == 0;
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]] {  // not for NaN
     result.force.written = state.limits.unlimited_N = force;
   } else {
@@ -249,13 +253,31 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   surfaceForces.describe();
 }
 
+/// At each press of its button: the scene is adopted once more, with that tool in the hand.
+void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& input) noexcept {
+  const bool pressed = input.device.status.does(HandAction::kNextTool);
+  state.now.takesNextTool = pressed && !state.tool.nextPressed;
+  state.tool.nextPressed = pressed;
+  if (state.now.takesNextTool) (void)adoptScene(scene, state, input.tick);  // with a tool, nothing has to fade
+}
+
 /// With the tool in place of the point.
 [[gnu::noinline]] void computeToolForce(const ServoScene& scene, HapticState& state, const StepConfig& config,
                                         const StepInput& input, ForceResult& result) noexcept {
+  takeNextTool(scene, state, input);
   result.contact.work.allowance = contactAllowance(state, result);
   feelTool(scene, state, config, input.device, result);
   limitTorque(state, result);
   result.geometricNormal = result.contact.normal;
+}
+
+/// With the body that the hand holds in place of a contact.
+[[gnu::noinline, gnu::cold]] void computeGraspForce(const ServoScene& scene, HapticState& state,
+                                                    const StepConfig& config, const StepInput& input,
+                                                    ForceResult& result) noexcept {
+  result.contact.work.allowance = contactAllowance(state, result);
+  feelGrasp(scene, state, config, input.device, result);
+  limitTorque(state, result);
 }
 
 /// Contact and force where the HIP is.
@@ -277,7 +299,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
 }
 
-/// To the end, where objects are on their way or leave, a tool is held, there are effects, or a client adds a force. Apart, so
+/// To the end, where objects are on their way or leave, a tool or a body is held, there are effects, or a client adds a force. Apart, so
 /// that the compiler keeps nothing for it in a tick without.
 [[gnu::noinline, gnu::cold]] void computeForceWithExtras(const ServoScene& scene, HapticState& state,
                                                          const StepConfig& config, const StepInput& input,
@@ -286,6 +308,8 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   followEdits(scene, state, config);
   if (state.features.tool) {
     computeToolForce(scene, state, config, input, result);
+  } else if (state.features.grasp && followGrasp(state, input.device)) {
+    computeGraspForce(scene, state, config, input, result);
   } else {
     if (state.features.torqueFades) fadeTorque(state, result);
     computeSurfaceForces(scene, state, config, result, cache);
@@ -346,7 +370,8 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
       .device = input.device.status,
       .depenetrated = state.report.depenetrated,
       .depenetratedFrom = state.report.depenetratedFrom,
-      .allowanceSpent = state.report.allowanceSpent};
+      .allowanceSpent = state.report.allowanceSpent,
+      .grasped = state.grasp.object};
 }
 
 /// finishStep(), in hapticStep() too without a call.

@@ -45,7 +45,11 @@ class Reaction {
 
   [[nodiscard]] Push ofTouch(std::size_t body) const noexcept {
     if (!contact_.touching) return {};
-    return state_.features.tool ? pushOfTool(state_, body) : Push{ofPoint(body), contact_.ihip};
+    if (state_.features.tool) return pushOfTool(state_, body);
+    Push push{ofPoint(body), contact_.ihip};
+    if (state_.grasp.object != 0 && static_cast<std::size_t>(contact_.body) == body)
+      push.torque_Nm = -state_.graspTorque_Nm;
+    return push;
   }
 
   [[nodiscard]] Vec3 ofPoint(std::size_t body) const noexcept {
@@ -255,7 +259,8 @@ bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& m
   const auto addOthersUpTo = [&](std::size_t body) {
     for (; next < body && motion.bodyCount < motion.body.size(); ++next) {
       const bool isHeld = state.features.tool && state.tool.body == next;
-      if (!isHeld && !state.isDriven(next)) continue;
+      const bool isTool = state.features.tool && state.scene->objects[next].tool != nullptr;
+      if (!isTool && !state.isDriven(next)) continue;
       add(next, state.bodies[next].moving || isHeld ? BodyCondition::kAwake : BodyCondition::kAsleep);
     }
   };

@@ -63,10 +63,11 @@ struct alignas(64) ServoObject {
   std::shared_ptr<const RigidBody> motion = nullptr;
   /// Where it meets others; null: they pass through it. The same pointer likewise.
   std::shared_ptr<const CollisionPoints> collision = nullptr;
-  /// The hand holds it; null: it lies in the scene. Of one object at most; the same pointer likewise.
+  /// The hand holds it, one of all that have one; null: it lies in the scene. The same pointer likewise.
   std::shared_ptr<const Tool> tool = nullptr;
-  double torsion_Nm_per_rad =
-      0;  ///< Of the spring that turns the tool to where the device is turned; of a tool above 0.
+  /// Of the spring that turns the tool, or the body that the hand holds, to where the device is turned; of what moves too
+  /// above 0.
+  double torsion_Nm_per_rad = 0;
   /// Its sharp points at the tool's spacing, where the scene has a tool; null for none. The same pointer likewise.
   std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
   /// Revision that last set its pose. What moves or was driven starts anew from there also when the pose is the same.
@@ -76,6 +77,7 @@ struct alignas(64) ServoObject {
   BakedDents baked = {};
   /// Largest stiffness factor of the detail, where it has one: the device would be unstable above it.
   double highestFactor = std::numeric_limits<double>::infinity();
+  double graspDamping_Ns_per_m = 0;  ///< Of what moves, as torsion_Nm_per_rad.
 };
 
 struct ServoEffect {

@@ -81,14 +81,14 @@ void limitTorque(HapticState& state, const ForceResult& result) noexcept {
   const bool jumps = state.now.adopted || state.now.clutchMoved || state.now.contactBroken ||
                      result.contact.work.depenetrated || result.contact.work.allowanceSpent;
   state.tool.torque.limit(state.supervision.ramp.gain(), state.supervision.fault != Fault::kNone, jumps,
-                          state.features.tool && state.toolFelt.heldCount > 0);
+                          state.grasp.object != 0 || (state.features.tool && state.toolFelt.heldCount > 0));
 }
 
 void fadeTorque(HapticState& state, const ForceResult& result) noexcept {
   DeviceTorque& torque = state.tool.torque;
   if (torque.written_Nm() == Vec3(0)) {
     state.features.torqueFades = false;
-    state.features.extras = state.features.effects || std::ranges::any_of(state.allBodies(), &Body::pendingRemoval);
+    state.features.extras = state.hasExtras();
     return;
   }
   torque.release();

@@ -188,7 +188,7 @@ TelemetrySample sample() {
   s.device = {.fault = DeviceFault::kJumped,
               .homed = false,
               .homedAxes = 5,
-              .clutched = true,
+              .actions = 5,
               .buttons = 0x80000105,
               .age_us = 4'321};
   s.handle = {{0.1, -0.2, 0.3}, {1, 2, -3}, 0.4, HandleReading::kAll};

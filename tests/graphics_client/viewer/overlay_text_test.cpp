@@ -167,7 +167,7 @@ TEST_F(Touching, ContactSaysWhatTheHandDoesWithTheHandleWhereThatIsMeasured) {
   view.sample->device.buttons = 0;
   view.sample->handle = {{0.03, 0, 0.04}, {0, 0, 2}, 0.5, HandleReading::kAll};
   EXPECT_EQ(contact("Handle").value, "gripper 28.6 deg, 50 mm/s, applies 2.00 N");
-  view.sample->device.clutched = true;
+  view.sample->device.set(HandAction::kClutch, true);
   EXPECT_EQ(contact("Handle").value, "clutched, gripper 28.6 deg, 50 mm/s, applies 2.00 N");
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "common/maths/rotation.h"
@@ -50,9 +51,72 @@ TEST_F(MovableWorkspaceTest, IsWhereTheDeviceIsUntilItIsMoved) {
   const DeviceReading reading = read();
   EXPECT_EQ(reading.position, device_.reading.position);
   EXPECT_EQ(reading.rotation, device_.reading.rotation);
-  EXPECT_FALSE(reading.status.clutched);
+  EXPECT_FALSE(reading.status.does(HandAction::kClutch));
   workspace_.write({1, 2, 3});
   EXPECT_EQ(device_.force_N, Vec3(1, 2, 3));
+}
+
+TEST_F(MovableWorkspaceTest, SaysWhatThePressedButtonsAreBoundTo) {
+  move({.clutchButtons = 1, .graspButtons = 0b110, .markButtons = 0b100});
+  const auto actions = [this](std::uint32_t buttons) {
+    device_.reading.status.buttons = buttons;
+    return read().status.actions;
+  };
+  const auto bit = [](HandAction action) { return static_cast<std::uint8_t>(action); };
+  EXPECT_EQ(actions(0b1000), 0);
+  EXPECT_EQ(actions(0b0010), bit(HandAction::kGrasp));
+  EXPECT_EQ(actions(0b0100), bit(HandAction::kGrasp) | bit(HandAction::kMark));
+  EXPECT_EQ(actions(0b0001), bit(HandAction::kClutch));
+  move({.graspButtons = 0});
+  EXPECT_EQ(actions(0b0110), bit(HandAction::kMark)) << "what is left out stays as it is";
+}
+
+/// 20 mm outside, in a workspace that is turned by a quarter and three times as large.
+TEST_F(MovableWorkspaceTest, ComesToAHandThatIsBeyondItsBubbleAndPushesItBack) {
+  device_.reading.position = {0.04, 0, 0};
+  move({.scale = 3, .rotation = rotationBy({0, 0, std::numbers::pi / 2}), .bubble = Bubble{{0.01, 0, 0}, 0.05}});
+  const Vec3 inside = read().position;
+  EXPECT_EQ(read().position, inside);
+  EXPECT_FALSE(read().added.acts);
+  device_.reading.position = {0.08, 0, 0};
+  const Vec3 begin = read().position;
+  double before_N = 3 * 0.03;
+  for (int i = 0; i < 1000; ++i) {
+    const double push_N = glm::length(read().added.force_N);
+    EXPECT_LE(push_N, before_N + 3 * 0.03 + 1e-12);
+    before_N = push_N;
+  }
+  const DeviceReading reading = read();
+  EXPECT_LT(glm::distance(reading.position - begin, Vec3(0, 3 * 0.1 * 1.001, 0)), 1e-9);
+  EXPECT_LT(glm::distance(reading.added.force_N, Vec3(0, -3 * 50 * 0.02, 0)), 1e-9) << "1 N on the hand";
+  workspace_.write(reading.added.force_N + Vec3(0, -3, 0));
+  EXPECT_EQ(read().position, read().position) << "what it is pressed against stops it";
+  workspace_.write(reading.added.force_N + Vec3(0, 3, 0));
+  EXPECT_GT(read().position.y, reading.position.y) << "what pulls it on does not";
+
+  move({.bubble = Bubble{}});
+  for (int i = 0; i < 50; ++i) (void)read();
+  EXPECT_EQ(read().position, read().position);
+  EXPECT_FALSE(read().added.acts);
+}
+
+/// A light hand leans on a wall beyond the border: it comes to rest, pressing as much as stops the workspace.
+TEST_F(MovableWorkspaceTest, IsNotDrivenThroughASurface) {
+  constexpr double kWall_N_per_m = 2000, kMass_kg = 0.1, kHand_N_per_m = 100, kHand_Ns_per_m = 0.5, kWallAt_m = 0.065;
+  move({.bubble = Bubble{Vec3(0), 0.05}});
+  double at = 0.05, speed = 0, force_N = 0, largest = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    device_.reading.position = {at, 0, 0};
+    const DeviceReading reading = read();
+    force_N = reading.added.force_N.x - std::max(0.0, kWall_N_per_m * (reading.position.x - kWallAt_m));
+    workspace_.write({force_N, 0, 0});
+    speed += kPeriod_s / kMass_kg * (force_N + kHand_N_per_m * (0.08 - at) - kHand_Ns_per_m * speed);
+    at += kPeriod_s * speed;
+    if (i > 15'000) largest = std::max(largest, std::abs(speed));
+  }
+  EXPECT_LT(largest, 1e-3);
+  EXPECT_LT(force_N - read().added.force_N.x, -0.2) << "it presses the wall";
+  EXPECT_GT(force_N - read().added.force_N.x, -2);
 }
 
 TEST_F(MovableWorkspaceTest, WhatIsAddedComesAndGoesSlowly) {
@@ -123,18 +187,18 @@ TEST_F(MovableWorkspaceTest, MovesWithTheHandWhileTheClutchIsPressed) {
   for (int i = 0; i < 100; ++i) {
     device_.reading.status.buttons = 0b100;
     const DeviceReading before = read();
-    EXPECT_TRUE(before.status.clutched);
+    EXPECT_TRUE(before.status.does(HandAction::kClutch));
     for (int j = 0; j < 5; ++j) {
       device_.reading.position = {any(random), any(random), any(random)};
       device_.reading.rotation = rotationBy({20 * any(random), 20 * any(random), 20 * any(random)});
       const DeviceReading held = read();
-      EXPECT_TRUE(held.status.clutched);
+      EXPECT_TRUE(held.status.does(HandAction::kClutch));
       EXPECT_EQ(held.position, before.position);
       EXPECT_EQ(held.rotation, before.rotation);
     }
     device_.reading.status.buttons = 0b011;
     const DeviceReading after = read();
-    EXPECT_FALSE(after.status.clutched);
+    EXPECT_FALSE(after.status.does(HandAction::kClutch));
     expectSame(after, before);
     device_.reading.position += Vec3(0, 0, 0.001);
     EXPECT_NEAR(read().position.z, before.position.z + 0.002, 1e-12) << "it goes on from there";

@@ -414,6 +414,11 @@ TEST_F(SessionHand, ItsWorkspaceIsMovedByWhatIsGivenAlone) {
   v1::SetWorkspace message;
   message.mutable_offset()->set_x(0.1);
   message.set_clutch_buttons(0x80000001);
+  message.set_grasp_buttons(2);
+  message.set_mark_buttons(4);
+  message.set_next_tool_buttons(8);
+  message.mutable_bubble()->mutable_centre()->set_z(0.1);
+  message.mutable_bubble()->set_radius_m(0.05);
   move(message);
   message.Clear();
   message.set_scale(2);
@@ -422,10 +427,16 @@ TEST_F(SessionHand, ItsWorkspaceIsMovedByWhatIsGivenAlone) {
   ASSERT_EQ(moves.size(), 2U);
   EXPECT_EQ(moves[0].offset, Vec3(0.1, 0, 0));
   EXPECT_EQ(moves[0].clutchButtons, 0x80000001);
+  EXPECT_EQ(moves[0].graspButtons, 2U);
+  EXPECT_EQ(moves[0].markButtons, 4U);
+  EXPECT_EQ(moves[0].nextToolButtons, 8U);
+  ASSERT_TRUE(moves[0].bubble);
+  EXPECT_EQ(moves[0].bubble->centre, Vec3(0, 0, 0.1));
+  EXPECT_EQ(moves[0].bubble->radius_m, 0.05);
   EXPECT_FALSE(moves[0].scale || moves[0].rotation);
   EXPECT_EQ(moves[1].scale, 2);
   EXPECT_EQ(moves[1].rotation, Quat(1, 0, 0, 0));
-  EXPECT_FALSE(moves[1].offset || moves[1].clutchButtons);
+  EXPECT_FALSE(moves[1].offset || moves[1].clutchButtons || moves[1].graspButtons || moves[1].markButtons);
 }
 
 TEST_F(SessionHand, RefusesAWorkspaceThatIsNone) {
@@ -434,6 +445,16 @@ TEST_F(SessionHand, RefusesAWorkspaceThatIsNone) {
   move(message);
   EXPECT_EQ(client.refusal().field(), "set_workspace.scale");
   EXPECT_TRUE(moves.empty());
+}
+
+TEST_F(SessionHand, RefusesABubbleOfNoSize) {
+  v1::SetWorkspace message;
+  message.mutable_bubble()->set_radius_m(0);
+  move(message);
+  EXPECT_EQ(moves.size(), 1U) << "0 takes it away";
+  message.mutable_bubble()->set_radius_m(0.001);
+  move(message);
+  EXPECT_EQ(client.refusal().field(), "set_workspace.bubble.radius_m");
 }
 
 TEST_F(SessionHand, RefusesToMoveTheWorkspaceOfAHandThatIsNotThere) {

@@ -94,14 +94,25 @@ class RecordedServo {
       tick({hand(), DeviceState::kReady, {}, rotationBy({0.2 * std::sin(3 * t), 0.3 * std::cos(2 * t), 0.1})});
     }
   }
+  /// With the device turned to and fro, and a button that grasps pressed now and then.
+  void runGrasping(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const double t = 0.001 * static_cast<double>(tick_);
+      DeviceReading reading{
+          hand(), DeviceState::kReady, {}, rotationBy({0.2 * std::sin(3 * t), 0.3 * std::cos(2 * t), 0.1})};
+      reading.status.set(HandAction::kGrasp, i % 700 >= 500);
+      tick(reading);
+    }
+  }
   /// Of a device with buttons, a gripper, and what else is measured; the hand takes hold of its workspace now and then.
   void runClutching(int ticks) {
     Vec3 held(0);
     for (int i = 0; i < ticks; ++i) {
       DeviceReading reading{hand(), DeviceState::kReady, {}};
-      reading.status.clutched = i % 400 >= 200;
+      reading.status.set(HandAction::kClutch, i % 400 >= 200);
+      reading.status.set(HandAction::kMark, i % 4 == 0);
       reading.status.buttons = 1U << (tick_ % 32);
-      if (!reading.status.clutched) held = reading.position;
+      if (!reading.status.does(HandAction::kClutch)) held = reading.position;
       reading.position = held;
       const auto measured = static_cast<double>(tick_);
       reading.handle = {{measured, 1, 2}, {3, -measured, 4}, 0.1 * measured, tick_ % 8};

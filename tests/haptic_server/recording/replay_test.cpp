@@ -210,7 +210,7 @@ TEST(Replay, GivesWhatTheHandleMeasuredAndTheForcesThatAClutchTookAwayAgain) {
   servo.run(100);
   servo.runClutching(kWhile);
   servo.run(100);
-  std::uint64_t tick = 0, clutched = 0;
+  std::uint64_t tick = 0, clutched = 0, marked = 0;
   const auto outcome = replay(servo.recording(), [&](const ReplayedTick& replayed) {
     const TelemetrySample& sample = replayed.sample;
     const bool measures = tick >= 100 && tick < 100U + kWhile;
@@ -218,7 +218,8 @@ TEST(Replay, GivesWhatTheHandleMeasuredAndTheForcesThatAClutchTookAwayAgain) {
     const auto number = static_cast<double>(tick);
     const HandleReading handle{{number, 1, 2}, {3, -number, 4}, 0.1 * number, tick % 8};
     EXPECT_EQ(sample.handle, measures ? handle : HandleReading{}) << tick;
-    clutched += sample.device.clutched;
+    clutched += sample.device.does(HandAction::kClutch);
+    marked += sample.device.does(HandAction::kMark);
     ++tick;
     return true;
   });
@@ -227,14 +228,23 @@ TEST(Replay, GivesWhatTheHandleMeasuredAndTheForcesThatAClutchTookAwayAgain) {
   EXPECT_EQ(outcome->ticks, 200U + kWhile);
   EXPECT_EQ(outcome->differing, 0U);
   EXPECT_EQ(clutched, kWhile / 2U);
+  EXPECT_EQ(marked, kWhile / 4U);
 }
 
 TEST(Replay, GivesTheSameOfEveryTickWithAndWithoutTheStatesInARecording) {
-  RecordedServo pushed(kScene + kBricks), yielding(kScene + kCushion), held(kScene + kBlock + kTool);
+  RecordedServo pushed(kScene + kBricks), yielding(kScene + kCushion), held(kScene + kBlock + kTool),
+      grasping(kScene + kBricks);
   runWithEdits(pushed);
   runWithEdits(yielding);
   held.runTurning(10'300);
-  for (RecordedServo* servo : {&pushed, &yielding, &held}) {
+  grasping.runGrasping(10'300);
+  int grasped = 0;
+  (void)replay(grasping.recording(), [&](const ReplayedTick& tick) {
+    grasped += tick.sample.grasped != 0;
+    return true;
+  });
+  EXPECT_GT(grasped, 300);
+  for (RecordedServo* servo : {&pushed, &yielding, &held, &grasping}) {
     const std::string recording = servo->recording();
     const std::string without = changed(recording, [](const auto& part) { return !part.has_state(); });
     ReplayOutcome outcome, outcomeWithout;

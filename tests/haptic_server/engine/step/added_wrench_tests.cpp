@@ -104,7 +104,7 @@ TEST_F(AddedWrenchTest, GoesWithTheForceOfADeviceThatIsLost) {
 TEST_F(AddedWrenchTest, IsNotFeltWhileTheHandMovesItsWorkspace) {
   for (int i = 0; i < 100; ++i) step(kAdded);
   DeviceReading reading = readingAt(stroke(100), kAdded);
-  reading.status.clutched = true;
+  reading.status.set(HandAction::kClutch, true);
   Vec3 before = sample_.force.written;
   for (int i = 0; i < 200; ++i) {
     const Vec3 now = servo_.stepWith(reading).force.written;

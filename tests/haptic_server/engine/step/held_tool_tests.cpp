@@ -103,6 +103,52 @@ TEST(HeldTool, PushesWhatMovesAndGivesItItsTorque) {
   EXPECT_LT(state.angularMomentum_Nms.z, -1e-5) << "pushed on the side of +y, it turns about -z";
 }
 
+/// One of three: the others are where the scene has them, and are not felt.
+TEST(HeldTool, IsTheNextAtEachPressOfItsButtonWithoutAStep) {
+  ServoObject bar = toolOf(2, kBar), cube = toolOf(3, makeBox({0.02, 0.02, 0.02}, 2).value()), ball = toolOf(5, kBar);
+  bar.pose.position = {0, 0.1, 0.005};
+  cube.pose.position = {0, 0, 0.008};  // where the hand is
+  ball.pose.position = {0, -0.1, 0.005};
+  VirtualServo servo(path({0, 0, 0.03}, {0, 0, 0.004}, 0.3), kConfig, sceneOf(1, {floorOf(1), bar, cube, ball}));
+  TelemetrySample sample = servo.run(400);
+  EXPECT_EQ(servo.state().tool.body, 1U);
+  EXPECT_NEAR(sample.force.written.z, kStiffness_N_per_m * 0.001, 1e-2);
+  double largest_N = 0;
+  const auto hold = [&](bool pressed, int ticks) {
+    const std::uint64_t allocations = AllocationTripwire::count();
+    for (int i = 0; i < ticks; ++i) {
+      DeviceReading reading{{.position = {0, 0, 0.004}, .state = DeviceState::kReady}};
+      reading.status.set(HandAction::kNextTool, pressed);
+      const Vec3 before = sample.force.written;
+      const AllocationTripwire armed;
+      sample = servo.stepWith(reading);
+      largest_N = std::max(largest_N, glm::distance(sample.force.written, before));
+    }
+    EXPECT_EQ(AllocationTripwire::count(), allocations);
+  };
+  MotionState motion;
+  (void)describeMotion(servo.state(), 1, motion);
+  for (const std::uint64_t next : {3U, 5U, 2U, 3U}) {
+    hold(true, 300);
+    EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+    EXPECT_EQ(motion.tool.object, next);
+    for (const BodyState& body : motion.bodies()) {
+      const Vec3 hung = body.object == 2   ? bar.pose.position
+                        : body.object == 3 ? cube.pose.position
+                                           : ball.pose.position;
+      if (body.object != next) EXPECT_EQ(body.pose.position, hung) << body.object;
+    }
+    EXPECT_EQ(motion.bodyCount, 3U);
+    hold(false, 10);
+  }
+  EXPECT_EQ(sample.object, 1U) << "the floor alone";
+  EXPECT_NEAR(sample.force.written.z, kStiffness_N_per_m * 0.006, 0.1) << "the cube's side is at 10 mm";
+  EXPECT_LE(largest_N, 0.03 + 1e-9);
+  servo.adopt(sceneOf(2, {floorOf(1), bar, cube, ball, obstacle(6, makeSphere(0.01, 8).value(), {0.2, 0, 0})}));
+  hold(true, 1);
+  EXPECT_EQ(servo.state().tool.body, 3U) << "an edit leaves the cube in the hand, and this is another press";
+}
+
 TEST(HeldTool, NeitherAllocatesNorStepsTheForceAcrossEdits) {
   const ServoObject bar = toolOf(3, kBar), wider = toolOf(3, kBar, 2 * kSpacing_m);
   ServoObject softer = bar;
