@@ -74,7 +74,7 @@ void feelGrasp(const ServoScene& scene, HapticState& state, const StepConfig& co
   const double depth = glm::length(stretch);
   const Vec3 direction = depth > 0 ? stretch / depth : Vec3(0);
   const Vec3 relative = velocity - state.estimate.velocity.velocity();
-  updateTouchedStiffness(scene, state, config, index, depth, -glm::dot(relative, direction));
+  updateStiffness(scene, state, config, index, depth, -glm::dot(relative, direction));
   const Vec3 spring = state.objects[index].stiffness.value().spring_N_per_m * stretch;
   const Vec3 damping = object.graspDamping_Ns_per_m * relative;
   const double part = writtenFraction(limitMagnitude(spring + damping, config.maxForce_N), spring + damping);
