@@ -16,8 +16,8 @@ namespace haptics {
 ///   offset + scale R p,   turned by   R q R^-1 A,
 /// R the workspace's rotation; scale 1, offset 0, R and A the identity at start. While a button of the clutch is pressed the pose stays
 /// where it was, and offset and A become such that the pose goes on from there once the button is let go (indexing). What the
-/// pressed buttons are bound to is status.actions, by which the step takes the force away, or holds a body. A change of scale and rotation leaves the
-/// pose likewise.
+/// pressed buttons are bound to is status.actions, by which the step takes the force away, or holds a body. A change of scale
+/// and rotation leaves the pose likewise.
 ///
 /// A force F of the world is R^-1 F / max(1, scale) on the hand. Where scale > 1 the hand feels the impedance that it felt at scale 1,
 /// and moves in the world as its mass does: what is known of its stability holds. Where it is below, surfaces are softer.

@@ -31,7 +31,9 @@ using Kind = Effect::Kind;
 EffectField::EffectField(const Effect& effect)
     : effect_(effect),
       reach_m_(effect.reach_m > 0 ? effect.reach_m : std::numeric_limits<double>::infinity()),
-      release_m_(std::max(reach_m_, effect.release_m)) {
+      release_m_(std::max(reach_m_, effect.release_m)),
+      isOfMesh_(effect.kind == Kind::kMagnet || effect.kind == Kind::kSpringToVertex ||
+                effect.kind == Kind::kSpringToEdge || effect.region == Effect::Region::kInside) {
   if (!effect.path_m.empty()) path_ = EffectPath(effect.path_m);
 }
 
@@ -42,11 +44,6 @@ bool EffectField::isPlaceOf(const EffectMemory& memory) const noexcept {
 
 Vec3 EffectField::limited(Vec3 force_N) const noexcept {
   return effect_.limit_N > 0 ? limitMagnitude(force_N, effect_.limit_N) : force_N;
-}
-
-bool EffectField::isOfMesh() const noexcept {
-  return effect_.kind == Kind::kMagnet || effect_.kind == Kind::kSpringToVertex ||
-         effect_.kind == Kind::kSpringToEdge || effect_.region == Effect::Region::kInside;
 }
 
 NearMesh EffectField::near(const CollisionMesh& mesh, Vec3 hip, Allowance& allowance) const noexcept {
@@ -71,8 +68,13 @@ double EffectField::reachWeight(EffectMemory& memory, double far_m, bool& jumped
 
 EffectField::Felt EffectField::pull(EffectMemory& memory, Vec3 hip, Vec3 target, Vec3 damped) const noexcept {
   const Vec3 way = target - hip;
-  bool jumped = false;
-  const double weight = reachWeight(memory, glm::length(way), jumped);
+  bool jumped = !memory.holds;
+  double weight = 1;
+  if (effect_.reach_m > 0) {
+    weight = reachWeight(memory, glm::length(way), jumped);
+  } else {
+    memory.holds = true;
+  }
   if (weight == 0) return {Vec3(0), jumped};
   return {weight * limited(effect_.stiffness_N_per_m * way - effect_.damping_Ns_per_m * damped), jumped};
 }

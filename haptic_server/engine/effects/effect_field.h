@@ -40,7 +40,7 @@ class EffectField {
     return effect_.kind == other.effect_.kind && effect_.path_m == other.effect_.path_m;
   }
   /// Whether it has to be told what of its object's mesh is near.
-  [[nodiscard]] bool isOfMesh() const noexcept;
+  [[nodiscard]] bool isOfMesh() const noexcept { return isOfMesh_; }
   /// That, in the effect's frame. One query or two of the mesh; where they spend the allowance, what they find means nothing.
   [[nodiscard]] NearMesh near(const CollisionMesh& mesh, Vec3 hip, Allowance& allowance) const noexcept;
   /// Whether one that comes from elsewhere can be used.
@@ -75,6 +75,7 @@ class EffectField {
 
   Effect effect_;
   double reach_m_, release_m_;  // infinite where there is none
+  bool isOfMesh_;
   EffectPath path_;
 };
 

@@ -89,14 +89,15 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       all.carried_m = std::max(all.carried_m, glm::length(carried));
       const Vec3 here = toLocal(body.current, hip);
       Allowance& allowance = result.contact.work.allowance;
-      const NearMesh mesh = effect.field->isOfMesh() ? effect.field->near(*body.surface, here, allowance) : NearMesh{};
-      if (effect.field->isOfMesh() && allowance.isSpent()) {
+      const Vec3 relative = toFrame * (velocity - carried / config.period_s);
+      if (!effect.field->isOfMesh()) {
+        felt = effect.field->felt(memory, here, relative, config.period_s);
+      } else if (const NearMesh mesh = effect.field->near(*body.surface, here, allowance); allowance.isSpent()) {
         state.fallBehind(result.contact.work);
       } else {
-        felt =
-            effect.field->felt(memory, here, toFrame * (velocity - carried / config.period_s), config.period_s, mesh);
-        felt.force_N = body.current.rotation * felt.force_N;
+        felt = effect.field->felt(memory, here, relative, config.period_s, mesh);
       }
+      felt.force_N = body.current.rotation * felt.force_N;
     }
     memory.force_N = felt.force_N;
     all.force_N += felt.force_N;

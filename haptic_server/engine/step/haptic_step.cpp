@@ -299,8 +299,8 @@ void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& 
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
 }
 
-/// To the end, where objects are on their way or leave, a tool or a body is held, there are effects, or a client adds a force. Apart, so
-/// that the compiler keeps nothing for it in a tick without.
+/// To the end, where objects are on their way or leave, a tool or a body is held, there are effects, or a client adds a force.
+/// Apart, so that the compiler keeps nothing for it in a tick without.
 [[gnu::noinline, gnu::cold]] void computeForceWithExtras(const ServoScene& scene, HapticState& state,
                                                          const StepConfig& config, const StepInput& input,
                                                          ForceResult& result, const TriangleCache* cache) noexcept {
