@@ -93,8 +93,8 @@ EffectField::Felt EffectField::pullToPath(EffectMemory& memory, Vec3 hip, Vec3 v
   return felt;
 }
 
-EffectField::Felt EffectField::pullToMesh(EffectMemory& memory, Vec3 hip, Vec3 velocity,
-                                          const NearMesh& mesh) const noexcept {
+[[gnu::noinline]] EffectField::Felt EffectField::pullToMesh(EffectMemory& memory, Vec3 hip, Vec3 velocity,
+                                                            const NearMesh& mesh) const noexcept {
   const bool held = memory.holds;
   Felt felt;
   if (!mesh.isFound) {
@@ -161,8 +161,8 @@ EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec
 
 /// The mass goes on by backward Euler, by which it is stable on any spring. What of it comes in at the border is at rest, and what
 /// stays behind there takes its momentum along: neither gives the hand energy.
-EffectField::Felt EffectField::carryMass(EffectMemory& memory, Vec3 hip, Vec3 velocity, double weight,
-                                         double period_s) const noexcept {
+[[gnu::noinline]] EffectField::Felt EffectField::carryMass(EffectMemory& memory, Vec3 hip, Vec3 velocity, double weight,
+                                                           double period_s) const noexcept {
   if (!memory.holds) {
     memory.target = hip;
     memory.part = 0;
@@ -186,7 +186,8 @@ EffectField::Felt EffectField::carryMass(EffectMemory& memory, Vec3 hip, Vec3 ve
 
 /// By the mean of so many places in the tick, a sample apart at most: of what is faster than ticks, the mean is felt. What ends
 /// comes to nothing over one sample.
-EffectField::Felt EffectField::play(EffectMemory& memory, double weight, double period_s) const noexcept {
+[[gnu::noinline]] EffectField::Felt EffectField::play(EffectMemory& memory, double weight,
+                                                      double period_s) const noexcept {
   const auto count = static_cast<double>(effect_.samples.size());
   const bool once = effect_.trigger != Effect::Trigger::kAlways;
   if (once && !memory.holds) memory.turns = 0;

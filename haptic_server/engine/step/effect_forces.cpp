@@ -8,6 +8,8 @@
 namespace haptics {
 namespace {
 
+constexpr NearMesh kNoMesh;
+
 /// By which the effects' frame moves the place (world) in this tick.
 [[nodiscard]] Vec3 carriedWay(const Body& body, Vec3 place) noexcept {
   return body.moving ? place - toWorld(body.previous, toLocal(body.current, place)) : Vec3(0);
@@ -81,7 +83,7 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       felt.jumped = memory.force_N != Vec3(0);
       memory.holds = false;
     } else if (effect.field->isInWorld()) {
-      felt = effect.field->felt(memory, hip, velocity, config.period_s);
+      felt = effect.field->felt(memory, hip, velocity, config.period_s, kNoMesh);
     } else {
       const Body& body = state.bodies[effect.body];
       const Quat toFrame = glm::conjugate(body.current.rotation);
@@ -91,7 +93,7 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       Allowance& allowance = result.contact.work.allowance;
       const Vec3 relative = toFrame * (velocity - carried / config.period_s);
       if (!effect.field->isOfMesh()) {
-        felt = effect.field->felt(memory, here, relative, config.period_s);
+        felt = effect.field->felt(memory, here, relative, config.period_s, kNoMesh);
       } else if (const NearMesh mesh = effect.field->near(*body.surface, here, allowance); allowance.isSpent()) {
         state.fallBehind(result.contact.work);
       } else {
