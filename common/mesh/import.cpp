@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -52,16 +51,16 @@ Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
   return refused("", "is in a format that is not read here");
 }
 
-/// How far apart numbers of float32 are where the coordinates are largest, in units of the file.
-double float32Step(const PolygonSoup& soup) {
-  float largest = 0;
+/// Of the largest coordinate, in units of the file.
+double roundingOf(const PolygonSoup& soup) {
+  double largest = 0;
   for (const TriangleIndices& triangle : soup.triangles) {
     for (const std::uint32_t v : triangle) {
       const Vec3 size = glm::abs(soup.vertices[v]);
-      largest = std::max({largest, static_cast<float>(size.x), static_cast<float>(size.y), static_cast<float>(size.z)});
+      largest = std::max({largest, size.x, size.y, size.z});
     }
   }
-  return static_cast<double>(std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest);
+  return float32Rounding(largest);
 }
 
 }  // namespace
@@ -106,14 +105,14 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
     return refused("", "holds no face: nothing but " + std::to_string(left.points) + " points and " +
                            std::to_string(left.lines) + " lines, which cannot be felt");
   }
-  const double step = soup.isFloat32 ? float32Step(soup) : 0;
+  const double rounding = soup.isFloat32 ? roundingOf(soup) : soup.rounding;
   ImportOptions scaling = options;
   if (!scaling.unit_m && !scaling.largestExtent_m) scaling.unit_m = soup.unit_m;
   auto imported = canonicalise(soup.vertices, std::move(soup.triangles), scaling);
   if (!imported) return imported;
   MeshReport& report = imported->report;
   if (!soup.cutOff.empty() && !report.closed()) return refused("", soup.cutOff);
-  report.rounding_m = std::max(report.rounding_m, step / 2 * report.scale_m);
+  report.rounding_m = std::max(report.rounding_m, rounding * report.scale_m);
   report.trianglesInFile += leftOut;
   report.droppedDegenerate += soup.degenerate;
   report.droppedOutOfRange += soup.outOfRange;

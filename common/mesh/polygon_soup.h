@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -18,6 +19,12 @@ struct LeftOut {
   std::uint64_t skins = 0, morphs = 0;  ///< Meshes that a skeleton or targets move: they are as they are stored.
   std::uint64_t animations = 0;
 };
+
+/// How far float32 may put a number of this size off.
+[[nodiscard]] inline double float32Rounding(double size) {
+  constexpr int kBits = 24;
+  return size > 0 ? std::ldexp(1.0, std::ilogb(size) - kBits) : 0;
+}
 
 /// Content of a mesh file before welding and scaling: triangles in the file's units, in the file's order, and what was left
 /// out on the way here.
@@ -40,6 +47,8 @@ struct PolygonSoup {
   LeftOut leftOut;
   std::optional<double> unit_m = std::nullopt;  ///< Metres, where the file says so.
   bool isFloat32 = false;                       ///< The file, or who reads it, holds its coordinates so.
+  double rounding =
+      0;  ///< Instead, where who reads it places them: how far float32 may have put one off, units of the file.
 
   /// For addPolygon(), of a file's number from 0: one that is not in `vertices` where it is not.
   [[nodiscard]] std::uint32_t numbered(std::int64_t vertex) const {
