@@ -76,7 +76,7 @@ volatile std::sig_atomic_t reading = false;
 
 /// Processor time that Assimp or Coin gets for a file, seconds: three times what it takes of the slowest format.
 unsigned readingTime_s(std::uintmax_t file_bytes) {
-  constexpr std::uintmax_t kAtLeast_s = 2, kBytesPerSecond = 1'000'000;
+  constexpr std::uintmax_t kAtLeast_s = 4, kBytesPerSecond = 1'000'000;
   return static_cast<unsigned>(kAtLeast_s + file_bytes / kBytesPerSecond);
 }
 

@@ -17,8 +17,8 @@ struct X3dText {
 };
 
 /// Names the groups that Assimp leaves out with all that is in them (Collision, Anchor, LOD, CADPart, HAnimJoint and so on) by
-/// those that it knows, lines, which it takes for faces, points, and turns faces of ccw="false", which it does not look at. Normals,
-/// colours and texture coordinates, which cannot be felt and have to be right for it, are left out.
+/// those that it knows, lines, which it takes for faces, points, and turns faces of ccw="false", which it does not look at.
+/// Normals, colours and texture coordinates, which cannot be felt and have to be right for it, are left out.
 /// Refused: that of shapes other than faces and triangles by index.
 [[nodiscard]] Result<X3dText> preparedX3d(std::string_view file);
 

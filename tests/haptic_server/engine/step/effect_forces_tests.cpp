@@ -105,9 +105,9 @@ Vec3 inMovingFrame(const Effect& effect, const Pose& before, const Pose& now, Ve
     case Kind::kViscosity:
       return -b * relative;
     case Kind::kMagnet: {
-      const Vec3 way = nearestOfBox(effect.kind, at) - at, n = now.rotation * glm::normalize(way);
+      const Vec3 way = nearestOfBox(effect.kind, at) - at, pullsTo = now.rotation * glm::normalize(way);
       const double pull = k * glm::length(way);
-      return (pull + std::clamp(-b * glm::dot(relative, n), -pull, pull)) * n;
+      return (pull + std::clamp(-b * glm::dot(relative, pullsTo), -pull, pull)) * pullsTo;
     }
     case Kind::kSpringToVertex:
       return now.rotation * (k * (nearestOfBox(effect.kind, at) - at)) - b * relative;
