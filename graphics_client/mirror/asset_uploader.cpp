@@ -44,6 +44,7 @@ std::optional<v1::AssetUpload> AssetUploader::next() {
 }
 
 bool AssetUploader::cancel(const ContentHash& hash) {
+  named(hash);
   const auto upload = std::ranges::find(uploads_, hash, [](const Upload& u) { return u.name.hash; });
   if (upload == uploads_.end()) return false;
   const bool begun = upload->sent_bytes > 0;
@@ -68,7 +69,11 @@ void AssetUploader::replied(const v1::AssetUploadReply& reply, std::uint64_t now
     }
   }
   const auto finished = std::move(upload.callbacks.finished);
+  if (reply.accepted()) unnamed_.push_back({upload.name, std::move(upload.bytes)});
   uploads_.pop_front();
+  std::size_t unnamed_bytes = 0;
+  for (const Upload& each : unnamed_) unnamed_bytes += each.bytes.size();
+  for (; unnamed_bytes > kMaxUnnamed_bytes; unnamed_.pop_front()) unnamed_bytes -= unnamed_.front().bytes.size();
   if (finished) finished(reply);
 }
 
@@ -79,6 +84,14 @@ void AssetUploader::poll(std::uint64_t now_ns) {
 void AssetUploader::connectionLost() {
   waitingUntil_ns_.reset();
   if (!uploads_.empty()) uploads_.front().sent_bytes = 0;
+  for (; !unnamed_.empty(); unnamed_.pop_back()) {
+    uploads_.push_front(std::move(unnamed_.back()));
+    uploads_.front().again = true;
+  }
+}
+
+void AssetUploader::named(const ContentHash& asset) {
+  std::erase_if(unnamed_, [&](const Upload& upload) { return upload.name.hash == asset; });
 }
 
 }  // namespace haptics

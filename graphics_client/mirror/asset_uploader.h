@@ -11,11 +11,14 @@
 
 namespace haptics {
 
-/// Sends assets to the server in chunks, one after the other; one that a lost connection interrupted starts anew.
+/// Sends assets to the server in chunks, one after the other; one that a lost connection interrupted starts anew. The server keeps
+/// one for its connection until an edit names it: after a reconnect those that none has named are sent again.
 class AssetUploader {
  public:
   /// Put off by the server for this long, an upload is given up and its refusal reported.
   static constexpr std::uint64_t kPatience_ns = 60'000'000'000;
+  /// Of assets that no edit has named; beyond, the oldest are not sent again.
+  static constexpr std::size_t kMaxUnnamed_bytes = std::size_t{256} << 20;
 
   explicit AssetUploader(std::size_t chunk_bytes = kMaxChunkBytes) noexcept : chunk_bytes_(chunk_bytes) {}
 
@@ -31,6 +34,9 @@ class AssetUploader {
   /// Call every few milliseconds: an asset for which the server had no room is sent again after a while.
   void poll(std::uint64_t now_ns);
   void connectionLost();
+  void named(const ContentHash& asset);  ///< The scene holds this asset from now on.
+  /// Edits have to wait: what they name may be among what the server is to get once more.
+  [[nodiscard]] bool sendsAgain() const { return !uploads_.empty() && uploads_.front().again; }
 
  private:
   struct Upload {
@@ -39,9 +45,11 @@ class AssetUploader {
     UploadCallbacks callbacks;
     std::uint64_t sent_bytes = 0;
     std::uint64_t firstPutOff_ns = 0;  // 0: never
+    bool again = false;
   };
-  std::size_t chunk_bytes_;  // with what stands around the data
-  std::deque<Upload> uploads_;
+  std::size_t chunk_bytes_;     // with what stands around the data
+  std::deque<Upload> uploads_;  // those to be sent again come first
+  std::deque<Upload> unnamed_;  // the server has them
   std::optional<std::uint64_t> waitingUntil_ns_;
 };
 

@@ -258,7 +258,7 @@ void ClientSession::requestAssets() {
 }
 
 void ClientSession::pumpEdits() {
-  if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  if ((phase_ != Phase::kSyncing && phase_ != Phase::kLive) || uploads_.sendsAgain()) return;
   while (const v1::EditRequest* request = edits_.next()) {
     v1::Envelope envelope;
     *envelope.mutable_edit_request() = *request;

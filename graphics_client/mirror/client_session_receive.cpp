@@ -45,6 +45,7 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
       return;
     case v1::Envelope::kAssetUploadReply:
       uploads_.replied(envelope.asset_upload_reply(), now_ns);
+      pumpEdits();
       return pumpUploads();
     case v1::Envelope::kHandLeader:
       hand_.answered(envelope.hand_leader());
@@ -164,6 +165,9 @@ void ClientSession::handle(const v1::Commit& message) {
   const auto commit = fromWire(message);
   if (!commit) return resync(commit.error());
   if (auto applied = mirror_.apply(*commit); !applied) return resync(applied.error());
+  for (const ObjectRecord& record : commit->put) {
+    for (const AssetName& name : record.assets()) uploads_.named(name.hash);
+  }
   if (commit->revision > mirror_.contents().serverRevision) mirror_.announce(commit->revision, commit->root);
   if (options_.follower.commit) options_.follower.commit(message, mirror_.scene());
   sceneChanged();

@@ -11,6 +11,7 @@ from haptics.v1 import envelope_pb2, scene_pb2
 FIELD, VERTEX_VALUES = scene_pb2.ASSET_KIND_SCALAR_FIELD, scene_pb2.ASSET_KIND_VERTEX_VALUES
 MOVED_VERTICES, POINT_FIELD = scene_pb2.ASSET_KIND_MOVED_VERTICES, scene_pb2.ASSET_KIND_POINT_FIELD
 CHUNK_BYTES = 32_000
+MAX_UNNAMED_BYTES = 256 << 20
 
 
 def field(rows):
@@ -52,16 +53,17 @@ class Upload:
     def __init__(self, kind, data):
         self.kind, self.data = envelope_pb2.AssetChunk(kind=kind).kind, bytes(data)
         self.hash = hashlib.sha256(self.data).digest()
-        self.sent = False
+        self.sent = self.again = False
         self.put_off_since = None
         self.held = concurrent.futures.Future()
 
 
 class UploadQueue:
-    """Uploads on their way, sent anew after a reconnect until they are answered. The server takes one after the other."""
+    """Uploads on their way, one after the other, sent anew after a reconnect until they are answered. The server keeps one for
+    its connection until an edit names it: after a reconnect the newest 256 MB that none has named are sent again."""
 
     def __init__(self):
-        self._uploads, self._waiting_until, self._end = [], 0.0, None
+        self._uploads, self._unnamed, self._waiting_until, self._end = [], [], 0.0, None
 
     def add(self, kind, data):
         upload = Upload(kind, data)
@@ -86,8 +88,21 @@ class UploadQueue:
 
     def connection_lost(self):
         self._waiting_until = 0.0
+        for upload in self._unnamed:
+            upload.again = True
+        self._uploads, self._unnamed = self._unnamed + self._uploads, []
         for upload in self._uploads:
             upload.sent = False
+
+    def sends_again(self):
+        """Edits have to wait: what they name may be among what the server is to get once more."""
+        return bool(self._uploads) and self._uploads[0].again
+
+    def committed(self, commit):
+        """The scene holds what this names from now on."""
+        if self._unnamed:
+            names = commit.SerializeToString()
+            self._unnamed = [upload for upload in self._unnamed if upload.hash not in names]
 
     def end(self, error):
         """Every wait ends with the error, now and from now on."""
@@ -107,6 +122,9 @@ class UploadQueue:
             return
         self._uploads.pop(0)
         if reply.accepted:
+            self._unnamed.append(upload)
+            while sum(len(each.data) for each in self._unnamed) > MAX_UNNAMED_BYTES:
+                self._unnamed.pop(0)
             settle(upload.held, upload.hash)
         else:
             settle(upload.held, error=UploadRefused(reply.field, reply.reason))

@@ -398,6 +398,7 @@ class Client:
         if not self._whole:
             raise ConnectionLost("a commit came before the snapshot that it changes")
         self._scene = self._scene.after(commit)
+        self._uploads.committed(commit)
         self._scene_changed()
 
     def _scene_changed(self):
@@ -460,7 +461,7 @@ class Client:
             return
         with self._changed:
             bodies = [body for hand in self._hands for body in hand.take_unsent()]
-            requests = self._edits.take_unsent()
+            requests = [] if self._uploads.sends_again() else self._edits.take_unsent()
             chunks = self._uploads.take_unsent()
         for body in bodies:
             self._send(connection, **body)

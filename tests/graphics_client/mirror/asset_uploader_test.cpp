@@ -144,6 +144,28 @@ TEST(AssetUploader, StartsAnewAfterAReconnect) {
   EXPECT_EQ(sendAll(uploader), bytes);
 }
 
+TEST(AssetUploader, SendsAgainWhatNoEditHasNamedBeforeTheConnectionWasLost) {
+  AssetUploader uploader;
+  int finished = 0;
+  for (const float size : {1.F, 2.F, 3.F}) {
+    uploader.add(AssetKind::kMesh, encodeMesh(tetrahedron(size)),
+                 {.progress = {}, .finished = [&](const auto&) { ++finished; }});
+  }
+  for (const float size : {1.F, 2.F}) {
+    (void)sendAll(uploader);
+    uploader.replied(reply(tetrahedron(size), true), kNow_ns);
+  }
+  uploader.named(hashOf(tetrahedron(1)));
+  EXPECT_FALSE(uploader.sendsAgain());
+  uploader.connectionLost();
+  EXPECT_TRUE(uploader.sendsAgain());
+  EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(2)));
+  uploader.replied(reply(tetrahedron(2), true), kNow_ns);
+  EXPECT_FALSE(uploader.sendsAgain());
+  EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(3)));
+  EXPECT_EQ(finished, 2);
+}
+
 TEST(AssetUploader, RefusesNoBytesAtOnce) {
   AssetUploader uploader;
   bool refused = false;

@@ -357,6 +357,24 @@ TEST_F(SessionTraffic, UploadsFromTheStartAgainAfterAReconnect) {
   EXPECT_EQ(uploads[0].asset_upload().chunk().offset(), 0U);
 }
 
+TEST_F(SessionTraffic, UploadsAgainBeforeTheEditThatNamesIt) {
+  v1::Envelope reply;
+  reply.mutable_asset_upload_reply()->set_hash(hashOf(grid(20)).asBytes());
+  reply.mutable_asset_upload_reply()->set_accepted(true);
+  rig_.client.upload(AssetKind::kMesh, encodeMesh(grid(20)), {});
+  rig_.settle();
+  rig_.server.send(reply);
+  rig_.settle();
+  rig_.client.submit(removal(1), callbacks());
+  rig_.cut();
+  resume();
+  ASSERT_FALSE(rig_.server.heard(v1::Envelope::kAssetUpload).empty());
+  EXPECT_EQ(heardEdits(), Seqs{});
+  rig_.server.send(reply);
+  rig_.settle();
+  EXPECT_EQ(heardEdits(), Seqs{1});
+}
+
 TEST_F(SessionTraffic, TellsTheServerThatAnUploadIsCancelledAndGoesOnWithTheNext) {
   const ContentHash first = hashOf(grid(200));
   bool cancelled = false;

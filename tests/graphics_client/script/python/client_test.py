@@ -296,6 +296,27 @@ class Waits(ClientTest):
         upload = self.begin(lambda: client.upload(haptic_assets.FIELD, b"1", None))
         self.assertIn("no room", str(upload.exception(SOON_S)))
 
+    def test_what_no_edit_has_named_is_uploaded_again_before_one_does(self):
+        heard = []
+        def accept(envelope):
+            body = envelope.WhichOneof("body")
+            if body == "asset_upload":
+                heard.append(body)
+                return framed(say(asset_upload_reply=envelope_pb2.AssetUploadReply(
+                    hash=envelope.asset_upload.chunk.hash, accepted=True)))
+            if body == "edit_request":
+                heard.append(body)
+                reply = envelope_pb2.EditReply(client_seq=envelope.edit_request.client_seq)
+                reply.rejected.reason = "no"
+                return framed(say(edit_reply=reply))
+            return b""
+        server, client = self.live(*greeting(), answer=accept)
+        client.upload(haptic_assets.FIELD, b"1", SOON_S)
+        server.hang_up()
+        self.assertIn("no", str(self.begin(client.submit(scene_pb2.Transaction()).result).exception(SOON_S)))
+        self.until(lambda: len(heard) > 2)
+        self.assertEqual(heard[:3], ["asset_upload", "asset_upload", "edit_request"])
+
     def test_what_cannot_be_sent_is_the_callers_error(self):
         server, client = self.live(*greeting())
         with self.assertRaises((TypeError, ValueError)):
