@@ -181,8 +181,7 @@ std::int64_t unitsOfMotion(const HapticState& state) noexcept {
 void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
   if (state.motion.follows) return;
   const ContactResult& contact = result.contact;
-  const ForceComponents& force = result.force;
-  const Reaction reaction(state, contact, force.contact);
+  const Reaction reaction(state, contact, contactForce_N(state, result));
   const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   const double part = writtenPart(state, result);

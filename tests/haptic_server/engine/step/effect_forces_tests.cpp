@@ -169,14 +169,16 @@ TEST(EffectForces, GiveTheirBodyWhatTheyTakeFromTheHand) {
       .kind = Kind::kSpringToPoint, .point_m = Vec3(0, 0.01, 0), .stiffness_N_per_m = 50, .damping_Ns_per_m = 0.2};
   const Effect inWorld{
       .kind = Kind::kConstant, .frame = Effect::Frame::kWorld, .direction = Vec3(0, 0, 1), .amplitude_N = 1};
-  VirtualServo servo([](std::uint64_t tick) { return Vec3(0.05 + 1e-5 * static_cast<double>(tick), 0, 0); }, kWide,
-                     carrying(1, floatingBox(0.2, 0), {spring, inWorld}));
-  Vec3 given(0);
-  for (int i = 0; i < 80; ++i) given -= kPeriod_s * (servo.step().force.contact - Vec3(0, 0, 1));
-  const RigidState& body = servo.state().moving[0].state;
-  EXPECT_GT(body.momentum_Ns.x, 0.01);
-  EXPECT_LT(glm::distance(body.momentum_Ns, given), 1e-9);
-  EXPECT_LT(body.angularMomentum_Nms.z, 0) << "pulled at the hand's place, beside its centre";
+  for (const auto& [start_m, step_m] : {std::pair(0.05, 1e-5), std::pair(0.0101, -1e-5)}) {  // beside it, and into it
+    const auto along = [&](std::uint64_t tick) { return Vec3(start_m + step_m * static_cast<double>(tick), 0, 0); };
+    VirtualServo servo(along, kWide, carrying(1, floatingBox(0.2, 0), {spring, inWorld}));
+    Vec3 given(0);
+    for (int i = 0; i < 80; ++i) given -= kPeriod_s * (servo.step().force.contact - Vec3(0, 0, 1));
+    const RigidState& body = servo.state().moving[0].state;
+    EXPECT_GT(glm::length(body.momentum_Ns), 0.01);
+    EXPECT_LT(glm::distance(body.momentum_Ns, given), 1e-9);
+    EXPECT_LT(body.angularMomentum_Nms.z, 0) << "pulled at the hand's place, beside its centre";
+  }
 }
 
 Effect randomEffect(std::mt19937& engine) {
