@@ -66,7 +66,8 @@ double EffectField::reachWeight(EffectMemory& memory, double far_m, bool& jumped
   return memory.holds ? fading(release_m_ - far_m, effect_.fade_m) : 0;
 }
 
-EffectField::Felt EffectField::pull(EffectMemory& memory, Vec3 hip, Vec3 target, Vec3 damped) const noexcept {
+EffectField::Felt EffectField::pull(EffectMemory& memory, const Vec3& hip, const Vec3& target,
+                                    const Vec3& damped) const noexcept {
   const Vec3 way = target - hip;
   bool jumped = !memory.holds;
   double weight = 1;
@@ -79,7 +80,7 @@ EffectField::Felt EffectField::pull(EffectMemory& memory, Vec3 hip, Vec3 target,
   return {weight * limited(effect_.stiffness_N_per_m * way - effect_.damping_Ns_per_m * damped), jumped};
 }
 
-EffectField::Felt EffectField::pullToPath(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept {
+EffectField::Felt EffectField::pullToPath(EffectMemory& memory, const Vec3& hip, const Vec3& velocity) const noexcept {
   const bool held = memory.holds;
   const bool goesOn = effect_.kind == Kind::kGuide && held;
   const PathPlace place = goesOn ? path_.onwards(hip, memory.segment, memory.part) : path_.nearest(hip, memory.segment);
@@ -93,7 +94,7 @@ EffectField::Felt EffectField::pullToPath(EffectMemory& memory, Vec3 hip, Vec3 v
   return felt;
 }
 
-[[gnu::noinline]] EffectField::Felt EffectField::pullToMesh(EffectMemory& memory, Vec3 hip, Vec3 velocity,
+[[gnu::noinline]] EffectField::Felt EffectField::pullToMesh(EffectMemory& memory, const Vec3& hip, const Vec3& velocity,
                                                             const NearMesh& mesh) const noexcept {
   const bool held = memory.holds;
   Felt felt;
@@ -114,14 +115,14 @@ EffectField::Felt EffectField::pullToPath(EffectMemory& memory, Vec3 hip, Vec3 v
 }
 
 /// As a surface's spring and damper, of which the damper does no more than the spring: it has no step at the plane.
-Vec3 EffectField::pushOut(double depth_m, Vec3 normal, Vec3 velocity) const noexcept {
+Vec3 EffectField::pushOut(double depth_m, Vec3 normal, const Vec3& velocity) const noexcept {
   if (depth_m <= 0) return Vec3(0);
   const double spring_N = effect_.stiffness_N_per_m * depth_m;
   const double damping_N = -effect_.damping_Ns_per_m * glm::dot(velocity, normal);
   return limited((spring_N + std::clamp(damping_N, -spring_N, spring_N)) * normal);
 }
 
-EffectField::Felt EffectField::keepInTube(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept {
+EffectField::Felt EffectField::keepInTube(EffectMemory& memory, const Vec3& hip, const Vec3& velocity) const noexcept {
   const PathPlace place = path_.nearest(hip, memory.segment);
   const double far_m = std::sqrt(place.squared_m2);
   const double depth_m = far_m - effect_.size_m.x / 2;
@@ -135,7 +136,7 @@ EffectField::Felt EffectField::keepInTube(EffectMemory& memory, Vec3 hip, Vec3 v
   return {pushOut(depth_m, (place.point - hip) / far_m, velocity), jumped};
 }
 
-double EffectField::regionWeight(Vec3 hip, const NearMesh& mesh) const noexcept {
+double EffectField::regionWeight(const Vec3& hip, const NearMesh& mesh) const noexcept {
   const Vec3 from = hip - effect_.point_m;
   switch (effect_.region) {
     case Effect::Region::kEverywhere:
@@ -161,8 +162,8 @@ EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec
 
 /// The mass goes on by backward Euler, by which it is stable on any spring. What of it comes in at the border is at rest, and what
 /// stays behind there takes its momentum along: neither gives the hand energy.
-[[gnu::noinline]] EffectField::Felt EffectField::carryMass(EffectMemory& memory, Vec3 hip, Vec3 velocity, double weight,
-                                                           double period_s) const noexcept {
+[[gnu::noinline]] EffectField::Felt EffectField::carryMass(EffectMemory& memory, const Vec3& hip, const Vec3& velocity,
+                                                           double weight, double period_s) const noexcept {
   if (!memory.holds) {
     memory.target = hip;
     memory.part = 0;
@@ -225,7 +226,7 @@ EffectField::Felt EffectField::vibrate(EffectMemory& memory, double weight, doub
   return felt;
 }
 
-EffectField::Felt EffectField::felt(EffectMemory& memory, Vec3 hip, Vec3 velocity, double period_s,
+EffectField::Felt EffectField::felt(EffectMemory& memory, const Vec3& hip, const Vec3& velocity, double period_s,
                                     const NearMesh& mesh) const noexcept {
   const Vec3& n = effect_.direction;
   switch (effect_.kind) {

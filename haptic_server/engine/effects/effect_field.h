@@ -54,22 +54,23 @@ class EffectField {
   /// All in the effect's frame.
   /// @param velocity  Of the HIP relative to the frame, m/s.
   /// @param mesh  near(), of one that isOfMesh().
-  [[nodiscard]] Felt felt(EffectMemory& memory, Vec3 hip, Vec3 velocity, double period_s,
+  [[nodiscard]] Felt felt(EffectMemory& memory, const Vec3& hip, const Vec3& velocity, double period_s,
                           const NearMesh& mesh = {}) const noexcept;
 
  private:
   /// How much of a pull over that way is felt; takes hold and lets go.
   [[nodiscard]] double reachWeight(EffectMemory& memory, double far_m, bool& jumped) const noexcept;
-  [[nodiscard]] Felt pull(EffectMemory& memory, Vec3 hip, Vec3 target, Vec3 damped) const noexcept;
-  [[nodiscard]] Felt pullToMesh(EffectMemory& memory, Vec3 hip, Vec3 velocity, const NearMesh& mesh) const noexcept;
-  [[nodiscard]] Felt pullToPath(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept;
-  [[nodiscard]] Felt keepInTube(EffectMemory& memory, Vec3 hip, Vec3 velocity) const noexcept;
-  [[nodiscard]] Vec3 pushOut(double depth_m, Vec3 normal, Vec3 velocity) const noexcept;
-  [[nodiscard]] Felt carryMass(EffectMemory& memory, Vec3 hip, Vec3 velocity, double weight,
+  [[nodiscard]] Felt pull(EffectMemory& memory, const Vec3& hip, const Vec3& target, const Vec3& damped) const noexcept;
+  [[nodiscard]] Felt pullToMesh(EffectMemory& memory, const Vec3& hip, const Vec3& velocity,
+                                const NearMesh& mesh) const noexcept;
+  [[nodiscard]] Felt pullToPath(EffectMemory& memory, const Vec3& hip, const Vec3& velocity) const noexcept;
+  [[nodiscard]] Felt keepInTube(EffectMemory& memory, const Vec3& hip, const Vec3& velocity) const noexcept;
+  [[nodiscard]] Vec3 pushOut(double depth_m, Vec3 normal, const Vec3& velocity) const noexcept;
+  [[nodiscard]] Felt carryMass(EffectMemory& memory, const Vec3& hip, const Vec3& velocity, double weight,
                                double period_s) const noexcept;
   [[nodiscard]] Felt vibrate(EffectMemory& memory, double weight, double period_s) const noexcept;
   [[nodiscard]] Felt play(EffectMemory& memory, double weight, double period_s) const noexcept;
-  [[nodiscard]] double regionWeight(Vec3 hip, const NearMesh& mesh) const noexcept;
+  [[nodiscard]] double regionWeight(const Vec3& hip, const NearMesh& mesh) const noexcept;
   [[nodiscard]] static Felt inRegion(EffectMemory& memory, double weight, Vec3 force_N) noexcept;
   [[nodiscard]] Vec3 limited(Vec3 force_N) const noexcept;
 
