@@ -36,7 +36,7 @@ class Run(unittest.TestCase):
 
     def test_twenty_seconds_of_the_demo_are_felt_and_seen(self):
         run = self.start("--seconds", "20")
-        said, _ = run.communicate(timeout=500)
+        said, _ = run.communicate(timeout=900)
         self.assertEqual(run.returncode, 0, said)
         # Another server may run on this machine.
         self.assertTrue(f"listens at {USUAL};" in said or f"{USUAL} is taken by another program" in said, said)
@@ -54,7 +54,7 @@ class Run(unittest.TestCase):
         with contextlib.suppress(OSError):  # it is taken already
             self.addCleanup(socket.create_server(("127.0.0.1", 7654)).close)
         run = self.start("--seconds", "5")
-        said, _ = run.communicate(timeout=300)
+        said, _ = run.communicate(timeout=900)
         self.assertEqual(run.returncode, 0, said)
         self.assertIn(f"{USUAL} is taken by another program", said)
         address = re.search(r"give every client --connect (127\.0\.0\.1:\d+)$", said, re.MULTILINE)
@@ -70,7 +70,7 @@ class Run(unittest.TestCase):
             time.sleep(0.1)
         time.sleep(3)
         os.killpg(run.pid, signal.SIGINT)
-        said, _ = run.communicate(timeout=60)
+        said, _ = run.communicate(timeout=900)
         self.assertEqual(run.returncode, 0, said)
         self.assertTrue(self.summary()["hashes_equal"])
 
@@ -78,7 +78,7 @@ class Run(unittest.TestCase):
         scene = Path(self.out.parent) / "bad.scene"
         scene.write_text('operations { add { name: "a" mesh { file: "absent.ply" } } }')
         run = self.start("--seconds", "5", "--scene", scene)
-        said, _ = run.communicate(timeout=300)
+        said, _ = run.communicate(timeout=900)
         self.assertNotEqual(run.returncode, 0)
         self.assertIn("absent.ply", said)
 

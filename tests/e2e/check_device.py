@@ -29,7 +29,7 @@ class CheckDevice(harness.EndToEnd):
         force = [] if defect in READING else ["--force", "1"]
         done = subprocess.run([harness.BIN / "haptic_server", "check-device",
                                f"plugin:{os.environ['HAPTICS_DEFECTIVE_PLUGIN']}:{defect},{seed},1.3", "--seconds", "1.8",
-                               "--report", report, *force], input="\n", capture_output=True, text=True, timeout=120)
+                               "--report", report, *force], input="\n", capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         for line in done.stdout.splitlines()[:-1]:
             self.assertIn(line.split("press Enter: ")[-1], report.read_text())
         self.assertNotIn(str(harness.Path(os.environ["HAPTICS_DEFECTIVE_PLUGIN"]).parent), report.read_text())
@@ -58,7 +58,7 @@ class CheckDevice(harness.EndToEnd):
     def test_a_report_that_cannot_be_written_is_refused(self):
         done = subprocess.run([harness.BIN / "haptic_server", "check-device",
                                f"plugin:{os.environ['HAPTICS_DEFECTIVE_PLUGIN']}:none", "--report", "/nowhere/report"],
-                              capture_output=True, text=True, timeout=60)
+                              capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         self.assertEqual(done.returncode, 1)
         self.assertIn("--report /nowhere/report: cannot be written", done.stderr)
 

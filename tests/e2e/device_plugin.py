@@ -124,7 +124,7 @@ class DevicePlugin(harness.EndToEnd):
         return server
 
     def wait_for(self, condition, timeout_s, what):
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + harness.PATIENCE * timeout_s
         for sample in self.samples:
             if condition(sample):
                 return
@@ -214,7 +214,7 @@ class DevicePlugin(harness.EndToEnd):
         arm.tell("buttons 2")
         for _ in range(10):  # others' work on the machine may hold the arm up: short, and often
             done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.plugin}:{PORT}", "--seconds",
-                                   "0.4", "--force", "1"], input="\n", capture_output=True, text=True, timeout=60)
+                                   "0.4", "--force", "1"], input="\n", capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
             print(done.stdout)
             rate = float(done.stdout.split("new positions")[1].split()[0])
             if done.returncode == 0 and rate > 900:
@@ -231,7 +231,7 @@ class DevicePlugin(harness.EndToEnd):
         turned = self.folder / "calibration.text"
         turned.write_text("force_scale: 0\n")
         done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.plugin}:{PORT}", "--seconds", "0.5",
-                               "--force", "1", "--calibration", turned], input="\n", capture_output=True, text=True, timeout=60)
+                               "--force", "1", "--calibration", turned], input="\n", capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn("BAD   +x does not move the hand", done.stdout)
 
@@ -245,7 +245,7 @@ class DevicePlugin(harness.EndToEnd):
 
     def test_check_device_finds_an_axis_that_stands_still_and_values_that_change_too_seldom(self):
         done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(HOLD='16')}",
-                               "--seconds", "2"], capture_output=True, text=True, timeout=60)
+                               "--seconds", "2"], capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn("BAD   x never changed", done.stdout)
         self.assertNotIn("z never changed", done.stdout)
@@ -373,13 +373,13 @@ class DevicePlugin(harness.EndToEnd):
 
     def test_check_device_ends_though_a_call_never_returns(self):
         done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(THROW='for (;;) pause()')}",
-                               "--seconds", "3"], capture_output=True, text=True, timeout=30)
+                               "--seconds", "3"], capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn("a call of the driver does not return", done.stderr)
 
     def test_check_device_fails_one_that_ends_the_program(self):
         done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.build_plugin(THROW='_exit(0)')}",
-                               "--seconds", "3"], capture_output=True, text=True, timeout=30)
+                               "--seconds", "3"], capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn("the driver ended it", done.stderr)
 

@@ -50,7 +50,7 @@ def started(name, folder, *arguments):
                             stdin=subprocess.DEVNULL)
 
 
-def finished(process, timeout_s=120):
+def finished(process, timeout_s=600):
     """(exit status, output, errors)"""
     output, errors = process.communicate(timeout=timeout_s)
     return process.returncode, output, errors

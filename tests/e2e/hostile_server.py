@@ -23,7 +23,7 @@ class HostileServer(harness.EndToEnd):
 
     def ctl(self, server, *arguments, timeout_s=10):
         done = subprocess.run([harness.BIN / "hapticctl", "--connect", server.address, "--timeout", str(timeout_s),
-                               *arguments], stdin=subprocess.DEVNULL, capture_output=True, timeout=60)
+                               *arguments], stdin=subprocess.DEVNULL, capture_output=True, timeout=harness.STOP_TIMEOUT_S)
         said = (done.stdout + done.stderr).decode()
         self.assertIsNone(UNSAFE.search(said), said)
         return done.returncode, said

@@ -123,7 +123,7 @@ class NatsWire:
     """One connection. Messages wait in `messages` as (subject, headers, bytes)."""
 
     def __init__(self, port, user=None, password=None, tls=None):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=10)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=harness.STOP_TIMEOUT_S)
         self.input = self.socket.makefile("rb")
         json.loads(self.input.readline().split(b" ", 1)[1])  # INFO
         if tls:

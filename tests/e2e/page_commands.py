@@ -12,7 +12,7 @@ import harness
 import pages
 
 USUAL = "127.0.0.1:7654"
-COMMAND_TIMEOUT_S = 300
+COMMAND_TIMEOUT_S = 900
 
 
 class Page(harness.EndToEnd):

@@ -177,6 +177,7 @@ class Counter : public Listener {
       if (last_ != 0 && number > last_ + 1) lost_ += number - last_ - 1;
       last_ = number;
       print(message, topic_);
+      if (count_ == 1) std::fflush(stdout);
     }
   }
   void report() const override {
@@ -206,6 +207,9 @@ void read(const std::vector<std::string>& arguments) {
     crtk |= arguments[i] == "crtk";
     reliable &= arguments[i] != "best_effort";
   }
+  // Whoever reads what is said may be held up for longer than messages are kept.
+  static std::vector<char> unsaid(std::size_t{64} << 20);
+  std::setvbuf(stdout, unsaid.data(), _IOFBF, unsaid.size());
   const auto began = Clock::now();
   std::vector<std::unique_ptr<Listener>> listeners;
   Node node(static_cast<unsigned>(std::stoul(arguments.at(1))));

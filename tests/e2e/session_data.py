@@ -222,7 +222,7 @@ class Session(harness.EndToEnd):
                                      "60", "--out", out], stdout=subprocess.PIPE, text=True)
         time.sleep(2)
         exporter.send_signal(signal.SIGINT)
-        said = exporter.communicate(timeout=20)[0]
+        said = exporter.communicate(timeout=harness.STOP_TIMEOUT_S)[0]
         self.assertRegex(said, "short.h5: [0-9]+ ticks")
         self.assertGreater(len(self.h5(out)["ticks/tick"]), 100)
 

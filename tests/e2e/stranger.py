@@ -76,7 +76,7 @@ class Stranger(harness.EndToEnd):
         command = shlex.split(re.search(r"^\$ (node .*)$", (TOP / "proto/README.md").read_text(), re.MULTILINE)[1])
         command = [server.address if word == "127.0.0.1:7654" else word for word in command]
         before = server.status()
-        done = subprocess.run([*command, *map(str, arguments)], cwd=TOP, capture_output=True, text=True, timeout=120)
+        done = subprocess.run([*command, *map(str, arguments)], cwd=TOP, capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
         self.assertEqual(done.returncode, 0, done.stderr)
         saw, after = json.loads(done.stdout), server.status()
         self.assertEqual((saw["revision"], saw["root"]), (after["revision"], after["root"]))

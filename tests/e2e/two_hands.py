@@ -91,7 +91,7 @@ class TwoHands(harness.EndToEnd):
                               (["--device", "simulated", "--device", "plugin:none.so"], "second hand")):
             with self.subTest(options=options):
                 done = subprocess.run([harness.BIN / "haptic_server", "--listen", "127.0.0.1:0", *options],
-                                      capture_output=True, text=True, timeout=60)
+                                      capture_output=True, text=True, timeout=harness.STOP_TIMEOUT_S)
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn(said, done.stdout + done.stderr)
 

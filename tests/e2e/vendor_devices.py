@@ -40,7 +40,7 @@ class VendorDevice(harness.EndToEnd):
 
     def program(self, *arguments, environment=None, text=""):
         return subprocess.run([harness.BIN / "haptic_server", *map(str, arguments)], capture_output=True, text=True, input=text,
-                              timeout=60, env={**os.environ, **(self.environment if environment is None else environment)})
+                              timeout=harness.STOP_TIMEOUT_S, env={**os.environ, **(self.environment if environment is None else environment)})
 
     def start_felt(self):
         """A server with the device, once the hand is in the box."""
@@ -53,7 +53,7 @@ class VendorDevice(harness.EndToEnd):
         return server
 
     def wait_for(self, condition, timeout_s, what):
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + harness.PATIENCE * timeout_s
         for sample in self.samples:
             if condition(sample):
                 return
@@ -116,15 +116,19 @@ class Felt:
         server = self.start_felt()
         self.hardware.tell(f"{self.WEAKENED} 1000")
         for _ in range(5):  # others' work on the machine may hold one of them up
-            before = server.status()["device_exchange"]
-            time.sleep(SECONDS)
-            after = server.status()["device_exchange"]
+            with harness.Cyclictest() as stall:
+                before = server.status()["device_exchange"]
+                time.sleep(SECONDS)
+                after = server.status()["device_exchange"]
             replies, used = (int(after[key]) - int(before[key]) for key in ("replies", "replies_used"))
-            print(f"\n{used} of {replies} readings used in {SECONDS} s", end="", flush=True)
-            if replies > 900 * SECONDS and used >= 0.99 * replies:
+            print(f"\n{used} of {replies} readings used in {SECONDS} s, in which others were late {stall.late} times, "
+                  f"{stall.most_ms:.0f} ms at most", end="", flush=True)
+            made = replies > 900 * SECONDS - stall.most_ms
+            taken = used >= 0.99 * replies - stall.most_ms
+            if made and taken:
                 break
-        self.assertGreater(replies, 900 * SECONDS)
-        self.assertGreaterEqual(used, 0.99 * replies)
+        self.assertTrue(made)
+        self.assertTrue(taken)
         self.stop_and_check(server)
         self.assertIn(self.SAID_OF_WEAKENED, server.text())
         self.judge_velocity(list(haptic_recording.ticks(self.record)))

@@ -105,7 +105,7 @@ TEST_F(ImportStl, TakesWhatIsClosedForWhole) {
 
 TEST_F(ImportStl, TakesFacetsOfAnyShapeAndLeavesOutLinesInThem) {
   const std::string quad = "vertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\n";
-  for (const std::string facet :
+  for (const std::string& facet :
        {"facet normal 0 0 1\nouter loop\n" + quad + "endloop\nendfacet\n", "facet normal 0 0 1\n" + quad + "endfacet\n",
         "facet\nouter loop\n" + quad + "endloop\n", "facet normal 0 0 1\ncolor 1 0 0\nouter loop\n" + quad}) {
     const auto imported = import("t.stl", "solid\n" + facet + "endsolid\n");
