@@ -9,6 +9,7 @@
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -208,7 +209,7 @@ void read(const std::vector<std::string>& arguments) {
     reliable &= arguments[i] != "best_effort";
   }
   // Whoever reads what is said may be held up for longer than messages are kept.
-  static std::vector<char> unsaid(std::size_t{64} << 20);
+  static std::array<char, std::size_t{64} << 20> unsaid;  // flushed at the end, and so without a destructor
   std::setvbuf(stdout, unsaid.data(), _IOFBF, unsaid.size());
   const auto began = Clock::now();
   std::vector<std::unique_ptr<Listener>> listeners;
