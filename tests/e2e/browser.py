@@ -75,7 +75,7 @@ class Browser:
         message = {"id": number, "method": method, "params": parameters, **({"sessionId": self.page} if self.page else {})}
         os.write(self.to_browser, json.dumps(message).encode() + b"\0")
         with self.changed:
-            if not self.changed.wait_for(lambda: number in self.answers, 30):
+            if not self.changed.wait_for(lambda: number in self.answers, 300):
                 raise AssertionError(f"the browser does not answer {method}")
             answer = self.answers.pop(number)
         if "error" in answer:

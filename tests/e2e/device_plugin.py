@@ -346,14 +346,13 @@ class DevicePlugin(harness.EndToEnd):
 
     def test_a_call_that_blocks_takes_the_force_away_and_is_named(self):
         library = self.build_plugin(BLOCK_US="40000")
-        record = self.folder / "ticks.haptics"
-        server = self.start_server(scene=SCENE, device=f"plugin:{library}", options=["--record", record])
-        time.sleep(8)
+        server = self.start_server(scene=SCENE, device=f"plugin:{library}")
+        with Client(server.address, "watcher", telemetry_hz=1000) as client:
+            self.samples = client.samples()
+            self.wait_for(lambda sample: sample.fault == STALE, 20, "the fault")
+            self.wait_for_force()
         self.stop_and_check(server)
         self.assertIn("its plug-in's read() took", server.text())
-        ticks = list(haptic_recording.ticks(record))
-        self.assertTrue(any(tick.fault == STALE for tick in ticks))
-        self.assertTrue(any(tick.force[2] > 1 for tick in ticks[-3000:]))
 
     def test_a_call_that_never_returns_does_not_keep_the_server_from_ending(self):
         noted = self.folder / "in_it"
