@@ -2,6 +2,7 @@
 
 HAPTICS_SECONDS: how long every tick is read (4). usage: ros2.py [-v]
 """
+import itertools
 import json
 import os
 import signal
@@ -124,9 +125,7 @@ class Ros2(harness.EndToEnd):
                 mover = self.peer("move", "/haptics", "haptics/box", rate_hz, 2, "circle")
                 with Client(self.server.address, telemetry_hz=100) as client:
                     places = []
-                    for _ in client.samples():
-                        if not mover.alive():
-                            break
+                    for _ in itertools.takewhile(lambda _: mover.alive(), client.samples()):
                         box = client.bodies().get("box")
                         if box:
                             places.append((box.pose.position.x, box.pose.position.y))
@@ -141,7 +140,8 @@ class Ros2(harness.EndToEnd):
         for rate_hz in (50, 10_000):
             with self.subTest(rate_hz=rate_hz), Client(self.server.address, telemetry_hz=100) as client:
                 adder = self.peer("add", "/haptics/servo_cf", 0.5, 0, -0.25, rate_hz, 2)
-                felt = [(s.force.added.x, s.force.added.y, s.force.added.z) for s in client.samples(2)]
+                felt = [(s.force.added.x, s.force.added.y, s.force.added.z)
+                        for s in itertools.takewhile(lambda _: adder.alive(), client.samples())]
                 self.assertEqual(adder.wait(), 0, adder.text())
                 self.assertIn((0.5, 0, -0.25), felt)
                 self.assertEqual(list(client.samples(1))[-1].force.added.x, 0)

@@ -43,8 +43,8 @@ def thread_of(process, name):
 
 
 def rounds(times_ms):
-    """Until ROUNDS of them are judged; a busy machine may hold the bench up in a few, in five more than a tenth at most."""
-    for number in range(ROUNDS + ROUNDS // 10 + 5):
+    """Until ROUNDS of them are judged; a busy machine may hold the bench up in a few, in two more than a tenth at most."""
+    for number in range(ROUNDS + ROUNDS // 10 + 2):
         if sum(time_ms is not None for time_ms in times_ms) >= ROUNDS:
             return
         yield number
