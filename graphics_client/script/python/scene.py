@@ -174,6 +174,7 @@ def wav(path: "str | os.PathLike") -> dict:
     return {"samples": [sum(numbers[i:i + channels]) / full for i in range(0, len(numbers) - channels + 1, channels)],
             "sample_rate_Hz": rate}
 
+
 # Fields of Material (haptic_server/engine/effects/README.md says where they are from).
 TAPS = {"rubber": {"tap_Ns_per_m": 5.8, "tap_Hz": 18.0, "tap_decay_per_s": 60.0},
         "wood": {"tap_Ns_per_m": 7.5, "tap_Hz": 30.0, "tap_decay_per_s": 80.0},
