@@ -218,9 +218,11 @@ class WatchdogTest(harness.EndToEnd):
                 times_ms.append(self.without_force_after(prepare()))
                 self.bench.tell("await")
                 go_on()
+                deadline = time.monotonic() + 60
                 for sample in samples:
                     if sample.device_fault == v1.DEVICE_FAULT_WATCHDOG:
                         break
+                    self.assertLess(time.monotonic(), deadline, f"the watchdog is never named: {sample}")
                 self.assertEqual(sample.fault, v1.FAULT_DEVICE_LOST)
                 self.feel()
                 self.assertLess(self.bench.tell("state")["impulse_Ns"], MOST_IMPULSE_NS, "the old force came back")
