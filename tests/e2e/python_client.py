@@ -417,7 +417,9 @@ class PythonClient(harness.EndToEnd):
         tracing = self.example("trace_letter", "--passes", "2")
         stiffness = set()
         with client.hand() as hand:
-            for _ in range(2):
+            for _ in range(8):  # a leader that a busy machine holds up misses the letter
+                if not tracing.alive():
+                    break
                 hand.move_to((*letter[0][:2], 0.03))
                 hand.stroke(letter, (0, 0, 1), 0.5)
                 hand.move_to((*letter[-1][:2], 0.03))
