@@ -162,7 +162,7 @@ Vec3 moveNumbers(std::string& file, const std::vector<Numbers>& all) {
 
 constexpr std::string_view kFbxHead = "Kaydara FBX Binary  ";
 
-/// A binary FBX: records of a name, values and records. Where each ends is told from the file's beginning.
+/// A binary FBX: records of a name, values and records. Where each ends counts from the file's beginning.
 class BinaryFbx {
  public:
   explicit BinaryFbx(std::string_view file) : file_(file) {

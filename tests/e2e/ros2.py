@@ -16,7 +16,6 @@ from haptic_client import Client
 SECONDS = float(os.environ.get("HAPTICS_SECONDS", "4"))
 EVERY_TICK = ("/pose", "/ihip", "/twist", "/wrench", "/contact", "/joy")
 LATEST_DISCOVERY_MS = 2000
-KEPT_MS = 2000  # a writer keeps as many ticks for a reader that does not keep up
 LOOPBACK_WITH_LOSS = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <Peers><Peer address="localhost"/></Peers><SPDPInterval>500 ms</SPDPInterval></Discovery>
@@ -52,9 +51,8 @@ class Ros2(harness.EndToEnd):
 
     def read(self, seconds, *words, namespace="/haptics"):
         """What ros2_peer says: {topic: its report}, and the messages."""
-        with harness.Cyclictest() as self.stall:
-            peer = self.peer("read", namespace, seconds, *words)
-            self.assertEqual(peer.wait(seconds + harness.STOP_TIMEOUT_S), 0, peer.text()[-1000:])
+        peer = self.peer("read", namespace, seconds, *words)
+        self.assertEqual(peer.wait(seconds + harness.STOP_TIMEOUT_S), 0, peer.text()[-1000:])
         said = [json.loads(line) for line in peer.lines]
         return {line["topic"]: line for line in said if "topic" in line}, [line for line in said if "topic" not in line]
 
@@ -63,8 +61,6 @@ class Ros2(harness.EndToEnd):
             with self.subTest(topic):
                 report = reports[topic]
                 self.assertGreater(report["count"], 0)
-                if report["lost"] > 0 and report["behind_ms"] > KEPT_MS / 2 and self.stall.late:
-                    self.skipTest("the machine held the reader up for longer than ticks are kept")
                 self.assertEqual((report["lost"], report["out_of_order"], report["differing"]), (0, 0, 0))
 
     def test_every_tick_arrives_in_order_as_another_dds_writes_it(self):
@@ -73,7 +69,7 @@ class Ros2(harness.EndToEnd):
             reports, said = self.read(SECONDS)
             hips = {(s.hip.x, s.hip.y, s.hip.z): s.time_ns for s in client.samples(0)}
         self.check_every_tick(reports)
-        self.assertLess(max(report["matched_ms"] for report in reports.values()), LATEST_DISCOVERY_MS + 10 * self.stall.most_ms)
+        self.assertLess(max(report["matched_ms"] for report in reports.values()), LATEST_DISCOVERY_MS, reports)
         for report in reports.values():
             self.assertEqual(report["differing"], 0, report)
         self.assertNotIn("lost", bridge.text())
@@ -81,7 +77,7 @@ class Ros2(harness.EndToEnd):
         poses = [line for line in said if line.get("pose_of") == "/haptics/pose"]
         self.assertEqual(poses[0]["frame"], "world")
         felt = [pose for pose in poses if tuple(pose["at"]) in hips]
-        self.assertGreater(len(felt), 0.1 * min(len(poses), len(hips)), "the poses are those of the server's ticks")
+        self.assertGreater(len(felt), 0.5 * min(len(poses), len(hips)), "the poses are those of the server's ticks")
         stamps = [pose["stamp_ns"] for pose in poses]
         self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])))
         # The velocity is that of the poses: together with the time it leads from each to the next.
@@ -220,8 +216,7 @@ class Ros2(harness.EndToEnd):
         for topic in ("pose_of", "twist_of", "wrench_of"):
             stamps = {(line[topic], line["stamp_ns"]) for line in said if topic in line}
             again = {(line[topic], line["stamp_ns"]) for line in map(json.loads, held.lines) if topic in line}
-            self.assertLessEqual(len(stamps - again), 0 if self.stall.late == 0 else 0.5 * len(stamps),
-                                 "the one that stood still is not served again as the other is")
+            self.assertEqual(len(stamps - again), 0, "the one that stood still is not served again as the other is")
         self.assertNotIn("lost", bridge.text())
 
     def test_it_goes_on_with_a_server_that_comes_back_and_ends_when_told(self):

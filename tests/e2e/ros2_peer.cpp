@@ -9,7 +9,6 @@
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -179,7 +178,6 @@ class Counter : public Listener {
       if (last_ != 0 && number <= last_) ++outOfOrder_;
       if (last_ != 0 && number > last_ + 1) lost_ += number - last_ - 1;
       last_ = number;
-      noteDelay(message);
       print(message, topic_);
       if (count_ == 1) std::fflush(stdout);
     }
@@ -188,9 +186,8 @@ class Counter : public Listener {
     std::printf(
         "{\"topic\": \"%s\", \"count\": %lu, \"lost\": %lld, \"out_of_order\": %lu, \"differing\": %lu, "
         "\"matched_ms\": %.0f, "
-        "\"first_ms\": %.0f, \"behind_ms\": %.0f}\n",
-        topic_.c_str(), count_, lost_, outOfOrder_, Compared<Type>::differing.load(), matched_ms_.load(), first_ms_,
-        count_ > 0 ? longestDelay_ms_ - shortestDelay_ms_ : 0);
+        "\"first_ms\": %.0f}\n",
+        topic_.c_str(), count_, lost_, outOfOrder_, Compared<Type>::differing.load(), matched_ms_.load(), first_ms_);
   }
   [[nodiscard]] bool isMatched() const override { return matched_ms_ >= 0; }
 
@@ -200,19 +197,10 @@ class Counter : public Listener {
   unsigned long count_ = 0, outOfOrder_ = 0;
   long long last_ = 0, lost_ = 0;
   std::atomic<double> matched_ms_ = -1;
-  double first_ms_ = -1, shortestDelay_ms_ = 1e300, longestDelay_ms_ = -1e300;
+  double first_ms_ = -1;
 
   [[nodiscard]] double elapsed_ms() const {
     return std::chrono::duration<double, std::milli>(Clock::now() - began_).count();
-  }
-  /// From its stamp to here, by two clocks that run alike.
-  void noteDelay(const auto& message) {
-    if constexpr (requires { message.header().stamp(); }) {
-      const auto& stamp = message.header().stamp();
-      const double delay_ms = elapsed_ms() - (1e3 * static_cast<double>(stamp.sec()) + 1e-6 * stamp.nanosec());
-      shortestDelay_ms_ = std::min(shortestDelay_ms_, delay_ms);
-      longestDelay_ms_ = std::max(longestDelay_ms_, delay_ms);
-    }
   }
 };
 

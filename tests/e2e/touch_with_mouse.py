@@ -53,19 +53,15 @@ class TouchWithMouse(harness.EndToEnd):
     def stroke(self, begin, end):
         """What was felt in 3 s with 1 N set, and the mean force of the contact."""
         self.press(begin)
-        waited_s, began = harness.waited_s(self.window.process.pid), time.monotonic()
         felt = self.felt_during(self.window.stroke, begin, end, 3)
-        waited_s, took_s = harness.waited_s(self.window.process.pid) - waited_s, time.monotonic() - began
         share = sum(sample.object != 0 for sample in felt) / len(felt)
         contact_N = statistics.mean(math.hypot(*xyz(sample.force.contact)) for sample in felt)
         speed = max(math.dist(xyz(a.hip), xyz(b.hip)) * 1e9 / (b.time_ns - a.time_ns)
                     for a, b in zip(felt, felt[1:]) if b.tick == a.tick + 1)
         print(f"\ncontact {100 * share:.1f} %, {contact_N:.3f} N, jumps up to {max(jumps_N(felt)):.4f} N, {speed:.2f} m/s",
               end="", flush=True)
-        self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
-        if share < 0.95 and waited_s > 0.25 * took_s:
-            self.skipTest(f"the machine held the viewer up for {waited_s:.1f} of {took_s:.1f} s")
         self.assertGreaterEqual(share, 0.95)
+        self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
         self.assertLess(speed, 1)
         return contact_N
 

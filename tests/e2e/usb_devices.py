@@ -139,10 +139,9 @@ class ClosedLoop(UsbTest):
             self.assertEqual(unhomed_force, 0, "before it was homed")
             self.assertEqual(sample.device_state, v1.DEVICE_STATE_READY, server.text())
             for _ in range(TRIES):
-                with harness.Cyclictest() as stall:
-                    before, bench_before, took_before_s = self.moment(server, bench)
-                    time.sleep(SECONDS)
-                    after, bench_after, took_after_s = self.moment(server, bench)
+                before, bench_before, took_before_s = self.moment(server, bench)
+                time.sleep(SECONDS)
+                after, bench_after, took_after_s = self.moment(server, bench)
                 sent, late = (bench_after[key] - bench_before[key] for key in ("replies", "late"))
                 said = {key: int(after["device_exchange"][key]) - int(before["device_exchange"].get(key, 0))
                         for key in ("commands", "replies", "replies_used")}
@@ -151,17 +150,17 @@ class ClosedLoop(UsbTest):
                       f"{100 * said['replies_used'] / said['replies']:.3f} % used, {after['missed_ticks']} ticks missed, "
                       f"the hardware held up {bench_after['held_up']} times, {100 * late / sent:.3f} % of its replies late")
                 # Replies on their way at either end are a few, and server and hardware are not asked at the same moment.
-                taken = 0.999 * sent - 5 - 1000 * (took_before_s + took_after_s) - stall.most_ms
+                taken = 0.999 * sent - 5 - 1000 * (took_before_s + took_after_s)
                 # The servo takes the newest: where the machine held one of the threads up, several come at once. The driver's
                 # and the servo's are held up as often as the hardware's, which says when it was late. 99.9 % is asked for in
                 # virtual_loop_test.cpp.
-                used = 0.99 * said["replies"] - 2 * late - stall.most_ms
+                used = 0.99 * said["replies"] - 2 * late
                 if said["replies"] >= taken and said["replies_used"] >= used:
                     break
                 # Once more: the machine holds threads up for seconds at times, and where the bus's frames begin just when
                 # the servo ticks, two replies come in one tick and none in the next.
                 bench.tell("shift frames")
-        self.assertGreater(said["replies"], 0.9 * 1000 * SECONDS - stall.most_ms)
+        self.assertGreater(said["replies"], 0.9 * 1000 * SECONDS)
         self.assertGreaterEqual(said["replies"], taken)
         self.assertGreaterEqual(said["replies_used"], used)
         self.assertGreater(int(after["contact_ticks"]), 100)
@@ -205,18 +204,6 @@ class Faults(UsbTest):
 
     def inject(self, name, cause):
         """(detected, zero force) in ms, or None where the machine was late itself."""
-        stall = harness.Cyclictest()
-        try:
-            with stall:
-                times = self.times_of(name, cause)
-        except AssertionError:  # something else was wrong with it as well, and is what is named
-            if not stall.late:
-                raise
-            self.bench.tell("plug" if name == "unplug" else "fault none")
-            return None
-        return None if stall.late else times
-
-    def times_of(self, name, cause):
         last = self.feel()
         began_ns = self.bench.tell("unplug" if name == "unplug" else f"fault {name}")["now_ns"]
         def faulty(sample):
@@ -260,11 +247,10 @@ class Faults(UsbTest):
                           f"{max(zero):.1f}", end="", flush=True)
                     self.assertLessEqual(statistics.median(detected), 5, name)
                     self.assertLessEqual(statistics.median(zero), 30, name)
+        self.assertGreater(judged, 0, "no time could be judged")
         self.stop_and_check(self.server)
         for cause in ("unplugged", "fell silent", "garbled", "refuses transfers"):
             self.assertIn(cause, self.server.text())
-        if judged == 0:
-            self.skipTest("the machine held server or hardware up at each fault")
 
     def test_falcon(self):
         self.break_often("falcon")

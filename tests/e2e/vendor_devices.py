@@ -4,7 +4,6 @@ in every documented way, and brought up again without a restart; without force w
 HAPTICS_FAULTS: how often each fault is injected. HAPTICS_EMULATED_ARM, HAPTICS_EMULATED_HAPLY: the hardware.
 HAPTICS_EMULATED_SDK: what FDSDK names.
 """
-import math
 import os
 import signal
 import subprocess
@@ -41,7 +40,8 @@ class VendorDevice(harness.EndToEnd):
 
     def program(self, *arguments, environment=None, text=""):
         return subprocess.run([harness.BIN / "haptic_server", *map(str, arguments)], capture_output=True, text=True, input=text,
-                              timeout=harness.STOP_TIMEOUT_S, env={**os.environ, **(self.environment if environment is None else environment)})
+                              timeout=harness.STOP_TIMEOUT_S,
+                              env={**os.environ, **(self.environment if environment is None else environment)})
 
     def start_felt(self):
         """A server with the device, once the hand is in the box."""
@@ -95,12 +95,6 @@ def is_close(a, b, within):
     return all(abs(x - y) < within for x, y in zip(a, b))
 
 
-def is_halfway(place, before, after):
-    """Where it is not, the hardware was held up meanwhile, or turned."""
-    way, rest = math.dist(before, place), math.dist(place, after)
-    return min(way, rest) > 0.7 * max(way, rest)
-
-
 class Felt:
     """What holds for each of them: DEVICE, FAULTS with what the recording may say of each, SAID of them in the log."""
 
@@ -123,19 +117,15 @@ class Felt:
         server = self.start_felt()
         self.hardware.tell(f"{self.WEAKENED} 1000")
         for _ in range(5):  # others' work on the machine may hold one of them up
-            with harness.Cyclictest() as stall:
-                before = server.status()["device_exchange"]
-                time.sleep(SECONDS)
-                after = server.status()["device_exchange"]
+            before = server.status()["device_exchange"]
+            time.sleep(SECONDS)
+            after = server.status()["device_exchange"]
             replies, used = (int(after[key]) - int(before[key]) for key in ("replies", "replies_used"))
-            print(f"\n{used} of {replies} readings used in {SECONDS} s, in which others were late {stall.late} times, "
-                  f"{stall.most_ms:.0f} ms at most", end="", flush=True)
-            made = replies > 900 * SECONDS - stall.most_ms
-            taken = used >= 0.99 * replies - stall.most_ms
-            if made and taken:
+            print(f"\n{used} of {replies} readings used in {SECONDS} s", end="", flush=True)
+            if replies > 900 * SECONDS and used >= 0.99 * replies:
                 break
-        self.assertTrue(made)
-        self.assertTrue(taken)
+        self.assertGreater(replies, 900 * SECONDS)
+        self.assertGreaterEqual(used, 0.99 * replies)
         self.stop_and_check(server)
         self.assertIn(self.SAID_OF_WEAKENED, server.text())
         self.judge_velocity(list(haptic_recording.ticks(self.record)))
@@ -144,13 +134,12 @@ class Felt:
         """What the device measured, by where it was 10 ms before and after."""
         judged = [(now.velocity, [(b - a) / 0.02 for a, b in zip(before.position, after.position)])
                   for before, now, after in zip(ticks, ticks[10:], ticks[20:])
-                  if after.tick == before.tick + 20 and after.fault == now.fault == before.fault == 0
-                  and is_halfway(now.position, before.position, after.position)]
+                  if after.tick == before.tick + 20 and after.fault == now.fault == before.fault == 0]
         fast = max(max(map(abs, velocity)) for velocity, _ in judged)
         wrong = sum(not is_close(velocity, way, 0.02) for velocity, way in judged)
         print(f"\nof {len(judged)} velocities, up to {fast:.3f} m/s, {wrong} are not those of the positions", end="", flush=True)
         self.assertGreater(fast, 0.04)
-        self.assertLess(wrong, 0.05 * len(judged))
+        self.assertLess(wrong, 0.05 * len(judged))  # the hardware is held up now and then
 
     def test_without_force_by_its_own_means_when_the_server_is_killed(self):
         for _ in range(TIMES):

@@ -163,8 +163,7 @@ class WatchdogTest(harness.EndToEnd):
 
     def judge(self, what, times_ms):
         known = [time_ms for time_ms in times_ms if time_ms is not None]
-        if not known:
-            self.skipTest("the machine held the bench up in each round")
+        self.assertTrue(known, "no round could be judged")
         print(f"\n{self.kind} {what}: no force after {statistics.median(known):.1f} ms, at most {max(known):.1f}, "
               f"{len(known)} of {len(times_ms)} rounds judged", end="", flush=True)
         self.assertLessEqual(max(known), MOST_MS)

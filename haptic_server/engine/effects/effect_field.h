@@ -39,7 +39,7 @@ class EffectField {
   [[nodiscard]] bool goesOnFrom(const EffectField& other) const noexcept {
     return effect_.kind == other.effect_.kind && effect_.path_m == other.effect_.path_m;
   }
-  /// Whether it has to be told what of its object's mesh is near.
+  /// Whether it is felt by what of its object's mesh is near().
   [[nodiscard]] bool isOfMesh() const noexcept { return isOfMesh_; }
   /// That, in the effect's frame. One query or two of the mesh; where they spend the allowance, what they find means nothing.
   [[nodiscard]] NearMesh near(const CollisionMesh& mesh, Vec3 hip, Allowance& allowance) const noexcept;
