@@ -47,7 +47,7 @@ Result<ServoObjectSource> RecordedScenes::objectOf(const v1::RecordedObject& mes
     const auto pose = poseFromWire(message.drive().pose(), "drive.pose");
     if (!pose) return tl::unexpected(pose.error());
     if (record->movesByItself()) return refused("drive", "is of an object that moves by itself");
-    kinematic = {message.drive().number(), *pose};
+    kinematic = {message.drive().number(), *pose, kFirstSample_s};
   }
   DrivenShape shape;
   if (message.has_driven_shape()) {

@@ -299,7 +299,7 @@ Result<void> Sequencer::drive(const ObjectRecord& object, const SetPose& set, Dr
   }
   const auto last = driven.newest.find(object.id);
   const Pose from = last == driven.newest.end() ? object.pose : last->second.pose;
-  driven.newest[object.id] = {++driven.samples, edited(from, set.pose)};
+  driven.newest[object.id] = {++driven.samples, edited(from, set.pose), kFirstSample_s};
   return {};
 }
 

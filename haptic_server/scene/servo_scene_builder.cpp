@@ -171,6 +171,7 @@ KinematicShape ServoSceneBuilder::shapeOf(const ServoObjectSource& source, const
   if (source.shape.number == 0) return shape;
   shape.number = source.shape.number;
   shape.first = source.shape.first();
+  shape.first_s = kFirstSample_s;
   std::ranges::transform(samples, shape.samples.from_oldest.end() - static_cast<std::ptrdiff_t>(samples.size()),
                          [](const auto& sample) { return sample->vertices; });
   const std::vector<Vec3f>& newest = *samples.back()->vertices;

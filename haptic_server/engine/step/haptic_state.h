@@ -130,19 +130,21 @@ struct Denting {
 struct KinematicMotion {
   std::uint64_t number = 0;  ///< KinematicPose::number of the newest sample; 0: it is not driven.
   std::uint64_t since = 0;   ///< Ticks since that came,
-  std::uint64_t left = 0;    ///< and until the object is there.
+  std::uint64_t begun = 0;   ///< since the first of the stream came,
+  double left = 0;           ///< and until the object is there.
 
-  HAPTICS_FIELDS(self.number, self.since, self.left);
+  HAPTICS_FIELDS(self.number, self.since, self.begun, self.left);
 };
 
 /// Of an object whose vertices are moved (kinematic_motion.h).
 struct ShapeMotion {
   std::uint64_t number = 0;  ///< KinematicShape::number of the newest sample; 0: there is none.
   std::uint64_t since = 0;   ///< Ticks since that came,
-  std::uint64_t left = 0;    ///< and until the shape is that.
+  std::uint64_t begun = 0;   ///< since the first of the stream came,
+  double left = 0;           ///< and until the shape is that.
   double along = 0;          ///< Where it is on its way over the samples (ShapeMemory::moveTo()).
 
-  HAPTICS_FIELDS(self.number, self.since, self.left, self.along);
+  HAPTICS_FIELDS(self.number, self.since, self.begun, self.left, self.along);
 };
 
 /// One object's lasting state, carried over adoptions by id.

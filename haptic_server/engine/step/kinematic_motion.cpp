@@ -16,11 +16,41 @@ namespace {
   return glm::distance(toWorld(from, surface.centre()), toWorld(to, surface.centre())) + angle_rad * surface.radius_m();
 }
 
-/// Ticks in which what is moved gets from the sample before to the newest one, where that came `since` ticks after it.
-[[nodiscard]] std::uint64_t ticksOfWay(bool goesOn, std::uint64_t since, double way_m, double period_s) noexcept {
-  if (goesOn) return since;
-  const double first = way_m / (kFirstSpeed_m_per_s * period_s);
-  return static_cast<std::uint64_t>(std::round(std::clamp(first, 1.0, kLongestPause_s / period_s)));
+/// A sample that comes now does not begin a stream.
+template <class Motion>
+[[nodiscard]] bool goesOn(const Motion& motion, double period_s) noexcept {
+  return motion.number != 0 && static_cast<double>(motion.since) < kLongestPause_s / period_s;
+}
+
+/// Begins the way to another sample, of which a point goes way_m at most.
+template <class Sample, class Motion>
+void setOut(const Sample& sample, double way_m, double period_s, Motion& motion) noexcept {
+  if (goesOn(motion, period_s)) {
+    const auto since = static_cast<double>(motion.since);
+    const double beginning = sample.first_s / period_s - kCaughtUp * static_cast<double>(motion.begun);
+    motion.left = std::clamp(beginning, since, 2 * since);
+  } else {
+    const double time_s = std::clamp(way_m / kFirstSpeed_m_per_s, sample.first_s, kLongestPause_s);
+    motion.left = std::max(std::round(time_s / period_s), 1.0);
+    motion.begun = 0;
+  }
+  motion.since = 0;
+  motion.number = sample.number;
+}
+
+/// @return The part of the way to the newest sample that it goes in this tick.
+template <class Motion>
+[[nodiscard]] double nextPart(Motion& motion) noexcept {
+  return 1 / std::max(std::exchange(motion.left, std::max(motion.left - 1, 0.0)), 1.0);
+}
+
+/// @return Whether its stream may go on.
+template <class Motion>
+[[nodiscard]] bool countTick(Motion& motion, double period_s) noexcept {
+  if (!goesOn(motion, period_s)) return false;
+  ++motion.since;
+  ++motion.begun;
+  return true;
 }
 
 /// The contact goes with the surface of a body whose vertices were where `before` has them.
@@ -62,26 +92,18 @@ bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period
     return false;
   }
   const Body& body = state.bodies[object];
-  const double longest = kLongestPause_s / period_s;  // ticks
   if (motion.number != sample.number) {
-    const bool goesOn = motion.number != 0 && static_cast<double>(motion.since) < longest;
-    motion.left = ticksOfWay(goesOn, motion.since, longestWay_m(*body.surface, body.current, sample.pose), period_s);
-    motion.since = 0;
-    motion.number = sample.number;
+    setOut(sample, longestWay_m(*body.surface, body.current, sample.pose), period_s, motion);
     state.objects[object].beingMoved = false;
   }
   if (motion.left > 0) {
     const Pose previous = lastTestedPose(state, body);
-    state.place(object, previous,
-                motion.left == 1 ? sample.pose
-                                 : interpolate(body.current, sample.pose, 1.0 / static_cast<double>(motion.left)));
-    --motion.left;
+    const double part = nextPart(motion);
+    state.place(object, previous, part == 1 ? sample.pose : interpolate(body.current, sample.pose, part));
   } else if (body.moving) {
     state.place(object, lastTestedPose(state, body), body.current);
   }
-  const bool goesOn = static_cast<double>(motion.since) < longest;
-  if (goesOn) ++motion.since;
-  return goesOn || motion.left > 0 || body.moving;
+  return countTick(motion, period_s) || motion.left > 0 || body.moving;
 }
 
 bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_s, std::size_t object) noexcept {
@@ -89,24 +111,19 @@ bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_
   ShapeMotion& motion = state.reshaped[object];
   if (sample.number == 0) return false;
   Body& body = state.bodies[object];
-  const double longest = kLongestPause_s / period_s;  // ticks
   if (motion.number != sample.number) {
-    const bool goesOn = motion.number != 0 && static_cast<double>(motion.since) < longest;
-    motion.left = ticksOfWay(goesOn, motion.since, sample.way_m, period_s);
     const bool begins = motion.number == 0;
     const std::uint64_t last = begins ? std::max<std::uint64_t>(sample.first, 1) - 1 : motion.number;
     const double along = begins ? ShapeSamples::kNewest : motion.along;
     motion.along = std::max(along - static_cast<double>(sample.number - last), sample.samples.oldest());
-    motion.since = 0;
-    motion.number = sample.number;
+    setOut(sample, sample.way_m, period_s, motion);
   }
   const bool wasDeforming = body.deforming;
   body.deforming = false;
   body.shift = Vec3(0);
   if (motion.left > 0) {
-    const double left = ShapeSamples::kNewest - motion.along;
-    motion.along = motion.left == 1 ? ShapeSamples::kNewest : motion.along + left / static_cast<double>(motion.left);
-    --motion.left;
+    const double part = nextPart(motion);
+    motion.along = part == 1 ? ShapeSamples::kNewest : motion.along + part * (ShapeSamples::kNewest - motion.along);
     const CollisionMesh& before = *body.surface;
     const auto [surface, farthest_m] = memoryOf(sample, state).moveTo(sample.samples, motion.along, &before);
     body.surface = surface;
@@ -114,9 +131,7 @@ bool moveDrivenShape(const ServoScene& scene, HapticState& state, double period_
     if (state.features.detail) carryFriction(state, object);
   }
   body.update();
-  const bool goesOn = static_cast<double>(motion.since) < longest;
-  if (goesOn) ++motion.since;
-  return goesOn || motion.left > 0 || body.deforming || wasDeforming;
+  return countTick(motion, period_s) || motion.left > 0 || body.deforming || wasDeforming;
 }
 
 void beginDriving(HapticState& state) noexcept {

@@ -11,9 +11,10 @@ namespace haptics {
 
 /// A tick of an object that a client drives (KinematicPose): at an even speed to the newest sample, in as many ticks as lie
 /// between that and the one before, so that a stream of any rate moves it without a stop, and a sample in every tick puts it
-/// there. One that comes kLongestPause_s or more after the last begins a stream: the object then goes there at
-/// kFirstSpeed_m_per_s or, where that would take longer, within that time. Surfaces that move so are met on their way as any
-/// moving body is, and push the hand.
+/// there. One that comes kLongestPause_s or more after the last begins a stream: the object takes KinematicPose::first_s to it,
+/// longer where it would be faster than kFirstSpeed_m_per_s, kLongestPause_s at most. Where the next ones come sooner than that,
+/// the object is up to two of them late, and catches up slowly (kCaughtUp): it does not throw what lies on it. Surfaces that move
+/// so are met on their way as any moving body is, and push the hand.
 /// @return Whether it is driven, or comes to rest after it was.
 [[nodiscard]] bool moveDrivenObject(const ServoScene& scene, HapticState& state, double period_s,
                                     std::size_t object) noexcept;
@@ -54,5 +55,7 @@ bool describeShapes(const ServoScene& scene, const HapticState& state, ShapePlac
 /// Shorter makes slow streams go by fits and starts; longer makes the first sample after a pause late.
 inline constexpr double kLongestPause_s = 0.1;
 inline constexpr double kFirstSpeed_m_per_s = 1;
+/// Of a second in a second: a speed of up to 1 / (1 - kCaughtUp) of the samples'.
+inline constexpr double kCaughtUp = 0.125;
 
 }  // namespace haptics

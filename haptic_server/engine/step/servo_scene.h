@@ -30,10 +30,14 @@ struct BakedDents {
   bool operator==(const BakedDents&) const = default;
 };
 
+/// KinematicPose::first_s of a client: of the rate that most have. Shorter is felt as a blow by a hand that presses, longer is late.
+inline constexpr double kFirstSample_s = 1.0 / 60;
+
 /// The newest sample of a client that drives an object: where it goes from where it is, as a motion and not as an edit.
 struct KinematicPose {
   std::uint64_t number = 0;  ///< Another one of each sample; 0: none since the scene last set its pose.
   Pose pose;
+  double first_s = 0;  ///< Least time to the first sample of a stream; 0: of a loop that has one in every tick.
   bool operator==(const KinematicPose&) const = default;
 };
 
@@ -42,7 +46,8 @@ struct KinematicShape {
   std::uint64_t number = 0;  ///< Of the newest sample: one more than that of the one before; 0: there is none.
   std::uint64_t first = 0;   ///< At most that of the first sample since the scene last set the shape.
   ShapeSamples samples;
-  double way_m = 0;  ///< From the sample before the newest to that: of the vertex that goes farthest.
+  double way_m = 0;    ///< From the sample before the newest to that: of the vertex that goes farthest.
+  double first_s = 0;  ///< As KinematicPose's.
   /// Of each hand that is there; the same ones in each scene as long as there are samples.
   std::array<std::shared_ptr<ShapeMemory>, 2> memory;
 };

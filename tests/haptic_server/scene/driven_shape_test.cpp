@@ -183,8 +183,8 @@ TEST_P(StreamedPlate, PushesBothHandsAndPassesNone) {
     const CollisionMesh& surface = *first.state().bodies[0].surface;
     ASSERT_NEAR(surface.low().z - second.bodies[0].surface->low().z, 0, 1e-9);
     const double last_m = std::exchange(top_m, surface.high().z);
-    ASSERT_LE(top_m - last_m, 1.01 * std::max(speed_m_per_s, 1.0) * 1e-3) << "no jump, tick " << tick;
-    if (tick < 600 + 2 * period) continue;
+    ASSERT_LE(top_m - last_m, 1.07 * std::max(speed_m_per_s, 1.0) * 1e-3) << "no jump, tick " << tick;
+    if (tick < 700) continue;  // it has caught up
     ASSERT_NEAR(top_m - last_m, speed_m_per_s * 1e-3, 1e-3 * speed_m_per_s * 1e-3 + 1e-8) << tick;
     ASSERT_NEAR(felt.force.written.z, kStiffness_N_per_m * std::max(top_m - kHip_m, 0.0), 1e-3) << tick;
     ASSERT_NEAR(feltBySecond.force.written.z, kStiffness_N_per_m * std::max(top_m - secondHip.z, 0.0), 1e-3) << tick;

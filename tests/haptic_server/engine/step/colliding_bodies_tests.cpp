@@ -72,18 +72,25 @@ TEST(CollidingBodies, FallAsleepTogetherAndAreWokenByEditsOfWhatTheyLieOn) {
   EXPECT_LT(placeOf(servo, 0).z, -0.1);
 }
 
-/// Drives the table to where it is after so many ticks, in every tick.
-void driveTable(
-    VirtualServo& servo, const std::vector<ServoObject>& objects, Vec3 velocity, int ticks,
+/// Drives the first object with a velocity, by a sample every so many ticks.
+struct Drive {
+  int period = 1;
+  double first_s = 0;
+};
+void drive(
+    VirtualServo& servo, const std::vector<ServoObject>& objects, Vec3 velocity, int ticks, Drive by = {},
     const std::function<void()>& eachTick = [] {}) {
   static std::uint64_t revision = 100;
   const Vec3 from = placeOf(servo, 0);
-  for (int i = 1; i <= ticks; ++i) {
-    ++revision;
-    auto scene = sceneOf(revision, objects);
-    scene->kinematic.resize(objects.size());
-    scene->kinematic[0] = {revision, Pose{Quat(1, 0, 0, 0), from + 1e-3 * i * velocity}};
-    servo.adopt(std::move(scene));
+  for (int i = 0; i < ticks; ++i) {
+    if (i % by.period == 0) {
+      ++revision;
+      auto scene = sceneOf(revision, objects);
+      scene->kinematic.resize(objects.size());
+      const Vec3 to = from + 1e-3 * (i + by.period) * velocity;
+      scene->kinematic[0] = {revision, Pose{Quat(1, 0, 0, 0), to}, by.first_s};
+      servo.adopt(std::move(scene));
+    }
     servo.step();
     eachTick();
   }
@@ -94,14 +101,26 @@ TEST(CollidingBodies, RideOnWhatIsDrivenAndAreWokenByIt) {
   VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
   servo.run(2000);
   ASSERT_TRUE(isAsleep(servo, 0));
-  driveTable(servo, objects, {0, 0, 0.2}, 500, [&] {
+  drive(servo, objects, {0, 0, 0.2}, 500, {}, [&] {
     ASSERT_NEAR(placeOf(servo, 1).z - placeOf(servo, 0).z, 0.025, 5e-4) << "it is lifted, and does not fly";
   });
   servo.run(300);  // it comes down from the stop
   EXPECT_NEAR(placeOf(servo, 1).z, 0.115, 5e-5);
-  driveTable(servo, objects, {0.1, 0, 0}, 1000);
+  drive(servo, objects, {0.1, 0, 0}, 1000);
   EXPECT_NEAR(placeOf(servo, 1).x, placeOf(servo, 0).x, 3e-3) << "friction takes it along";
 }
+
+class CollidingBodiesOnAStream : public ::testing::TestWithParam<int> {};
+
+TEST_P(CollidingBodiesOnAStream, AreNotThrownAsItBegins) {
+  const std::vector<ServoObject> objects{table(), brick(2, {0, 0, 0.015})};
+  VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
+  servo.run(2000);
+  drive(servo, objects, {0, 0, 0.2}, 480, {GetParam(), kFirstSample_s},
+        [&] { ASSERT_NEAR(placeOf(servo, 1).z - placeOf(servo, 0).z, 0.025, 5e-4); });
+  EXPECT_NEAR(placeOf(servo, 0).z, 0.086, 1e-9);
+}
+INSTANTIATE_TEST_SUITE_P(Periods, CollidingBodiesOnAStream, ::testing::Values(1, 2, 8, 16));
 
 TEST(CollidingBodies, ArePushedByAWallThatIsDriven) {
   const std::vector<ServoObject> objects{colliding(1, makeBox({0.02, 0.1, 0.05}, 1).value(), {-0.1, 0, 0.026}, 0),
@@ -110,8 +129,8 @@ TEST(CollidingBodies, ArePushedByAWallThatIsDriven) {
   VirtualServo servo(still({0, 0, 0.5}), kConfig, sceneOf(1, objects));
   servo.run(2000);
   ASSERT_TRUE(isAsleep(servo, 0));
-  driveTable(servo, objects, {0.5, 0, 0}, 300,
-             [&] { ASSERT_GT(placeOf(servo, 2).x - placeOf(servo, 0).x, 0.04 - 1e-4) << "nothing is passed through"; });
+  drive(servo, objects, {0.5, 0, 0}, 300, {},
+        [&] { ASSERT_GT(placeOf(servo, 2).x - placeOf(servo, 0).x, 0.04 - 1e-4) << "nothing is passed through"; });
   EXPECT_GT(placeOf(servo, 2).x, 0.089);
 }
 

@@ -35,7 +35,7 @@ class DrivenPlate : public ::testing::TestWithParam<double> {
   }
   /// Its upper face is to go to this height.
   void drive(double height_m) {
-    sample_ = {sample_.number + 1, Pose{Quat(1, 0, 0, 0), Vec3(0, 0, height_m - half_m_)}};
+    sample_ = {sample_.number + 1, Pose{Quat(1, 0, 0, 0), Vec3(0, 0, height_m - half_m_)}, sample_.first_s};
     adopt();
   }
   void adopt() {
@@ -109,6 +109,23 @@ TEST_F(DrivenPlate, AFirstSampleIsReachedAtFirstSpeedOrWithinTheLongestPause) {
   EXPECT_LT(height_m(), from_m + 2);
   servo_.step();
   EXPECT_DOUBLE_EQ(height_m(), from_m + 2);
+}
+
+TEST_F(DrivenPlate, AClientsFirstSampleIsNoBlowToAHandThatPresses) {
+  use(0.01);
+  hip_m_ = -0.052;
+  servo_.run(10);
+  sample_.first_s = kFirstSample_s;
+  const double to_m = height_m() + 3e-4;
+  double last_N = servo_.step().force.written.z;
+  ASSERT_NEAR(last_N, kStiffness_N_per_m * 0.002, 1e-6);
+  drive(to_m);
+  for (int i = 0; i < 17; ++i) {
+    const double now_N = servo_.step().force.written.z;
+    EXPECT_NEAR(now_N - last_N, kStiffness_N_per_m * 3e-4 / 17, 1e-6) << i;
+    last_N = now_N;
+  }
+  EXPECT_DOUBLE_EQ(height_m(), to_m);
 }
 
 TEST_F(DrivenPlate, StaysWhereItIsOverOtherEditsAndGoesBackByAPose) {
