@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string_view>
 
 #include "common/importer/inflater.h"
 #include "common/mesh/file_bytes.h"
@@ -19,27 +20,38 @@ constexpr std::size_t kMaxUnpackedOfFew_bytes = 200'000'000, kMaxTimesPacked = 5
 
 Result<std::string> unpacked(std::string file) {
   if (!file.starts_with("\x1f\x8b")) return file;
-  const auto bad = [] {
-    return refused("", "is a gzip file that is cut off, damaged, or of several parts; unpack it by gunzip");
-  };
-  std::uint32_t size = 0;               // little-endian, at the end
+  const auto bad = [] { return refused("", "is a gzip file that is cut off or damaged"); };
   constexpr std::size_t kMinSize = 18;  // of an empty file
   if (file.size() < kMinSize) return bad();
-  std::memcpy(&size, file.data() + file.size() - sizeof size, sizeof size);
-  if (size / kMaxInflation > file.size()) return bad();
-  if (size > std::max(kMaxUnpackedOfFew_bytes, kMaxTimesPacked * file.size())) {
-    return refused("", "unpacks to " + std::to_string(size) + " bytes, more than " + std::to_string(kMaxTimesPacked) +
-                           " times its own; at most " + std::to_string(kMaxUnpackedOfFew_bytes) +
-                           " are taken of such a file");
-  }
-  if (size > kMaxFileSize) {
-    return refused("", "unpacks to more than the " + std::to_string(kMaxFileSize) + " bytes that are taken");
-  }
+  std::uint32_t last = 0;  // bytes of the last part, little-endian, at the end
+  std::memcpy(&last, file.data() + file.size() - sizeof last, sizeof last);
+  if (last / kMaxInflation > file.size()) return bad();
+  const std::size_t most =
+      std::min<std::size_t>(kMaxFileSize, std::max(kMaxUnpackedOfFew_bytes, kMaxTimesPacked * file.size()));
+  const auto tooLarge = [&] {
+    return refused("", "unpacks to more than " + std::to_string(most) + " bytes, which is the most that is taken of " +
+                           std::to_string(file.size()) + " packed ones");
+  };
+  if (last > most) return tooLarge();
   const Inflater inflater = makeInflater();
-  std::string bytes(size, '\0');
-  const auto result =
-      libdeflate_gzip_decompress(inflater.get(), file.data(), file.size(), bytes.data(), bytes.size(), nullptr);
-  if (result != LIBDEFLATE_SUCCESS || bytes.empty()) return bad();
+  std::string bytes(last, '\0');
+  std::size_t used = 0;
+  for (std::string_view rest = file; rest.find_first_not_of('\0') != rest.npos;) {  // a tape pads with zeros
+    std::size_t read = 0, written = 0;
+    const auto result = libdeflate_gzip_decompress_ex(inflater.get(), rest.data(), rest.size(), bytes.data() + used,
+                                                      bytes.size() - used, &read, &written);
+    if (result == LIBDEFLATE_INSUFFICIENT_SPACE) {
+      if (bytes.size() == most) return tooLarge();
+      bytes.resize(std::min(most, 2 * bytes.size() + file.size()));
+    } else if (result == LIBDEFLATE_SUCCESS) {
+      used += written;
+      rest.remove_prefix(read);
+    } else {
+      return bad();
+    }
+  }
+  if (used == 0) return bad();
+  bytes.resize(used);
   return bytes;
 }
 

@@ -6,8 +6,8 @@
 
 namespace haptics {
 
-/// The file, or what it holds if it is a gzip file. Refused: damaged, cut off, of several parts, larger than kMaxFileSize, or
-/// than its bytes can be thought to stand for.
+/// The file, or what it holds if it is a gzip file, of one part or of several (RFC 1952, 2.2). Refused: damaged, cut off, larger
+/// than kMaxFileSize, or than its bytes can be thought to stand for.
 [[nodiscard]] Result<std::string> unpacked(std::string file);
 
 }  // namespace haptics

@@ -258,6 +258,7 @@ TEST_F(ImportInventor, ReadsPackedFilesAndThoseWithAByteOrderMarkOrBlanksFirst) 
   const auto imported = import("t.iv", packed);
   ASSERT_TRUE(imported) << imported.error().text();
   EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_EQ(import("t.iv", gzip(text.substr(0, 40)) + gzip(text.substr(40)))->mesh, tetrahedron()) << "of two parts";
   write("part.iv", packed);
   EXPECT_EQ(import("t.iv", kHeader + "File { name \"part.iv\" }\n")->mesh, tetrahedron());
   for (std::size_t cut = 2; cut < packed.size(); ++cut) {
