@@ -272,7 +272,7 @@ class Replay {
       if (now.sample.object != 0) ++count.contactTicks;
       ++count.ticks;
       if (!onTick_) continue;
-      const MotionState* motion = servo->describe(now.sample.tick);
+      const MotionState* motion = servo->motionIfChanged(now.sample.tick);
       computed.ticks.push_back({now.sample, servo->scene(), motion != nullptr});
       if (hands > 1) computed.secondSamples.push_back(now.secondSample);
       if (motion != nullptr) computed.motions.add(*motion);

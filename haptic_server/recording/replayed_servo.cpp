@@ -31,7 +31,7 @@ std::shared_ptr<const ServoScene> ReplayedHand::own(const ServoScene* scene) {
     for (std::shared_ptr<ShapeMemory>& memory : shape.memory) {
       if (!memory) continue;
       std::shared_ptr<ShapeMemory>& mine = shapes_[memory];
-      const std::size_t vertices = shape.samples.from_oldest.back()->size();
+      const std::size_t vertices = shape.samples.fromOldest.back()->size();
       if (!mine) mine = std::make_shared<ShapeMemory>(*copy->objects[i].surface, vertices);
       memory = mine;
     }
@@ -55,9 +55,9 @@ Vec3 ReplayedHand::torque_Nm(const RecordedTick& tick) const noexcept {
   return writtenTorque_Nm(*state_, config_, AddedWrench(tick.added));
 }
 
-const MotionState* ReplayedHand::describe(std::uint64_t tick) {
-  const bool moved = describeMotion(*state_, tick, motion_);
-  const bool gave = describeDents(*state_, tick, motion_);
+const MotionState* ReplayedHand::motionIfChanged(std::uint64_t tick) {
+  const bool moved = updateMotionState(*state_, tick, motion_);
+  const bool gave = updateDentsState(*state_, tick, motion_);
   return moved || gave ? &motion_ : nullptr;
 }
 
@@ -97,10 +97,10 @@ ReplayedServo::Tick ReplayedServo::take(const RecordedRunTick& tick) {
   return made;
 }
 
-const MotionState* ReplayedServo::describe(std::uint64_t tick) {
-  const MotionState* motion = first_.describe(tick);
+const MotionState* ReplayedServo::motionIfChanged(std::uint64_t tick) {
+  const MotionState* motion = first_.motionIfChanged(tick);
   if (!second_) return motion;
-  if (second_->describe(tick) == nullptr && motion == nullptr) return nullptr;
+  if (second_->motionIfChanged(tick) == nullptr && motion == nullptr) return nullptr;
   motion_ = ofBothHands(first_.motion(), second_->motion());
   return &motion_;
 }

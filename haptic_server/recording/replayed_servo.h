@@ -25,7 +25,7 @@ class ReplayedHand {
   /// @param tick  Stays until it is finished.
   [[nodiscard]] HandTick feel(const RecordedTick& tick);
   /// Null: as at the last call.
-  [[nodiscard]] const MotionState* describe(std::uint64_t tick);
+  [[nodiscard]] const MotionState* motionIfChanged(std::uint64_t tick);
 
   [[nodiscard]] HapticState& state() noexcept { return *state_; }
   /// As written to the device in this tick.
@@ -62,7 +62,7 @@ class ReplayedServo {
   void begin(const RecordedBeginnings& beginnings);
   [[nodiscard]] Tick take(const RecordedRunTick& tick);
   /// Where the objects that move are, and all dents, after take(); null: as at the last call.
-  [[nodiscard]] const MotionState* describe(std::uint64_t tick);
+  [[nodiscard]] const MotionState* motionIfChanged(std::uint64_t tick);
 
   /// ServoScene::number of the first hand's; 0: the empty one.
   [[nodiscard]] std::uint64_t scene() const noexcept { return first_.scene(); }

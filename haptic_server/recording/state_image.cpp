@@ -100,7 +100,7 @@ namespace {
     taps = taps || (object.detail && object.detail->scalars.tap_Ns_per_m > 0);
     soft = soft || object.tissue != nullptr;
     detail = detail || object.detail != nullptr;
-    bumps = bumps || (object.detail && object.detail->reach_m > 0);
+    bumps = bumps || (object.detail && object.detail->hasHeight());
     varies = varies || (object.detail && object.detail->stiffness);
   }
   features.detail = detail || soft;

@@ -14,7 +14,7 @@ namespace {
 /// Edges of the mesh that a falloff's radius should span: fewer show a dent as a few corners.
 constexpr double kEdgesInRadius = 3;
 
-/// As an edit may give it (checkLength()).
+/// Shortest side of a lattice that an edit may give, m (checkLength()).
 constexpr double kFlat_m = 1e-9;
 
 /// A flat mesh has no thickness, and a mapping's box needs one.

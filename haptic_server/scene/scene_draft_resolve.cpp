@@ -251,7 +251,7 @@ Result<void> SceneDraft::gather(const ObjectRecord& record, const FieldPaths& gi
                                  "; edit that property in the same transaction, or take it away");
 }
 
-/// Checks the effects with it likewise.
+/// Refuses an effect inside of a mesh that is not closed.
 /// @param remesh  Where the mesh was given; empty: it is as it was.
 Result<void> SceneDraft::checkEffects(const ObjectRecord& record, const MeshAsset& mesh,
                                       const std::string& remesh) const {

@@ -42,7 +42,7 @@ bool makesAsset(const Transaction& transaction) {
   });
 }
 
-/// None of a task of the server's own.
+/// Key of a client's work; a task of the server's own has none.
 WorkNotes::Key keyOf(const auto& task) {
   return std::visit(
       [](const auto& one) -> WorkNotes::Key {
@@ -437,12 +437,12 @@ SceneService::Prepared SceneService::prepare(Job& job, std::optional<std::chrono
     return takesLong = lanes_.anyAside() && idle_ == 0;
   };
   std::optional<WorkWatch> watch;
-  if (edit) watch.emplace(options_.mostOfEdit, stop, othersWait);
   const auto refuseTooMuch = [&] {
     if (auto tooMuch = watch ? watch->tooMuch() : std::nullopt) edit->failure = std::move(tooMuch);
     return edit && edit->failure;
   };
   try {
+    if (edit) watch.emplace(options_.mostOfEdit, stop, othersWait);
     interruptionPoint();
     if (edit) prepare(*edit);
     if (upload) {
@@ -453,6 +453,10 @@ SceneService::Prepared SceneService::prepare(Job& job, std::optional<std::chrono
     if (unwanted.stop_requested() || stop_.stop_requested()) return Prepared::kUnwanted;
     if (refuseTooMuch()) return Prepared::kDone;
     return takesLong ? Prepared::kTakesLong : Prepared::kUnwanted;
+  } catch (const std::exception& failure) {  // the machine has no other thread, or no memory
+    const std::string reason = std::string("the server could not carry it out: ") + failure.what();
+    if (edit) edit->failure = Error{"", reason};
+    if (upload) upload->built = refused("data", reason);
   }
   static_cast<void>(refuseTooMuch());
   return unwanted.stop_requested() ? Prepared::kUnwanted : Prepared::kDone;

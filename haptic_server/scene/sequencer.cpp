@@ -67,7 +67,7 @@ Commit difference(const SceneVersion& before, const SceneVersion& after) {
       operation);
 }
 
-/// Of a sample.
+/// A sample of a driven shape has a lattice and nothing else.
 [[nodiscard]] Result<void> checkShape(const DeformationEdit& edit) {
   if (edit.lattice && *edit.lattice && !edit.softness && !edit.residue) return {};
   return refused("deformation", "has a lattice, which is not empty, and nothing else where kinematic is set");
@@ -144,7 +144,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
   return submit(std::span(&submission, 1)).front();
 }
 
-EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetResolver& resolver) {
+EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetResolver& resolver, EditJournal* journal) {
   Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}, driven_};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
@@ -159,14 +159,15 @@ EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetRes
       outcomes.emplace_back(Error{"", std::string("the server could not carry out the edit: ") + failure.what()});
     }
     if (resolver.needsPreparation()) return std::nullopt;
-    if (!batch.edits.empty()) unkept.push_back(outcomes.size() - 1);
+    if (std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcomes.back()) || !batch.edits.empty())
+      unkept.push_back(outcomes.size() - 1);
   }
   if (batch.edits.empty()) {
     driven_ = std::move(batch.driven);
     return outcomes;
   }
-  if (journal_) {
-    if (const auto kept = journal_->keep(state_, batch.edits, batch.newAssets); !kept) {
+  if (journal) {
+    if (const auto kept = journal->keep(state_, batch.edits, batch.newAssets); !kept) {
       for (const std::size_t i : unkept) outcomes[i] = kept.error();
       return outcomes;
     }
@@ -176,9 +177,7 @@ EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetRes
 }
 
 EditOutcome Sequencer::submitOwn(const Submission& submission) {
-  EditJournal* const journal = std::exchange(journal_, nullptr);
-  auto outcome = submit(std::span(&submission, 1)).front();
-  journal_ = journal;
+  auto outcome = submit(std::span(&submission, 1), resolver_, nullptr)->front();
   if (journal_ && std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome)) checkpoint();
   return outcome;
 }

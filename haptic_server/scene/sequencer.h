@@ -59,7 +59,9 @@ class Sequencer {
   /// but one that a later edit of its session has passed over is never applied: a session's edits keep their order.
   /// @return None, and all is as it was, where the resolver needs preparation.
   /// \param resolver  Instead of the sequencer's own.
-  EditOutcomes submit(std::span<const Submission> submissions, AssetResolver& resolver);
+  EditOutcomes submit(std::span<const Submission> submissions, AssetResolver& resolver) {
+    return submit(submissions, resolver, journal_);
+  }
   std::vector<EditOutcome> submit(std::span<const Submission> submissions) {
     return submit(submissions, resolver_).value();
   }
@@ -123,6 +125,7 @@ class Sequencer {
   std::map<ObjectId, std::uint64_t> posedAt_;
   Driven driven_;
 
+  EditOutcomes submit(std::span<const Submission> submissions, AssetResolver& resolver, EditJournal* journal);
   Result<void> checkAnswer(const AcceptedEdit& edit) const;
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch, AssetResolver& resolver) const;

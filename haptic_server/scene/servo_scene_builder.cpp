@@ -7,6 +7,7 @@
 
 #include "haptic_server/engine/geometry/spaced_points.h"
 #include "haptic_server/engine/motion/coupling.h"
+#include "haptic_server/engine/tool/tool_contact.h"
 #include "haptic_server/engine/tool/tool_shell.h"
 #include "haptic_server/scene/effect_limits.h"
 
@@ -108,15 +109,16 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
         {.id = record.id,
          .surface = parts.surface,
          .pose = record.pose,
-         .stiffness_N_per_m = share * stiffness_N_per_m,
+         .stiffness_N_per_m = std::max(share * stiffness_N_per_m, tool ? ToolCoupling::kLeast : 0),
          .damping_Ns_per_m = share * damping_Ns_per_m,
          .pendingRemoval = source.pendingRemoval,
          .detail = parts.detail,
          .motion = body,
          .collision = collision,
          .tool = tool,
-         .torsion_Nm_per_rad = std::min(tool ? record.motion->tool->torsion_Nm_per_rad : grasp.torsion_Nm_per_rad,
-                                        device_.stiffestTorsion_Nm_per_rad),
+         .torsion_Nm_per_rad = tool ? std::max(ToolCoupling::kLeast, std::min(record.motion->tool->torsion_Nm_per_rad,
+                                                                              device_.stiffestTorsion_Nm_per_rad))
+                                    : std::min(grasp.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad),
          .poseRevision = source.poseRevision,
          .tissue = parts.tissue,
          .baked = source.baked,
@@ -172,7 +174,7 @@ KinematicShape ServoSceneBuilder::shapeOf(const ServoObjectSource& source, const
   shape.number = source.shape.number;
   shape.first = source.shape.first();
   shape.first_s = kFirstSample_s;
-  std::ranges::transform(samples, shape.samples.from_oldest.end() - static_cast<std::ptrdiff_t>(samples.size()),
+  std::ranges::transform(samples, shape.samples.fromOldest.end() - static_cast<std::ptrdiff_t>(samples.size()),
                          [](const auto& sample) { return sample->vertices; });
   const std::vector<Vec3f>& newest = *samples.back()->vertices;
   const std::vector<Vec3f>& before = *samples[samples.size() - 2]->vertices;

@@ -41,7 +41,8 @@ Result<FlightRing> FlightRing::attach(FileHandle memory) {
   auto mapped = SharedMemory::map(std::move(memory), slotsAt(1));
   if (!mapped) return tl::unexpected(std::move(mapped.error()));
   const auto& shared = *reinterpret_cast<const Shared*>(mapped->bytes().data());
-  if (shared.shape != kShape || shared.hands < 1 || shared.hands > kMaxHands ||
+  if (shared.shape != kShape || shared.hands < 1 || shared.hands > kMaxHands || shared.slotCount < 1 ||
+      shared.slotCount > mapped->bytes().size() / sizeof(Slot) ||
       bytesFor(shared.hands, shared.slotCount) > mapped->bytes().size()) {
     return refused("flight ring", "is that of another build");
   }

@@ -16,8 +16,8 @@ namespace {
 
 /// Above every ordinary thread and most kernel work, below the kernel's own watchdogs (99).
 constexpr int kServoPriority = 80;
-/// Bytes of stack that a tick may use; an adoption with kMaxServoObjects bodies is the largest user.
-constexpr std::size_t kServoStack_bytes = 512U << 10;
+/// Bytes of stack that a tick may use; moveTogether() of kMaxColliders bodies, the largest user, has half of them.
+constexpr std::size_t kServoStack_bytes = 1U << 20;
 
 void touchStack() noexcept {
   volatile char stack[kServoStack_bytes];

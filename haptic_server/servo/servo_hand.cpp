@@ -61,20 +61,20 @@ void ServoHand::publish(const TelemetrySample& sample) noexcept {
       0) [[unlikely]]
     publishMotion(sample.tick);
   if (state_.reshaped.count + shapes_.count > 0) [[unlikely]] {
-    if (describeShapes(*scene_, state_, shapes_)) shapesOut_.put(shapes_);
+    if (updateShapePlaces(*scene_, state_, shapes_)) shapesOut_.put(shapes_);
   }
   if (sample.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
     energyPublished_ns_ = sample.time_ns;
-    state_.energy.describe(energy_);
+    state_.energy.copyTo(energy_);
     energyOut_.put(energy_);
   }
 }
 
 void ServoHand::publishMotion(std::uint64_t tick) noexcept {
-  const bool moved = describeMotion(state_, tick, motion_);
+  const bool moved = updateMotionState(state_, tick, motion_);
   const auto staying = motion_.staying;
   const std::uint64_t revision = motion_.sceneRevision;
-  if (describeDents(state_, tick, motion_) || moved) motionOut_.put(motion_);
+  if (updateDentsState(state_, tick, motion_) || moved) motionOut_.put(motion_);
   if (moved || staying != motion_.staying || revision != motion_.sceneRevision) motionToBuilder_.put(motion_);
 }
 

@@ -44,7 +44,7 @@ HeldTool::HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::To
       spacing_m_(tool.spacing_m),
       tool_(makeTool(std::move(surface), tool)) {
   contact_.hold(*tool_);
-  constexpr double kMin = 1e-6;  // a spring that is none holds nothing
+  constexpr double kMin = ToolCoupling::kLeast;
   check(tool.stiffness_N_per_m, kMin, kMaxHoldStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
   check(tool.torsion_Nm_per_rad, kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
   check(tool.maxTorque_Nm, kMin, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
@@ -113,7 +113,7 @@ World::ToolSample HeldTool::step(const World::Pose& device) noexcept {
     const double rate_N = EditSlew::kRate_N_per_s * period_s_;
     force_.shrink(rate_N);
     torque_.shrink(rate_N * tool_->shell.radius_m);
-    sample.touching = static_cast<std::uint32_t>(result.touching);
+    sample.touching = static_cast<std::uint32_t>(contact_.touching());
     sample.waits = result.waits;
   } else {
     sample.fault = World::Fault::kNonFiniteHip;

@@ -113,7 +113,7 @@ std::string SceneWorld::root() const { return impl_->sequencer.history()->versio
 
 std::vector<SceneWorld::Body> SceneWorld::bodies() const {
   MotionState motion;
-  (void)describeMotion(impl_->scene.state(), impl_->scene.tick(), motion);
+  (void)updateMotionState(impl_->scene.state(), impl_->scene.tick(), motion);
   std::map<ObjectId, Pose> now;
   for (const BodyState& body : motion.bodies()) now[body.object] = body.pose;
   std::vector<Body> bodies;
@@ -126,7 +126,7 @@ std::vector<SceneWorld::Body> SceneWorld::bodies() const {
 
 void SceneWorld::keepDents() {
   MotionState motion;
-  (void)describeDents(impl_->scene.state(), impl_->scene.tick(), motion);
+  (void)updateDentsState(impl_->scene.state(), impl_->scene.tick(), motion);
   const auto dents = permanentDents(motion, impl_->handled);
   if (dents.empty()) return;
   for (const auto& [object, of] : dents) impl_->keep(object, of, motion.sceneRevision);

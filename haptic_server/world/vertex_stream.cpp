@@ -62,7 +62,7 @@ void VertexStream::take(std::span<const std::array<float, 3>> vertices, const Co
     newest[v] = {x, y, z};
     way2 = std::max(way2, squaredLength(Vec3(newest[v]) - Vec3(last[v])));
   }
-  std::ranges::copy(samples_, shape_.samples.from_oldest.end() - kSamples);
+  std::ranges::copy(samples_, shape_.samples.fromOldest.end() - kSamples);
   shape_.way_m = std::sqrt(way2);
   ++shape_.number;
 }

@@ -133,7 +133,7 @@ void tickOfATool(benchmark::State& state, const ToolMotion& motion, std::uint32_
   double touching = 0, waits = 0;
   leadTool(state, motion, held.shell, *surface, [&](const Pose& device) {
     const ToolResult result = tool->follow(bodies, device, kCoupling);
-    touching += result.touching;
+    touching += tool->touching();
     waits += result.waits ? 1 : 0;
     return result.proxy;
   });

@@ -171,7 +171,7 @@ Felt RuntimeMethod::feelContact(std::span<const Body> bodies, Vec3 hip) {
   surfaceForces.addTexture();
   surfaceForces.addSpringDamper();
   surfaceForces.addFriction();
-  surfaceForces.describe();
+  surfaceForces.writeResult();
   return {felt.contact.touching, state_.contact.ihip, felt.force.spring, 0};
 }
 

@@ -27,7 +27,7 @@ void ScriptedHand::chooseStroke(std::uint64_t stroke, const HapticState& state) 
   const ServoObject& object = *objects_[stroke % objects_.size()];
   Pose pose = object.pose;
   MotionState motion;
-  (void)describeMotion(state, 0, motion);
+  (void)updateMotionState(state, 0, motion);
   for (const BodyState& body : motion.bodies()) {
     if (body.object == object.id) pose = body.pose;
   }

@@ -214,7 +214,7 @@ struct PairNow {
 };
 
 using AllMoving = std::array<Moving, kMaxColliders>;
-void describe(std::span<const Collider> bodies, AllMoving& moving) noexcept {
+void collectMoving(std::span<const Collider> bodies, AllMoving& moving) noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
 }
 
@@ -239,7 +239,7 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
                                Allowance& allowance) noexcept {
   FoundContacts found;
   AllMoving moving;
-  describe(bodies, moving);
+  collectMoving(bodies, moving);
   PlaceTable places(pairs);
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     if (bodies[a].state == nullptr) continue;
@@ -319,7 +319,7 @@ void searchAhead(std::span<const Collider> bodies, BodyPairs& pairs, double peri
   };
   if (std::ranges::none_of(pairs.all(), isLong)) return;
   AllMoving moving;
-  describe(bodies, moving);
+  collectMoving(bodies, moving);
   for (std::size_t i = 0; i < pairs.places.count && !allowance.isSpent(); ++i) {
     BodyPair& pair = pairs.places[i];
     if (!isLong(pair)) continue;

@@ -78,7 +78,7 @@ struct Feet {
 /// Roughly, of the body at a contact's point; in the frame of the surface that it meets.
 /// @param pose  Of the body in that frame.
 [[nodiscard]] Vec3 outOf(const CollisionPoints& points, const BodyContact& contact, const Pose& pose) noexcept {
-  if (contact.point < kMaxCollisionPoints) return pose.rotation * points.points[contact.point].normal;
+  if (contact.point < points.points.size()) return pose.rotation * points.points[contact.point].normal;
   return points.polytope ? pose.rotation * unitOrZero(contact.place - points.polytope->middle) : -contact.normal;
 }
 

@@ -89,10 +89,10 @@ bool NearBodies::isInGap(const Near& near, Vec3 to, const Crossing& rimmed, cons
   const double rim_m = kRim * surface.extent_m();
   const Vec3 away = near.frame.rotate((place - foot.point) * (2 * rim_m / distance));
   const Vec3 end = near.frame.toWorld(to);
-  const auto isEnteredAnyway = [&](const Near& of, std::uint32_t triangle) noexcept {
+  const auto isEnteredAnyway = [&](const Near& of, std::uint32_t face) noexcept {
     if (!entered) return false;
-    const Vec3 normal = of.frame.rotate(of.surface->faceNormal(triangle));
-    const Vec3 corner = of.frame.toWorld(of.surface->triangle(triangle).corner(0));
+    const Vec3 normal = of.frame.rotate(of.surface->faceNormal(face));
+    const Vec3 corner = of.frame.toWorld(of.surface->triangle(face).corner(0));
     const Vec3 at = near.frame.toWorld(glm::mix(near.from, to, entered.time));
     return std::abs(glm::dot(normal, near.frame.rotate(surface.faceNormal(entered.triangle)))) > kBend &&
            std::abs(glm::dot(normal, at - corner)) < 4 * rim_m;

@@ -209,7 +209,8 @@ EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec
   };
   const double now = meanFrom(memory.turns);
   Felt felt = inRegion(memory, weight, effect_.amplitude_N * now * effect_.direction);
-  felt.byTime_N = effect_.amplitude_N * std::abs(now - meanFrom(memory.turns - step));
+  const double before = memory.turns - step;
+  felt.byTime_N = effect_.amplitude_N * std::abs(now - meanFrom(before < 0 && !once ? before + count : before));
   memory.turns = once ? std::min(memory.turns + step, count) : std::fmod(memory.turns + step, count);
   return felt;
 }

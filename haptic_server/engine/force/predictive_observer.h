@@ -87,7 +87,8 @@ class PredictiveObserver {
     written_.items.fill(Vec3(0));
   }
 
-  /// Takes the position measured this tick (m), returns the place where the force is to be computed. note() comes next.
+  /// Takes the position measured this tick (m), returns the place where the force is to be computed. Call
+  /// onForceWritten() next.
   [[nodiscard]] Vec3 follow(Vec3 measured) noexcept {
     const Vec3 error = measured - position_;
     position_ += positionGain_ * error;
@@ -191,8 +192,9 @@ class PredictiveObserver {
   double positionGain_ = 1, velocityGain_ = 0, accelerationGain_ = 0;
   double lead_ = 0;   // s
   double older_ = 0;  // the part that the earlier of two forces has, between which the delay falls
-  Vec3 position_{0}, velocity_{0}, acceleration_{0};  // as measured up to follow(), as expected next after note()
-  Vec3 pushed_{0};                                    // m, by the forces in the time that is looked ahead
+  Vec3 position_{0}, velocity_{0},
+      acceleration_{0};  // as measured up to follow(), as expected next after onForceWritten()
+  Vec3 pushed_{0};       // m, by the forces in the time that is looked ahead
   Vec3 normal_{0};
   double surfaceSpeed_ = 0;                                     // m/s
   std::array<double, kMaxTicks> weights_{};                     // m/N, by age

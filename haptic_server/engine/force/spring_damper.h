@@ -94,7 +94,8 @@ class RateLimitedStiffness {
     const double before_N_per_m = felt_.spring_N_per_m;
     approach(target, penetration_m, approach_m_per_s, maxForce_N, period_s);
     felt_ = times(mean_, factor_);
-    return (felt_.spring_N_per_m - before_N_per_m) / 2 * penetration_m * penetration_m;
+    const double put_J = (felt_.spring_N_per_m - before_N_per_m) / 2 * penetration_m * penetration_m;
+    return std::isfinite(put_J) ? put_J : 0;
   }
 
   HAPTICS_FIELDS(self.felt_, self.mean_, self.factor_);
@@ -108,7 +109,7 @@ class RateLimitedStiffness {
                                      std::abs(missing.damping_Ns_per_m * approach_m_per_s));
     const double beyond_N = std::max(0.0, felt_.spring_N_per_m * penetration_m - maxForce_N);
     const double allowed = kRate_N_per_s * period_s + beyond_N;
-    if (change <= allowed) {
+    if (!(change > allowed)) {  // or it is no number, which would stay
       mean_ = target;
       return;
     }

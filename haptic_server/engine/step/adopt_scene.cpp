@@ -269,7 +269,7 @@ class StateTransfer {
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     features_.detail = features_.detail || detail != nullptr;
     features_.taps = features_.taps || (detail != nullptr && detail->scalars.tap_Ns_per_m > 0);
-    features_.bumps = features_.bumps || (detail != nullptr && detail->reach_m > 0);
+    features_.bumps = features_.bumps || (detail != nullptr && detail->hasHeight());
     features_.varyingStiffness = features_.varyingStiffness || (detail != nullptr && detail->stiffness);
   }
 

@@ -19,7 +19,7 @@ void EnergyAccount::give(std::uint64_t object, double given_J) noexcept {
   rows_.items[row_].given_J[0] -= given_J;
 }
 
-void EnergyAccount::describe(EnergyState& state) const noexcept {
+void EnergyAccount::copyTo(EnergyState& state) const noexcept {
   state.objectCount = rows_.count;
   std::ranges::copy(rows_.all(), state.object.begin());
 }

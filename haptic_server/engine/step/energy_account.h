@@ -62,7 +62,7 @@ class EnergyAccount {
   [[nodiscard]] const EnergyByFeature& all_J() const noexcept { return all_; }
   /// What was written last, N.
   [[nodiscard]] Vec3 written_N() const noexcept { return written_; }
-  void describe(EnergyState& state) const noexcept;
+  void copyTo(EnergyState& state) const noexcept;
 
   /// Whether one that comes from elsewhere can be used.
   [[nodiscard]] bool isWhole() const noexcept;

@@ -30,7 +30,7 @@ class HeldFrictions {
     auto& held = state_.surface.friction;
     if (pressed.size() == 1 && held[1].object == 0) [[likely]] {
       const Vec3 force_N = follow(held[0], pressed[0]);
-      describe(held[0], result);
+      reportTo(held[0], result);
       return apply(force_N, result);
     }
     runSeveral(pressed, result);
@@ -43,12 +43,12 @@ class HeldFrictions {
     Vec3 force_N(0);
     for (std::size_t k = 0; k < pressed.size(); ++k) {
       force_N += follow(held[k], pressed[k]);
-      if (result.friction == FrictionState::kNone) describe(held[k], result);
+      if (result.friction == FrictionState::kNone) reportTo(held[k], result);
     }
     apply(force_N, result);
   }
 
-  static void describe(const HeldFriction& held, ForceResult& result) noexcept {
+  static void reportTo(const HeldFriction& held, ForceResult& result) noexcept {
     result.friction = held.law.state();
     result.stickingPoint = held.stickingPoint;
   }

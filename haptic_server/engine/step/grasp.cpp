@@ -29,7 +29,7 @@ void take(HapticState& state, const DevicePose& device) noexcept {
   state.grasp.turned = glm::conjugate(device.rotation) * state.bodies[body].current.rotation;
   state.tool.torque.reset(device.rotation);
   state.features.torqueFades = true;
-  state.surface = {};
+  state.surface.forget();
   state.groove.shaded = false;
   state.release();
   state.limits.slew.begin();

@@ -45,7 +45,7 @@ bool HapticState::connect(const ServoScene& adopted) noexcept {
     body.shift = Vec3(0);
     if (isReshaped(i)) {
       const KinematicShape& shape = adopted.shapes[i];
-      if (shape.number != reshaped[i].number) return false;
+      if (shape.number != reshaped[i].number || shape.memory[motion.follows ? 1 : 0] == nullptr) return false;
       const double along = reshaped[i].along;  // of an untrusted state, may be no number
       if (!(along >= shape.samples.oldest() && along <= ShapeSamples::kNewest)) return false;
       body.surface = memoryOf(shape, *this).moveTo(shape.samples, along, body.surface).surface;

@@ -109,7 +109,7 @@ struct ForceLimits {
   HAPTICS_FIELDS(self.slew, self.unlimited_N, self.clutched);
 };
 
-/// Of StateFields::moving.
+/// How the bodies in StateFields::moving are moved.
 struct Motion {
   std::uint64_t next = 0;      ///< Where they move in turn.
   Word<bool> follows = false;  ///< The state of the first hand moves them (two_hands.h).
@@ -117,7 +117,7 @@ struct Motion {
   HAPTICS_FIELDS(self.next, self.follows);
 };
 
-/// Of StateFields::dents.
+/// Counters of StateFields::dents.
 struct Denting {
   std::uint64_t revision = 0;   ///< Counts the ticks in which some dent changed.
   std::uint64_t newest = 0;     ///< Its number.

@@ -52,7 +52,7 @@ void followClutch(HapticState& state, const StepInput& input) noexcept {
   state.release();
   for (EffectMemory& effect : state.effects.all()) effect = {.object = effect.object, .number = effect.number};
   if (state.features.detail) {
-    state.surface = {};
+    state.surface.forget();
     std::ranges::fill(state.bumps.all(), BumpState{});
   }
   state.supervision.attached = true;
@@ -70,7 +70,7 @@ void followClutch(HapticState& state, const StepInput& input) noexcept {
       if (state.supervision.fault == Fault::kNone) state.supervision.deadlines.giveUp(input.tick, config.period_s);
     } else if (state.observer.active()) {
       state.observer.skip(missed);
-      if (state.features.tool) state.tool.torque.skip(missed);
+      if (state.features.tool || state.grasp.object != 0) state.tool.torque.skip(missed);
     } else {
       state.estimate.velocity.skip(missed);
     }
@@ -250,7 +250,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   surfaceForces.addTexture();       // 4.3.1
   surfaceForces.addSpringDamper();  // 3, 4.3.2
   surfaceForces.addFriction();      // 4.2
-  surfaceForces.describe();
+  surfaceForces.writeResult();
 }
 
 /// At each press of its button: the scene is adopted once more, with that tool in the hand.
@@ -342,8 +342,9 @@ void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& 
     holdParts(state, config, result);
 }
 
-[[nodiscard, gnu::always_inline]] inline TelemetrySample describe(const HapticState& state, const StepInput& input,
-                                                                  const ForceResult& result, double period_s) noexcept {
+[[nodiscard, gnu::always_inline]] inline TelemetrySample telemetryOf(const HapticState& state, const StepInput& input,
+                                                                     const ForceResult& result,
+                                                                     double period_s) noexcept {
   const ContactResult& contact = result.contact;
   return {
       .tick = input.tick,
@@ -396,7 +397,7 @@ void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& 
                                   surfaceSpeed(state, contact.body, contact.ihip, result.geometricNormal, config));
   }
   state.now = {};
-  TelemetrySample sample = describe(state, input, result, config.period_s);
+  TelemetrySample sample = telemetryOf(state, input, result, config.period_s);
   if (result.adds) [[unlikely]]
     sample.added_N = result.added_N;
   return sample;

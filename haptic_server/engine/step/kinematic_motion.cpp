@@ -151,7 +151,7 @@ void moveDrivenObjects(const ServoScene& scene, HapticState& state, double perio
   for (std::size_t i = 0; i < state.reshaped.count; ++i) static_cast<void>(moveDrivenShape(scene, state, period_s, i));
 }
 
-bool describeShapes(const ServoScene& scene, const HapticState& state, ShapePlaces& shapes) noexcept {
+bool updateShapePlaces(const ServoScene& scene, const HapticState& state, ShapePlaces& shapes) noexcept {
   const std::size_t before = std::exchange(shapes.count, 0);
   bool changed = false;
   for (std::size_t i = 0; i < state.reshaped.count; ++i) {

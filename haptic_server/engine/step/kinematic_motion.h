@@ -50,7 +50,7 @@ struct ShapePlaces {
   [[nodiscard]] std::span<const ShapePlace> all() const noexcept { return std::span(place).first(count); }
 };
 /// @return Whether they are others than before.
-bool describeShapes(const ServoScene& scene, const HapticState& state, ShapePlaces& shapes) noexcept;
+bool updateShapePlaces(const ServoScene& scene, const HapticState& state, ShapePlaces& shapes) noexcept;
 
 /// Shorter makes slow streams go by fits and starts; longer makes the first sample after a pause late.
 inline constexpr double kLongestPause_s = 0.1;

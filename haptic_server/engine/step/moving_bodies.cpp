@@ -22,14 +22,15 @@ namespace {
   return {a.force_N + b.force_N, a.place_m, a.torque_Nm + b.torque_Nm + glm::cross(b.place_m - a.place_m, b.force_N)};
 }
 
-/// What one body is given of a force (N, world) on the hand.
+/// What one body is given of a force (N, world) on the hand; nothing in a fault, in which that may be no number.
 class Reaction {
  public:
   Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
       : state_(state),
         contact_(contact),
-        force_N_(contact.touching ? force_N : Vec3(0)),
-        any_(contact.touching || state.features.effects) {}
+        touches_(contact.touching && state.supervision.fault == Fault::kNone),
+        force_N_(touches_ ? force_N : Vec3(0)),
+        any_(touches_ || state.features.effects) {}
 
   [[nodiscard]] Push on(std::size_t body) const noexcept {
     if (!any_) return {};
@@ -40,11 +41,12 @@ class Reaction {
  private:
   const HapticState& state_;
   const ContactResult& contact_;
+  bool touches_;
   Vec3 force_N_;
   bool any_;
 
   [[nodiscard]] Push ofTouch(std::size_t body) const noexcept {
-    if (!contact_.touching) return {};
+    if (!touches_) return {};
     if (state_.features.tool) return pushOfTool(state_, body);
     Push push{ofPoint(body), contact_.ihip};
     if (state_.grasp.object != 0 && static_cast<std::size_t>(contact_.body) == body)
@@ -245,7 +247,7 @@ void followMovedBodies(const HapticState& first, HapticState& second, const Forc
   });
 }
 
-bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
+bool updateMotionState(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
   const std::size_t before = motion.bodyCount;
   bool changed = false;
   motion.bodyCount = 0;
@@ -270,7 +272,7 @@ bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& m
     if (motion.bodyCount < motion.body.size()) add(moving.body, moving.state.condition);
   }
   if (anyOthers) addOthersUpTo(state.objects.count);
-  changed = describeTool(state, motion.tool) || changed;
+  changed = updateToolState(state, motion.tool) || changed;
   changed = changed || before != motion.bodyCount;
   if (changed) motion.tick = tick;
   return changed;

@@ -30,6 +30,6 @@ void followMovedBodies(const HapticState& first, HapticState& second, const Forc
 /// Where the bodies were for the tick just made, stopped ones included.
 /// @param[in,out] motion  As of an earlier tick.
 /// @return Whether anything differs from that.
-[[nodiscard]] bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept;
+[[nodiscard]] bool updateMotionState(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept;
 
 }  // namespace haptics

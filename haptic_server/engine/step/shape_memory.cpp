@@ -22,8 +22,8 @@ ShapeMemory::Moved ShapeMemory::moveTo(const ShapeSamples& samples, double along
   Slot& next = slots_[wasFirst ? 1 : 0];
   const std::vector<Vec3f>& was = slots_[wasFirst ? 0 : 1].vertices;
   const std::size_t segment = std::min(static_cast<std::size_t>(along), ShapeSamples::kMax - 2);
-  const std::vector<Vec3f>& from = *samples.from_oldest[segment];
-  const std::vector<Vec3f>& to = *samples.from_oldest[segment + 1];
+  const std::vector<Vec3f>& from = *samples.fromOldest[segment];
+  const std::vector<Vec3f>& to = *samples.fromOldest[segment + 1];
   const double part = along - static_cast<double>(segment);
   double farthest2 = 0;
   for (std::size_t v = 0; v < next.vertices.size(); ++v) {

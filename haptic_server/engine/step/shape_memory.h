@@ -19,11 +19,11 @@ struct ShapeSamples {
   static constexpr std::size_t kMax = 4;
   static constexpr double kNewest = kMax - 1;  ///< "Along" them (ShapeMemory::moveTo()).
 
-  std::array<ShapeSample, kMax> from_oldest;  ///< At least the last two; null before the first.
+  std::array<ShapeSample, kMax> fromOldest;  ///< At least the last two; null before the first.
 
   [[nodiscard]] double oldest() const noexcept {
-    return static_cast<double>(std::ranges::find_if(from_oldest, [](const auto& s) { return s != nullptr; }) -
-                               from_oldest.begin());
+    return static_cast<double>(std::ranges::find_if(fromOldest, [](const auto& s) { return s != nullptr; }) -
+                               fromOldest.begin());
   }
 
   [[nodiscard]] bool operator==(const ShapeSamples&) const = default;

@@ -137,7 +137,7 @@ void deformAtContact(const ServoScene& scene, HapticState& state, const StepConf
   }
 }
 
-bool describeDents(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
+bool updateDentsState(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
   bool changed = motion.dentCount != state.dents.count;
   motion.dentCount = state.dents.count;
   motion.staying = {};

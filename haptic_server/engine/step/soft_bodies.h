@@ -26,6 +26,6 @@ void deformAtContact(const ServoScene& scene, HapticState& state, const StepConf
 /// The dents for the tick just made.
 /// @param[in,out] motion  As of an earlier tick.
 /// @return Whether anything differs from that.
-[[nodiscard]] bool describeDents(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept;
+[[nodiscard]] bool updateDentsState(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept;
 
 }  // namespace haptics

@@ -15,7 +15,7 @@ namespace haptics {
 /// damper acts along N_s, and friction follows from what is felt along it. The stages are in surface_stages.h.
 class SurfaceForceModel {
  public:
-  /// @param[in,out] result  Its contact as it is held; after describe() as it is felt: IHIP, N_s and depth with shading and
+  /// @param[in,out] result  Its contact as it is held; after writeResult() as it is felt: IHIP, N_s and depth with shading and
   /// texture, touching also where only a bump reaches the HIP. Forces, height and friction are added.
   SurfaceForceModel(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& result) noexcept
       : scene_(scene),
@@ -35,7 +35,7 @@ class SurfaceForceModel {
   void addSpringDamper() noexcept;
   /// On what is touched, or on the bump that reaches the HIP (paper 4.2).
   void addFriction() noexcept;
-  void describe() noexcept;
+  void writeResult() noexcept;
 
  private:
   /// Objects felt at once, beside the touched one those whose bumps reach the HIP. More are left out.

@@ -70,6 +70,13 @@ struct SurfaceMemory {
   Vec3 frictionForce_N{0};  ///< Of the last tick; world.
   TapMemory tap;            ///< Written by addTap().
 
+  /// All but what taps have spent, of which there is so much in a second whatever happens.
+  void forget() noexcept {
+    const double spent_J = tap.spent_J;
+    *this = {};
+    tap.spent_J = spent_J;
+  }
+
   HAPTICS_FIELDS(self.object, self.friction, self.frictionWeight, self.fade, self.frictionForce_N, self.tap);
 };
 

@@ -118,7 +118,7 @@ namespace haptics {
   }
 }
 
-[[gnu::always_inline]] inline void SurfaceForceModel::describe() noexcept {
+[[gnu::always_inline]] inline void SurfaceForceModel::writeResult() noexcept {
   ForceComponents& force = result_.force;
   force.contact = force.spring + force.damping + (force.friction + force.texture);
   memory_.frictionForce_N = force.friction;

@@ -80,8 +80,9 @@ void limitTorque(HapticState& state, const ForceResult& result) noexcept {
   if (state.limits.clutched) state.tool.torque.release();
   const bool jumps = state.now.adopted || state.now.clutchMoved || state.now.contactBroken ||
                      result.contact.work.depenetrated || result.contact.work.allowanceSpent;
-  state.tool.torque.limit(state.supervision.ramp.gain(), state.supervision.fault != Fault::kNone, jumps,
-                          state.grasp.object != 0 || (state.features.tool && state.toolFelt.heldCount > 0));
+  const bool faulty = state.supervision.fault != Fault::kNone;  // toolFelt is of a tick before
+  const bool held = state.grasp.object != 0 || (state.features.tool && state.toolFelt.heldCount > 0);
+  state.tool.torque.limit(state.supervision.ramp.gain(), faulty, jumps, held && !faulty);
 }
 
 void fadeTorque(HapticState& state, const ForceResult& result) noexcept {
@@ -107,7 +108,7 @@ Push pushOfTool(const HapticState& state, std::size_t body) noexcept {
   return push;
 }
 
-bool describeTool(const HapticState& state, ToolState& tool) noexcept {
+bool updateToolState(const HapticState& state, ToolState& tool) noexcept {
   if (!state.features.tool) return std::exchange(tool.object, 0) != 0;
   const ToolResult& felt = state.toolFelt;
   tool.object = state.objects[state.tool.body].id;

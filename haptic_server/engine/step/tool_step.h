@@ -19,7 +19,7 @@ void attachTool(HapticState& state, const DevicePose& device) noexcept;
 void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DevicePose& device,
               ForceResult& result) noexcept;
 
-/// The torque of a tick with a fault: it is ramped away.
+/// Bounds the torque of a tick: rate after an edit, amount, ramp of a fault.
 void limitTorque(HapticState& state, const ForceResult& result) noexcept;
 
 /// The torque of a tool that is not held any more: it goes at the rate of an edit.
@@ -42,7 +42,8 @@ void fadeTorque(HapticState& state, const ForceResult& result) noexcept;
 /// What the tool gives a body.
 [[nodiscard]] Push pushOfTool(const HapticState& state, std::size_t body) noexcept;
 
-/// How it is held in this tick, 0 for no tool. True: otherwise than `tool` says.
-[[nodiscard]] bool describeTool(const HapticState& state, ToolState& tool) noexcept;
+/// Writes how the tool is held in this tick; object 0: there is none.
+/// @return Whether `tool` said otherwise.
+[[nodiscard]] bool updateToolState(const HapticState& state, ToolState& tool) noexcept;
 
 }  // namespace haptics

@@ -135,6 +135,7 @@ struct SurfaceDetail {
   SurfaceScalars<double> scalars;
   double reach_m = 0;  ///< Nothing of it is felt farther outside of the polygons.
 
+  [[nodiscard]] bool hasHeight() const noexcept { return shading != nullptr || texture.has_value() || reach_m > 0; }
   /// Nor is the felt surface.
   [[nodiscard]] double highest_m() const noexcept {
     return std::max(0.0, (shading ? shading->highestBulge_m() : 0) + (texture ? texture->highest_m() : 0));

@@ -42,7 +42,7 @@ constexpr double kDescent = 0.8;
 /// So many skins farther from the device a pose may be than that: planes lift the points by a skin.
 constexpr double kLifts = 16;
 
-/// Of the two springs, twice; J.
+/// Twice the energy of both springs, J.
 [[nodiscard]] double energy(const Pose& proxy, const Pose& device, const ToolCoupling& coupling) noexcept {
   return coupling.stiffness_N_per_m * squaredLength(proxy.position - device.position) +
          coupling.torsion_Nm_per_rad * squaredLength(rotationVector(proxy.rotation * glm::conjugate(device.rotation)));
@@ -207,8 +207,6 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   result.force_N = coupling.stiffness_N_per_m * (memory_.proxy.position - device.position);
   result.torque_Nm =
       coupling.torsion_Nm_per_rad * rotationVector(memory_.proxy.rotation * glm::conjugate(device.rotation));
-  const Frame tool(memory_.proxy);
-  for (const Touch& touch : touches()) result.touching += height(touch, tool) < kTouchMargin * memory_.skin ? 1 : 0;
   memory_.bodiesPart =
       memory_.moved == 0 ? std::min(1.0, 2 * memory_.bodiesPart) : std::max(kMinPart, memory_.bodiesPart / 2);
   result.waits = !settled || !arrived;
@@ -216,6 +214,12 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   if (!memory_.waited || memory_.proxy != start) ++memory_.search;
   result.allowance = allowance;
   return result;
+}
+
+int ToolContact::touching() const noexcept {
+  const Frame tool(memory_.proxy);
+  return static_cast<int>(std::ranges::count_if(
+      touches(), [&](const Touch& touch) { return height(touch, tool) < kTouchMargin * memory_.skin; }));
 }
 
 /// Continues the test of a way that the last tick did not come to the end of, if it is one that the device still pulls to.

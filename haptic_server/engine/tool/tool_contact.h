@@ -14,8 +14,10 @@
 
 namespace haptics {
 
-/// How a tool is held to its device; both positive.
+/// How a tool is held to its device.
 struct ToolCoupling {
+  static constexpr double kLeast = 1e-6;  ///< Of both; a hand feels nothing of it.
+
   double stiffness_N_per_m = 800;
   double torsion_Nm_per_rad = 1;
 };
@@ -32,7 +34,6 @@ struct ToolResult {
   Pose proxy;           ///< Of the tool, world: it passes nothing.
   Vec3 force_N{0};      ///< On the hand.
   Vec3 torque_Nm{0};    ///< On the hand, about the proxy's origin.
-  int touching = 0;     ///< Points that surfaces hold.
   bool waits = false;   ///< The allowance or the rounds ended before the proxy was where it is to be.
   Allowance allowance;  ///< What is left.
   std::size_t heldCount = 0;
@@ -157,6 +158,7 @@ class ToolContact {
   /// removal are not there.
   [[nodiscard]] ToolResult follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
                                   Allowance allowance = {}) noexcept;
+  [[nodiscard]] int touching() const noexcept;  ///< Points that surfaces hold after the last tick.
 
  private:
   using Touch = ToolTouch;

@@ -63,7 +63,7 @@ class ToolInScene {
       for (const Pose& device : stroke) {
         ToolResult result;
         watch.time([&] { result = contact_->follow(bodies_, device, coupling_); });
-        forces_N.push_back(result.touching > 0 ? result.force_N : Vec3(0));
+        forces_N.push_back(contact_->touching() > 0 ? result.force_N : Vec3(0));
         torques_N.push_back(result.torque_Nm / kUsualGyration_m);
       }
     }

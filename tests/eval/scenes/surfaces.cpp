@@ -97,7 +97,7 @@ constexpr double kFacet_m = 0.010;
 constexpr int kSides = 12;  // vertex normals 15 degrees to either side of a facet's
 constexpr double kTilt_rad = std::numbers::pi / kSides;
 constexpr double kPressed_m = 0.003;
-constexpr double kStep_m = 1e-4;
+constexpr double kTickWay_m = 1e-4;
 
 /// Largest change of the force from tick to tick on a way round at constant depth, N.
 double largestStep(Stage& stage) {
@@ -105,9 +105,10 @@ double largestStep(Stage& stage) {
   const auto at = [&](double turn) { return radius_m * Vec3(std::sin(turn), 0, std::cos(turn)); };
   stage.place({0, 0, radius_m + 2 * kPressed_m});
   Vec3 last(0);
-  stage.lead({0, 0, radius_m + 2 * kPressed_m}, at(0), kStep_m, [&](const Felt& felt, Vec3) { last = felt.force_N; });
+  stage.lead({0, 0, radius_m + 2 * kPressed_m}, at(0), kTickWay_m,
+             [&](const Felt& felt, Vec3) { last = felt.force_N; });
   double step_N = 0;
-  for (double turn = kStep_m / radius_m; turn < 2; turn += kStep_m / radius_m) {
+  for (double turn = kTickWay_m / radius_m; turn < 2; turn += kTickWay_m / radius_m) {
     const Vec3 force_N = stage.tick(at(turn)).force_N;
     step_N = std::max(step_N, glm::distance(force_N, last));
     last = force_N;
@@ -149,7 +150,7 @@ Deep pressDeep(Stage& stage) {
   Vec3 last(0);
   const Vec3 above{kAside_m, 0, 0.001};
   stage.place(above);
-  stage.lead(above, {kAside_m, 0, -kDeep_m}, kStep_m, [&](const Felt& felt, Vec3) {
+  stage.lead(above, {kAside_m, 0, -kDeep_m}, kTickWay_m, [&](const Felt& felt, Vec3) {
     deep.step_N = std::max(deep.step_N, glm::distance(felt.force_N, last));
     last = felt.force_N;
   });

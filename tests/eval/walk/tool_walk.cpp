@@ -96,7 +96,7 @@ class ToolWalk {
     const ForceResult result = step();
     const ToolResult& felt = state_->toolFelt;
     ++counts_.ticks;
-    counts_.touching += felt.touching > 0 ? 1 : 0;
+    counts_.touching += felt.heldCount > 0 ? 1 : 0;
     counts_.waiting += felt.waits ? 1 : 0;
     counts_.stuck = felt.waits && felt.proxy == before_->proxy() ? counts_.stuck + 1 : 0;
     counts_.longestStuck = std::max(counts_.longestStuck, counts_.stuck);

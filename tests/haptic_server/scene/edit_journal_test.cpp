@@ -96,5 +96,16 @@ TEST_F(JournaledSequencer, ABatchThatIsNotKeptLeavesNoTrace) {
   EXPECT_NE(sequencer.assetsOf(known->commit.put[0].id).mesh, nullptr);
 }
 
+TEST_F(JournaledSequencer, ASampleInABatchThatIsNotKeptIsNotAnsweredAsTaken) {
+  const auto known = std::get<Accepted>(submit({{kAlice, 1, edit(add("a"))}})[0]);
+  const Transaction sample = edit(SetPose{named("a"), {Vec3(0, 0, 1), std::nullopt}, true});
+  journal.failing = true;
+  const auto outcomes = submit({{kAlice, 2, sample}, {kBob, 1, edit(add("b"))}});
+  EXPECT_EQ(std::get<Error>(outcomes[0]).field, "state");
+  EXPECT_EQ(sequencer.kinematicOf(known->commit.put[0].id), KinematicPose{});
+  EXPECT_TRUE(std::holds_alternative<Accepted>(submit({{kAlice, 2, sample}})[0])) << "alone it has nothing to keep";
+  EXPECT_EQ(sequencer.kinematicOf(known->commit.put[0].id).pose.position, Vec3(0, 0, 1));
+}
+
 }  // namespace
 }  // namespace haptics::edit_journal_test

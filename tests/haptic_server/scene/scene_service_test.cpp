@@ -64,6 +64,17 @@ TEST(ServoSceneBuilder, KeepsARemovedObjectForAWhileAsLeaving) {
   EXPECT_EQ(maker.nextDeparture_ns(), std::nullopt);
 }
 
+TEST(ServoSceneBuilder, HoldsAToolByASpringAlsoWhereADeviceBearsNone) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneBuilder maker({}, {.stiffest_N_per_m = 0, .stiffestTorsion_Nm_per_rad = 0});
+  sequencer.submit(kAlice, 1, edit(add("a"), SetMotion{named("a"), MotionProperties{.tool = ToolProperties{0.01}}}));
+  const auto scene = maker.make(sequencer, 0, kNewPlan);
+  ASSERT_NE(scene->objects[0].tool, nullptr);
+  EXPECT_GT(scene->objects[0].stiffness_N_per_m, 0);
+  EXPECT_GT(scene->objects[0].torsion_Nm_per_rad, 0);
+}
+
 TEST(ServoSceneBuilder, LetsTheOldestGoEarlyWhenThereIsNoRoomToLeave) {
   BoxResolver resolver;
   Sequencer sequencer(1, resolver);
@@ -526,9 +537,9 @@ TEST_F(SceneServiceTest, ShortWorkPassesLongWorkHoweverMuchOfItIsAskedFor) {
   }
   const auto pattern = [](double seed) {
     SetMaterial grain{named("a"), {}};
-    grain.material.surface.texture =
-        TextureEdit{{.amplitude_m = 1e-4},
-                    {MappedSource{ReactionDiffusionSource{.cells = 8, .resolution = 32 + static_cast<int>(seed)}}}};
+    grain.material.surface.texture = TextureEdit{
+        {.amplitude_m = 1e-4},
+        {MappedSource{ReactionDiffusionSource{.cells = 8, .resolution = 32 + static_cast<std::uint32_t>(seed)}}}};
     return edit(grain);
   };
   ASSERT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));

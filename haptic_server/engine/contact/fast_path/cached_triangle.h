@@ -38,7 +38,7 @@ struct CachedTriangle {
     prism = Prism(record);
   }
   /// Sets the identity and what follows from the geometry.
-  void describe(const CollisionMesh& s, std::uint32_t t) noexcept {
+  void deriveFromPrism(const CollisionMesh& s, std::uint32_t t) noexcept {
     surface = &s;
     triangle = t;
     normal = prism.normal();
@@ -50,7 +50,7 @@ struct CachedTriangle {
   }
   [[gnu::noinline]] void load(const CollisionMesh& s, std::uint32_t t) noexcept {
     take(s.triangle(t));
-    describe(s, t);
+    deriveFromPrism(s, t);
   }
 
   /// As Prism::foot().

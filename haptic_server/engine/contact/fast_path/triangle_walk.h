@@ -37,7 +37,7 @@ namespace haptics {
     end = at->prism.coordinates(to);
     if (step.across < 0 || !step.enter(start, end, side) || step.enters >= 1) return nullptr;
   } while (end.beyond() != 0);
-  if (at == &own) own.describe(surface, triangle);
+  if (at == &own) own.deriveFromPrism(surface, triangle);
   return at;
 }
 

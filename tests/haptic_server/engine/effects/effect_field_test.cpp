@@ -373,12 +373,17 @@ TEST(EffectField, SamplesAreFeltAtTheirRate) {
     const double step = effect.sample_rate_Hz * kPeriod_s, places = std::ceil(step);
     const EffectField field(effect);
     EffectMemory memory;
-    double turns = 0;
+    double turns = 0, last = 0;
     for (int tick = 0; tick < kStates / 100; ++tick) {
       double mean = 0;
       for (double k = 0; k < places; ++k) mean += valueAt(turns + k * step / places) / places;
-      const Vec3 is = field.felt(memory, random.vector(0.1), Vec3(0), kPeriod_s).force_N;
-      ASSERT_LE(glm::distance(is, effect.amplitude_N * mean * effect.direction), kClose_N) << i << " tick " << tick;
+      const EffectField::Felt felt = field.felt(memory, random.vector(0.1), Vec3(0), kPeriod_s);
+      ASSERT_LE(glm::distance(felt.force_N, effect.amplitude_N * mean * effect.direction), kClose_N)
+          << i << " tick " << tick;
+      if (tick > 0 && turns < count) {
+        ASSERT_NEAR(felt.byTime_N, effect.amplitude_N * std::abs(mean - last), kClose_N) << i << " tick " << tick;
+      }
+      last = mean;
       turns = once ? std::min(turns + step, count) : std::fmod(turns + step, count);
     }
     if (!once) continue;

@@ -84,6 +84,15 @@ TEST(RateLimitedStiffness, LosesAtOnceWhatTheDeviceCannotShow) {
   EXPECT_NEAR(felt.value().spring_N_per_m * kDepth_m, 8 - RateLimitedStiffness::kRate_N_per_s * kPeriod_s, 1e-9);
 }
 
+TEST(RateLimitedStiffness, IsANumberAgainAfterADepthThatWasNone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  RateLimitedStiffness felt;
+  felt.follow({200, 1}, 0, 0, kMax_N, kPeriod_s);
+  EXPECT_EQ(felt.follow({800, 1}, nan, nan, kMax_N, kPeriod_s), 0);
+  felt.follow({800, 1}, 0.005, 0, kMax_N, kPeriod_s);
+  EXPECT_EQ(felt.value(), (Stiffness{800, 1}));
+}
+
 TEST(RateLimitedStiffness, FollowsAnEditAtItsRateWhateverItsFactorIs) {
   constexpr double kDepth_m = 0.005, kFactor = 1.8;
   RateLimitedStiffness felt;

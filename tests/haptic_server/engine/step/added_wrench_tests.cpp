@@ -73,7 +73,7 @@ TEST_F(AddedWrenchTest, ItsWorkIsTheClientsAndNoObjects) {
   EXPECT_GT(std::abs(added_J), 1e-3);
   EXPECT_NEAR(all[static_cast<std::size_t>(EnergyFeature::kWrench)], added_J, 1e-12);
   EnergyState told;
-  servo_.state().energy.describe(told);
+  servo_.state().energy.copyTo(told);
   ASSERT_EQ(told.objectCount, 1U);
   EXPECT_EQ(told.object[0].of(EnergyFeature::kWrench), 0);
 }

@@ -410,7 +410,7 @@ TEST(EffectForces, TheirEnergyIsCountedForTheObjectThatCarriesThem) {
   const double after_J = servo.run(1000).energyGiven_J[0];
   EXPECT_NEAR(after_J - before_J, 2 * 0.01, 1e-6);
   EnergyState energy;
-  servo.state().energy.describe(energy);
+  servo.state().energy.copyTo(energy);
   ASSERT_GE(energy.objectCount, 1U);
   EXPECT_EQ(energy.object[0].object, 9U);
   EXPECT_NEAR(energy.object[0].given_J[0], after_J, 1e-9);

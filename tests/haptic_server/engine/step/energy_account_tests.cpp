@@ -13,7 +13,7 @@ namespace {
 
 EnergyState told(const VirtualServo& servo) {
   EnergyState state;
-  servo.state().energy.describe(state);
+  servo.state().energy.copyTo(state);
   return state;
 }
 
@@ -215,7 +215,7 @@ TEST(EnergyAccount, KeepsTheTotalsAndTheWorstOfMoreObjectsThanItHasPlacesFor) {
   }
   EXPECT_NEAR(sum(account.all_J()), total_J, 1e-12);
   EnergyState state;
-  account.describe(state);
+  account.copyTo(state);
   EXPECT_EQ(state.objectCount, EnergyState::kMax);
   ASSERT_TRUE(largestSource(state));
   EXPECT_EQ(largestSource(state)->object, 7U);

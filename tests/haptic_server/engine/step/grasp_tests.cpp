@@ -191,7 +191,9 @@ TEST(Grasp, TakesAndLetsGoWithoutAStep) {
     }
     hand.press(false);
     for (int k = 0; k < 100 && (k == 0 || hand.sample.object == 0); ++k) {  // until the brick falls against the finger
-      if (const double step_N = hand.rest(1); k == 0 || hand.sample.object == 0) EXPECT_LE(step_N, kMaxStep_N) << i;
+      if (const double step_N = hand.rest(1); k == 0 || hand.sample.object == 0) {
+        EXPECT_LE(step_N, kMaxStep_N) << i;
+      }
     }
     hand.moveTo(hand.reading.position + Vec3(0, 0, 0.03), 0.5);
     (void)hand.rest(300);  // it falls and comes to rest

@@ -76,7 +76,7 @@ TEST(HeldTool, PressesWithItsFace) {
   EXPECT_NEAR(sample.force.written.z, kStiffness_N_per_m * 0.003, 1e-2);
   EXPECT_NEAR(sample.surfaceNormal.z, 1, 1e-9);
   MotionState motion;
-  EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+  EXPECT_TRUE(updateMotionState(servo.state(), 1, motion));
   ASSERT_EQ(motion.bodyCount, 1U);
   EXPECT_EQ(motion.body[0].object, 2U);
   EXPECT_EQ(motion.body[0].pose, proxyOf(servo, 1));
@@ -127,10 +127,10 @@ TEST(HeldTool, IsTheNextAtEachPressOfItsButtonWithoutAStep) {
     EXPECT_EQ(AllocationTripwire::count(), allocations);
   };
   MotionState motion;
-  (void)describeMotion(servo.state(), 1, motion);
+  (void)updateMotionState(servo.state(), 1, motion);
   for (const std::uint64_t next : {3U, 5U, 2U, 3U}) {
     hold(true, 300);
-    EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+    EXPECT_TRUE(updateMotionState(servo.state(), 1, motion));
     EXPECT_EQ(motion.tool.object, next);
     for (const BodyState& body : motion.bodies()) {
       const Vec3 hung = body.object == 2   ? bar.pose.position
@@ -228,7 +228,7 @@ TEST(HeldTool, TurnsWithTheDeviceAndGivesItTheTorqueOfWhatHoldsIt) {
     const Vec3 torque_Nm = writtenTorque_Nm(servo.state());
     EXPECT_NEAR(glm::distance(torque_Nm, Vec3(0, -0.01, 0)), 0, 2e-4) << "1 Nm/rad turns the hand back";
     MotionState motion;
-    EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+    EXPECT_TRUE(updateMotionState(servo.state(), 1, motion));
     EXPECT_EQ(motion.tool.written_Nm, torque_Nm);
     EXPECT_EQ(motion.tool.deviceRotation, rotationBy({0, 0.01, 0}));
   }

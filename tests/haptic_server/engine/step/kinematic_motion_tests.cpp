@@ -143,7 +143,7 @@ TEST_F(DrivenPlate, StaysWhereItIsOverOtherEditsAndGoesBackByAPose) {
   servo_.run(5);
   EXPECT_DOUBLE_EQ(height_m(), from_m);
   MotionState motion;
-  static_cast<void>(describeMotion(servo_.state(), servo_.tick(), motion));
+  static_cast<void>(updateMotionState(servo_.state(), servo_.tick(), motion));
   EXPECT_EQ(motion.bodyCount, 0U);
 }
 
@@ -152,7 +152,7 @@ TEST_F(DrivenPlate, IsReportedAsABodyThatMoves) {
   drive(height_m() - 0.02);
   servo_.step();
   MotionState motion;
-  EXPECT_TRUE(describeMotion(servo_.state(), servo_.tick(), motion));
+  EXPECT_TRUE(updateMotionState(servo_.state(), servo_.tick(), motion));
   ASSERT_EQ(motion.bodyCount, 1U);
   EXPECT_EQ(motion.body[0].object, 1U);
   EXPECT_EQ(motion.body[0].pose, servo_.state().bodies[0].current);

@@ -58,6 +58,17 @@ TEST(MovingBody, GainsTheMomentumThatTheHandGives) {
   EXPECT_GT(bodyState(servo).angularMomentum_Nms.y, 0) << "pushed beside its centre";
 }
 
+TEST(MovingBody, OutlivesAForceThatIsNoNumber) {
+  ServoObject box = floatingBox();
+  box.stiffness_N_per_m = std::numeric_limits<double>::quiet_NaN();
+  VirtualServo servo(way({0.01, 0, 0.05}, {0.01, 0, 0.0}, 0.5), kConfig, sceneOf(1, {box}));
+  bool isFaulty = false;
+  for (int i = 0; i < 1000; ++i) isFaulty = servo.step().fault == Fault::kNonFiniteForce || isFaulty;
+  EXPECT_TRUE(isFaulty);
+  EXPECT_FALSE(isStopped(bodyState(servo).condition));
+  EXPECT_TRUE(isFinite(bodyState(servo).momentum_Ns));
+}
+
 TEST(MovingBody, IsNeverEnteredByTheIhipWhileItTumbles) {
   VirtualServo servo(
       [](std::uint64_t tick) {
@@ -183,7 +194,7 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   int stopped = 0;
   for (int i = 0; i < 2000; ++i) {
     const double force_N = glm::length(servo.step().force.written);
-    (void)describeMotion(servo.state(), servo.tick(), motion);
+    (void)updateMotionState(servo.state(), servo.tick(), motion);
     if (motion.body[0].condition == BodyCondition::kOutOfBounds && stopped++ > 2) {
       EXPECT_LE(force_N, last_N);
       EXPECT_LE(last_N - force_N, 0.035) << "much more than 30 N/s";
@@ -197,7 +208,7 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   box.poseRevision = 2;
   servo.adopt(sceneOf(2, {box}));
   servo.run(10);
-  EXPECT_TRUE(describeMotion(servo.state(), servo.tick(), motion));
+  EXPECT_TRUE(updateMotionState(servo.state(), servo.tick(), motion));
   EXPECT_LT(glm::distance(motion.body[0].pose.position, box.pose.position), 1e-15);
   EXPECT_FALSE(isStopped(motion.body[0].condition));
   EXPECT_FALSE(servo.state().bodies[0].pendingRemoval);
@@ -237,18 +248,18 @@ TEST(MovingBody, IsDescribedWhereTheContactWasSolvedAndOnlyWhenItChanges) {
                      sceneOf(1, {slab(1, {0.5, 0, 0}), floatingBox(Vec3(0), 2)}));
   MotionState motion;
   servo.run(2);
-  EXPECT_TRUE(describeMotion(servo.state(), 2, motion));
+  EXPECT_TRUE(updateMotionState(servo.state(), 2, motion));
   servo.run(50);
-  EXPECT_FALSE(describeMotion(servo.state(), 50, motion)) << "not pushed yet";
+  EXPECT_FALSE(updateMotionState(servo.state(), 50, motion)) << "not pushed yet";
   servo.run(270);
-  EXPECT_TRUE(describeMotion(servo.state(), 320, motion));
+  EXPECT_TRUE(updateMotionState(servo.state(), 320, motion));
   EXPECT_EQ(motion.tick, 320U);
   ASSERT_EQ(motion.bodyCount, 1U);
   EXPECT_EQ(motion.body[0].object, servo.state().objects[1].id);
   EXPECT_EQ(motion.body[0].pose, servo.state().bodies[1].current);
   servo.adopt(sceneOf(2, {slab(1, {0.5, 0, 0})}));
   servo.run(500);
-  EXPECT_TRUE(describeMotion(servo.state(), 900, motion)) << "it is gone";
+  EXPECT_TRUE(updateMotionState(servo.state(), 900, motion)) << "it is gone";
   EXPECT_EQ(motion.bodyCount, 0U);
 }
 

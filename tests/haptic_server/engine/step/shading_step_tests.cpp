@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "haptic_server/recording/state_image.h"
 #include "tests/haptic_server/engine/step/surface_world.h"
 
 namespace haptics::shading_step_tests {
@@ -22,6 +23,22 @@ TEST(ShadingInTheStep, MakesACoarseSphereRound) {
     EXPECT_LE(glm::length(s.surfaceNormal - out), 1e-5);
     EXPECT_NEAR(s.penetration_m, 0.002, 2e-6);
     EXPECT_LE(glm::distance(s.ihip, 0.05 * out), 2e-6);
+  }
+}
+
+TEST(ShadingInTheStep, ThatOnlyDeepensGoesOnFromAnImageBitForBit) {
+  ServoObject sphere = with(objectOf(1, surfaceOf(makeSphere(0.05, 12).value()), Vec3(0)), shading(std::numbers::pi));
+  auto level = std::make_shared<SurfaceDetail>(*sphere.detail);
+  level->reach_m = 0;  // as of an open bowl
+  sphere.detail = level;
+  const std::shared_ptr<const ServoScene> scene = sceneOf(1, {sphere});
+  VirtualServo servo(overSphere, kConfig, scene);
+  servo.run(700);
+  auto state = stateFrom(stateImage(servo.state()), *scene, kConfig).value();
+  for (std::uint64_t tick = 700; tick < 750; ++tick) {
+    const DeviceReading reading{overSphere(tick), DeviceState::kReady, {}};
+    const Vec3 again = hapticStep(*scene, *state, kConfig, {tick, 0, reading}).force.written;
+    ASSERT_EQ(again, servo.step().force.written) << tick;
   }
 }
 

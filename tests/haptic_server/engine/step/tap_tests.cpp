@@ -270,7 +270,7 @@ TEST(Tap, ItsEnergyIsCountedForWhatWasTouched) {
     last_N = servo.step().force.written;
   }
   EnergyState energy;
-  servo.state().energy.describe(energy);
+  servo.state().energy.copyTo(energy);
   ASSERT_EQ(energy.objectCount, 1U);
   EXPECT_EQ(energy.object[0].object, 7U);
   EXPECT_GT(std::abs(tap_J), 1e-6);
