@@ -23,6 +23,7 @@
 
 #include "common/importer/far_origin.h"
 #include "common/importer/gltf_numbers.h"
+#include "common/importer/joined_3mf.h"
 #include "common/importer/x3d_text.h"
 #include "common/importer/xml_text.h"
 #include "common/importer/zip_archive.h"
@@ -204,12 +205,15 @@ struct Beforehand {
   Vec3 centre{0};                                             ///< See moveToOrigin().
 };
 
-/// Where the text of COLLADA or 3MF is in an archive.
+Result<void> checkUnpacked(const ZipArchive& archive) {
+  if (archive.size_bytes() <= kMaxUnpacked_bytes) return {};
+  return refused("", "unpacks to " + std::to_string(archive.size_bytes()) + " bytes; at most " +
+                         std::to_string(kMaxUnpacked_bytes) + " are taken");
+}
+
+/// Where the text of COLLADA is in an archive.
 Result<ZipArchive::Entry> textIn(const ZipArchive& archive, const std::string& ending) {
-  if (archive.size_bytes() > kMaxUnpacked_bytes) {
-    return refused("", "unpacks to " + std::to_string(archive.size_bytes()) + " bytes; at most " +
-                           std::to_string(kMaxUnpacked_bytes) + " are taken");
-  }
+  if (auto fits = checkUnpacked(archive); !fits) return tl::unexpected(std::move(fits).error());
   std::vector<const ZipArchive::Entry*> texts;
   for (const ZipArchive::Entry& entry : archive.entries()) {
     if (inLowerCase(entry.name).ends_with(ending)) texts.push_back(&entry);
@@ -242,27 +246,57 @@ Result<Beforehand> lookAtCollada(std::string& file) {
   });
 }
 
+/// The models of a 3MF, the one first that its relationships name.
+Result<std::vector<Model3mf>> modelsIn(const ZipArchive& archive) {
+  std::string first = "3D/3dmodel.model";
+  std::vector<Model3mf> models;
+  for (const ZipArchive::Entry& entry : archive.entries()) {
+    const bool isModel = inLowerCase(entry.name).ends_with(".model");
+    if (!isModel && entry.name != "_rels/.rels") continue;
+    auto text = archive.unpacked(entry);
+    if (!text) return tl::unexpected(std::move(text).error());
+    if (auto ok = notTooDeep(*text); !ok) return tl::unexpected(std::move(ok).error());
+    if (isModel) {
+      models.push_back({entry.name, *std::move(text)});
+      continue;
+    }
+    eachTag(*text, [&](const XmlTag& tag) {
+      if (!attributeIn(tag.inside, "Type").ends_with("/3dmodel")) return true;
+      first = attributeIn(tag.inside, "Target");
+      if (first.starts_with('/')) first.erase(0, 1);
+      return false;
+    });
+  }
+  if (models.empty()) return refused("", "is a ZIP archive without a file that ends in .model");
+  const auto at = std::ranges::find(models, first, &Model3mf::name);
+  if (at == models.end() && models.size() > 1)
+    return refused("", "has no model \"" + first + "\", with which it begins");
+  if (at != models.end()) std::iter_swap(models.begin(), at);
+  return models;
+}
+
 /// Pictures, settings and whatever else the archive has are left out: Assimp may crash on them.
 Result<Beforehand> lookAt3mf(std::string& file) {
   if (!ZipArchive::isOne(file)) return refused("", "is no 3MF: it is no ZIP archive");
   const auto archive = ZipArchive::open(file);
   if (!archive) return tl::unexpected(archive.error());
-  const auto model = textIn(*archive, ".model");
-  if (!model) return tl::unexpected(model.error());
+  if (auto fits = checkUnpacked(*archive); !fits) return tl::unexpected(std::move(fits).error());
+  auto models = modelsIn(*archive);
+  if (!models) return tl::unexpected(std::move(models).error());
+  const std::string name = models->front().name;
+  auto text = joined(*std::move(models));
+  if (!text) return tl::unexpected(std::move(text).error());
   Beforehand known;
+  known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
+  known.centre = moveToOrigin(*text, MeshFormat::k3mf);
   std::vector<std::pair<std::string, std::string>> read;
   for (const ZipArchive::Entry& entry : archive->entries()) {
-    const bool isModel = entry.at == model->at;
-    if (!isModel && entry.name != "[Content_Types].xml" && !entry.name.ends_with(".rels")) continue;
-    auto text = archive->unpacked(entry);
-    if (!text) return tl::unexpected(std::move(text).error());
-    if (isModel) {
-      if (auto ok = notTooDeep(*text); !ok) return tl::unexpected(std::move(ok).error());
-      known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
-      known.centre = moveToOrigin(*text, MeshFormat::k3mf);
-    }
-    read.emplace_back(entry.name, *std::move(text));
+    if (entry.name != "[Content_Types].xml" && !entry.name.ends_with(".rels")) continue;
+    auto other = archive->unpacked(entry);
+    if (!other) return tl::unexpected(std::move(other).error());
+    read.emplace_back(entry.name, *std::move(other));
   }
+  read.emplace_back(name, *std::move(text));
   file = ZipArchive::of(read);
   return known;
 }

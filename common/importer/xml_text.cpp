@@ -22,8 +22,9 @@ std::string_view attributeIn(std::string_view inside, std::string_view name) {
     if (quote == inside.npos || (inside[quote] != '"' && inside[quote] != '\'')) return {};
     const std::size_t end = inside.find(inside[quote], quote + 1);
     if (end == inside.npos) return {};
-    const std::string_view own = inside.substr(from, is - from);
-    if (own.substr(0, own.find_last_not_of(kBlanks) + 1) == name) return inside.substr(quote + 1, end - quote - 1);
+    const std::string_view spaced = inside.substr(from, is - from);
+    const std::string_view own = spaced.substr(0, spaced.find_last_not_of(kBlanks) + 1);
+    if (own == name || (name.starts_with(':') && own.ends_with(name))) return inside.substr(quote + 1, end - quote - 1);
     at = end + 1;
   }
 }

@@ -51,7 +51,7 @@ void eachTag(std::string_view text, const Take& take) {
 /// How many elements are within one another.
 [[nodiscard]] int deepestNestingOf(std::string_view text);
 
-/// What an attribute says in a tag's XmlTag::inside; empty: it is not there.
+/// What an attribute says in a tag's XmlTag::inside; empty: it is not there. A name such as ":path" has any prefix.
 [[nodiscard]] std::string_view attributeIn(std::string_view inside, std::string_view name);
 
 }  // namespace haptics

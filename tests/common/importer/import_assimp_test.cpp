@@ -179,13 +179,16 @@ std::string zip(const std::vector<Packed>& files) {
          raw(std::uint16_t{0});
 }
 
-std::string printable3mf(const std::string& unit, const std::string& item = "", const std::vector<Packed>& more = {}) {
-  const std::string model = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + unit + R"( xml:lang="en-US"
+std::string model3mf(const std::string& unit, const std::string& item = "") {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + unit + R"( xml:lang="en-US"
  xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources><object id="1" type="model"><mesh>
 <vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/><vertex x="0" y="0" z="1"/></vertices>
 <triangles><triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/><triangle v1="1" v2="2" v3="3"/>
 <triangle v1="2" v2="0" v3="3"/></triangles></mesh></object></resources><build><item objectid="1" )" +
-                            item + "/></build></model>";
+         item + "/></build></model>";
+}
+
+std::string archive3mf(const std::vector<Packed>& models) {
   std::vector<Packed> files{
       {"[Content_Types].xml",
        R"(<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
@@ -194,10 +197,14 @@ std::string printable3mf(const std::string& unit, const std::string& item = "", 
       {"_rels/.rels",
        R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
 <Relationship Target="/3D/3dmodel.model" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
-</Relationships>)"},
-      {"3D/3dmodel.model", model}};
-  files.insert(files.end(), more.begin(), more.end());
+</Relationships>)"}};
+  files.insert(files.end(), models.begin(), models.end());
   return zip(files);
+}
+
+std::string printable3mf(const std::string& unit, const std::string& item = "", std::vector<Packed> more = {}) {
+  more.insert(more.begin(), {"3D/3dmodel.model", model3mf(unit, item)});
+  return archive3mf(more);
 }
 
 TEST_F(ImportAssimp, ReadsEachFormatToTheSameMesh) {
@@ -504,6 +511,41 @@ TEST_F(ImportAssimp, LooksAtNothingThatCannotBeFelt) {
   const auto imported = import("t.3mf", printable3mf("unit='meter'", "", {{"Metadata/thumbnail.png", "no picture"}}));
   ASSERT_TRUE(imported) << imported.error().text();
   EXPECT_EQ(imported->mesh, tetrahedron());
+}
+
+/// As slicers write it: the first model places objects of others, by numbers that it has, too.
+TEST_F(ImportAssimp, JoinsTheModelsOfA3mf) {
+  const auto naming = [](const std::string& path, const std::string& resources = "") {
+    return "<model unit='meter' xmlns:s='http://schemas.microsoft.com/3dmanufacturing/production/2015/06'>" +
+           resources + R"(<resources><object id="1"><components><component s:path=")" + path + R"(" objectid="1"/>
+<component transform="1 0 0 0 1 0 0 0 1 0 0 4" objectid="1" s:path=")" +
+           path + R"("/></components></object></resources>
+<build><item objectid="1" transform="1 0 0 0 1 0 0 0 1 2 0 0"/><item s:path=")" +
+           path + R"(" objectid="1"/></build></model>)";
+  };
+  const std::string part = model3mf("unit='meter'");
+  const auto import3 = [&](const std::string& root, const std::string& other) {
+    return import("t.3mf", archive3mf({{"3D/Objects/part.model", other}, {"3D/3dmodel.model", root}}));
+  };
+  const auto imported = import3(naming("/3D/Objects/part.model"), part);
+  expectBox(imported, {0, 0, 0}, {3, 1, 5});
+  EXPECT_EQ(imported->mesh.triangles.size(), 12U);
+  // One that places what is placed already, and a first model without an object of its own.
+  const std::string through = naming("/3D/Objects/part.model");
+  const std::string first =
+      "<model unit='meter' xmlns:p='x'><resources/><build><item p:path='/3D/Objects/two.model' objectid='1'/>"
+      "</build></model>";
+  expectBox(import("t.3mf", archive3mf({{"3D/3dmodel.model", first},
+                                        {"3D/Objects/two.model", through},
+                                        {"3D/Objects/part.model", part}})),
+            {0, 0, 0}, {1, 1, 5});
+  EXPECT_THAT(
+      refusal("t.3mf", archive3mf({{"3D/Objects/part.model", part}, {"3D/3dmodel.model", naming("/3D/else.model")}})),
+      HasSubstr("names an object of \"3D/else.model\", a model that its archive does not have"));
+  EXPECT_THAT(refusal("t.3mf", archive3mf({{"3D/Objects/part.model", model3mf("")}, {"3D/3dmodel.model", through}})),
+              HasSubstr("has models in meter and in millimeter; one unit is read"));
+  EXPECT_THAT(refusal("t.3mf", archive3mf({{"a.model", part}, {"b.model", part}})),
+              HasSubstr("has no model \"3D/3dmodel.model\""));
 }
 
 TEST_F(ImportAssimp, SaysWhereTheReaderPutsAnotherVertexOrLeavesAMeshOut) {
