@@ -109,15 +109,15 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
         {.id = record.id,
          .surface = parts.surface,
          .pose = record.pose,
-         .stiffness_N_per_m = std::max(share * stiffness_N_per_m, tool ? ToolCoupling::kLeast : 0),
+         .stiffness_N_per_m = std::max(share * stiffness_N_per_m, tool ? ToolCoupling::kMin : 0),
          .damping_Ns_per_m = share * damping_Ns_per_m,
          .pendingRemoval = source.pendingRemoval,
          .detail = parts.detail,
          .motion = body,
          .collision = collision,
          .tool = tool,
-         .torsion_Nm_per_rad = tool ? std::max(ToolCoupling::kLeast, std::min(record.motion->tool->torsion_Nm_per_rad,
-                                                                              device_.stiffestTorsion_Nm_per_rad))
+         .torsion_Nm_per_rad = tool ? std::max(ToolCoupling::kMin, std::min(record.motion->tool->torsion_Nm_per_rad,
+                                                                            device_.stiffestTorsion_Nm_per_rad))
                                     : std::min(grasp.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad),
          .poseRevision = source.poseRevision,
          .tissue = parts.tissue,

@@ -44,10 +44,9 @@ HeldTool::HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::To
       spacing_m_(tool.spacing_m),
       tool_(makeTool(std::move(surface), tool)) {
   contact_.hold(*tool_);
-  constexpr double kMin = ToolCoupling::kLeast;
-  check(tool.stiffness_N_per_m, kMin, kMaxHoldStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
-  check(tool.torsion_Nm_per_rad, kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
-  check(tool.maxTorque_Nm, kMin, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
+  check(tool.stiffness_N_per_m, ToolCoupling::kMin, kMaxHoldStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
+  check(tool.torsion_Nm_per_rad, ToolCoupling::kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
+  check(tool.maxTorque_Nm, ToolCoupling::kMin, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
 }
 
 void HeldTool::adopt(const ServoScene& scene) {

@@ -99,6 +99,7 @@ bool ToolContact::connect(const Tool& tool, std::span<const Obstacle> obstacles)
 void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
   obstacles = obstacles.first(std::min(obstacles.size(), kMaxObstacles));
   const auto before = memory_.bodies;
+  const auto sharpBefore = scratch_.sharp;
   bool isSame = obstacles.size() == before.count;
   memory_.isOnWay = false;
   memory_.wayTested = 0;
@@ -109,6 +110,8 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
     isSame = isSame && origin == static_cast<int>(b);
   }
   memory_.sharpClearTo.count = listSharp(obstacles);
+  for (std::size_t b = 0; isSame && b < obstacles.size(); ++b)
+    isSame = scratch_.sharp[b].points.size() == sharpBefore[b].points.size();
   if (isSame) return;
   const auto end = std::remove_if(touches().begin(), touches().end(), [&](Touch& touch) {
     const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);

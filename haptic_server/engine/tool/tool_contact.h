@@ -16,7 +16,7 @@ namespace haptics {
 
 /// How a tool is held to its device.
 struct ToolCoupling {
-  static constexpr double kLeast = 1e-6;  ///< Of both; a hand feels nothing of it.
+  static constexpr double kMin = 1e-6;  ///< Of both; a hand feels nothing of it.
 
   double stiffness_N_per_m = 800;
   double torsion_Nm_per_rad = 1;
