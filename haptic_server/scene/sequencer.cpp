@@ -257,10 +257,37 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch, AssetR
   auto next = base.apply(edit->commit);
   if (!next) return std::move(next).error();
   edit->commit.root = next->root();
+  if (auto fits = checkDriven(*next, batch.driven, draft.posed()); !fits) return std::move(fits).error();
+  if (auto fits = checkReadable(*edit); !fits) return std::move(fits).error();
   if (auto fits = checkAnswer(*edit); !fits) return std::move(fits).error();
 
   batch.take(edit, *std::move(next), draft.assets(), draft.posed(), draft.reshaped());
   return edit;
+}
+
+/// Objects that move by themselves, and those that go on being driven, are no more than the step has room for.
+Result<void> Sequencer::checkDriven(const SceneVersion& next, const Driven& driven, const std::set<ObjectId>& posed) {
+  if (driven.newest.empty()) return {};
+  std::size_t count = 0;
+  for (const auto& object : next.objects()) {
+    const bool isDriven = driven.newest.contains(object->id) && !posed.contains(object->id);
+    count += object->movesByItself() || isDriven ? 1 : 0;
+  }
+  if (count <= kMaxMovingBodies) return {};
+  return refused("operations", "leave " + std::to_string(count) + " objects that move or are driven; at most " +
+                                   std::to_string(kMaxMovingBodies) + " of a scene may");
+}
+
+/// Clients and the journal can read again what the edit makes of its objects.
+Result<void> Sequencer::checkReadable(const AcceptedEdit& edit) {
+  for (const ObjectRecord& record : edit.commit.put) {
+    v1::ObjectState message;
+    toWire(record, message);
+    if (const auto again = fromWire(message); !again)
+      return refused("operations",
+                     "make \"" + record.name + "\" an object of which nobody can read " + again.error().text());
+  }
+  return {};
 }
 
 EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {

@@ -127,6 +127,8 @@ class Sequencer {
 
   EditOutcomes submit(std::span<const Submission> submissions, AssetResolver& resolver, EditJournal* journal);
   Result<void> checkAnswer(const AcceptedEdit& edit) const;
+  static Result<void> checkDriven(const SceneVersion& next, const Driven& driven, const std::set<ObjectId>& posed);
+  static Result<void> checkReadable(const AcceptedEdit& edit);
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch, AssetResolver& resolver) const;
   EditOutcome drive(const Submission& submission, Batch& batch) const;

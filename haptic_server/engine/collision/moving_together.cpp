@@ -189,8 +189,8 @@ class Contacts {
            const TickSteps& steps) noexcept
       : bodies_(bodies), pairs_(pairs), steps_(steps), solver_(movers_, steps) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      const bool isDriven = bodies[i].isDriven && moverCount_ < movers_.size();
-      if (!isDriven && !isAwake(bodies[i])) continue;
+      const bool isDriven = bodies[i].isDriven;
+      if ((!isDriven && !isAwake(bodies[i])) || moverCount_ == movers_.size()) continue;
       mover_[i] = moverCount_++;
       movers_[mover_[i]] = isDriven ? Mover(bodies[i].pivot(), bodies[i].before)
                                     : Mover(*bodies[i].rigidBody, *bodies[i].state, before[i].momenta, steps);
@@ -221,7 +221,7 @@ class Contacts {
     for (std::uint32_t i = 0; i < solver_.size(); ++i) met[solver_.contact(i).a] = met[solver_.contact(i).b] = true;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (!isAwake(bodies_[i])) continue;
-      if (met[mover_[i]]) {
+      if (mover_[i] != kGround && met[mover_[i]]) {
         movers_[mover_[i]].give();
       } else {
         advanceRigidBody(*bodies_[i].rigidBody, *bodies_[i].state, steps_.period_s());

@@ -92,7 +92,7 @@ TEST_F(DrivenShapeTest, ASampleMakesNoRevisionAndIsOneMoreInEachEdit) {
 TEST_F(DrivenShapeTest, EndsWithWhatSetsTheShapeOrMakesTheObjectUnfit) {
   const auto drive = [] { return lattice(Vec3(0.1), {0, 0, 0.01}); };
   SurfaceEdit rounded;
-  rounded.shading = std::optional<Shading>(Shading{});
+  rounded.shading = std::optional<Shading>(Shading{.crease_rad = 0.5});
   MotionProperties moving, tool;
   moving.mass_kg = 0.1;
   tool.tool = ToolProperties{.spacing_m = 0.003, .torsion_Nm_per_rad = 0.5};

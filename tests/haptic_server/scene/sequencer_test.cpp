@@ -203,6 +203,18 @@ TEST_F(SequencerTest, RefusesToDriveWhatMovesByItselfWhatIsNotThereAndBesideOthe
   for (std::size_t i = 0; i < kMaxMovingBodies; ++i) accept(edit(add("more" + std::to_string(i))));
   for (std::size_t i = 0; i + 1 < kMaxMovingBodies; ++i) accept(edit(drive("more" + std::to_string(i))));
   EXPECT_THAT(reject(edit(drive("a"))).text(), HasSubstr("at most 32"));
+  EXPECT_THAT(reject(edit(SetMotion{named("a"), moving})).text(), HasSubstr("33 objects that move or are driven"));
+  accept(edit(moveTo("more0", {0, 0, 1}), SetMotion{named("a"), moving}));
+}
+
+TEST_F(SequencerTest, RefusesWhatClientsAndTheJournalCouldNotReadAgain) {
+  AddObject large = std::get<AddObject>(add("large"));
+  large.mesh.source = BoxSource{Vec3(1200), 2};
+  accept(edit(large));
+  const Lattice lattice{.points = {2, 2, 2}, .control_m = std::vector<Vec3f>(8, Vec3f(0.01F))};
+  const SetDeformation set{named("large"), {.softness = {}, .lattice = std::optional(lattice), .latticeOfMesh = true}};
+  EXPECT_THAT(reject(edit(set)).text(), HasSubstr("\"large\" an object of which nobody can read"));
+  EXPECT_EQ(version().revision(), 1U);
 }
 
 TEST_F(SequencerTest, RefusesMotionsThatNoBodyHasAndMoreBodiesThanTheServoMoves) {
@@ -343,7 +355,7 @@ TEST_F(SequencerTest, AResentEditIsAnsweredAgainAndNotAppliedAgain) {
 
 TEST_F(SequencerTest, AResentEditIsRecognisedAfterTheHistoryHasForgottenIt) {
   const auto first = std::get<Accepted>(sequencer.submit(kBob, 1, edit(add("a"))));
-  for (std::size_t i = 0; i < kRememberedEdits + 1; ++i) accept(edit(moveTo("a", {double(i), 0, 0})));
+  for (std::size_t i = 0; i < kRememberedEdits + 1; ++i) accept(edit(moveTo("a", {1e-3 * double(i), 0, 0})));
   EXPECT_EQ(sequencer.history()->edits.size(), kRememberedEdits);
   const auto again = std::get<Accepted>(sequencer.submit(kBob, 1, edit(add("a"))));
   EXPECT_EQ(again->commit.revision, first->commit.revision);
@@ -395,7 +407,7 @@ TEST_F(SequencerTest, ResumesOnlyFromStatesThatItHasBeenIn) {
   EXPECT_FALSE(history.canResumeFrom(kEpoch, 1, empty));
   EXPECT_FALSE(history.canResumeFrom(kEpoch, 2, one));
   EXPECT_FALSE(history.canResumeFrom(kEpoch, 3, one));
-  for (std::size_t i = 0; i < kRememberedEdits; ++i) accept(edit(moveTo("a", {double(i), 0, 0})));
+  for (std::size_t i = 0; i < kRememberedEdits; ++i) accept(edit(moveTo("a", {1e-3 * double(i), 0, 0})));
   EXPECT_FALSE(sequencer.history()->canResumeFrom(kEpoch, 1, one));
 }
 
@@ -476,7 +488,7 @@ TEST(Sequencer, ShowsVersionsThatWereMadeElsewhereAsEditsWhereTheyFollow) {
   shown.show(other.history()->version, {});
   EXPECT_NE(shown.history()->epoch, epoch) << "no edit leads there";
   EXPECT_EQ(shown.history()->version.root(), other.history()->version.root());
-  for (std::uint64_t i = 2; i < 2000; ++i) other.submit(kAlice, i, edit(moveTo("c", {double(i), 0, 0})));
+  for (std::uint64_t i = 2; i < 2000; ++i) other.submit(kAlice, i, edit(moveTo("c", {1e-3 * double(i), 0, 0})));
   shown.show(other.history()->version, {});
   EXPECT_EQ(shown.history()->version.root(), other.history()->version.root()) << "more than are remembered";
   EXPECT_FALSE(shown.history()->find(2));
