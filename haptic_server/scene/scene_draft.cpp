@@ -117,7 +117,7 @@ Result<void> SceneDraft::apply(const SetMotion& set, const std::string& field) {
   const auto record = edit(set.object, field + "set_motion.object");
   if (!record) return tl::unexpected(record.error());
   (*record)->motion = set.motion;
-  fieldPaths_[(*record)->id].motion = set.motion ? field + "set_motion.motion." : "";
+  fieldPaths_[(*record)->id].motion = field + "set_motion.motion.";
   return {};
 }
 

@@ -24,6 +24,7 @@ namespace {
 
 using namespace test;
 using namespace std::chrono_literals;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -344,6 +345,15 @@ TEST(SceneService, AnswersAStiffnessBeyondWhatTheDefaultDeviceBearsWithWhatIsFel
   EXPECT_THAT(std::get<Accepted>(outcome)->reports,
               ElementsAre(HasSubstr("warning: stiffness_N_per_m is felt as " +
                                     std::to_string(static_cast<int>(felt_N_per_m)) + " instead of 90000")));
+  MotionProperties fixed;
+  fixed.fixed = true;
+  fixed.collision.emplace();
+  std::uint64_t seq = 1;
+  for (const auto& motion : {std::optional(fixed), std::optional<MotionProperties>()}) {
+    const EditOutcome other = submitTo(sceneService, ++seq, edit(SetMotion{named("a"), motion}));
+    EXPECT_THAT(std::get<Accepted>(other)->reports, Contains(HasSubstr("stiffness_N_per_m is felt as")))
+        << "it still is";
+  }
 }
 
 TEST(SceneService, CutsAStiffnessThatVariesOffWhereTheDeviceBearsNoMore) {
@@ -538,13 +548,15 @@ TEST_F(SceneServiceTest, ShortWorkPassesLongWorkHoweverMuchOfItIsAskedFor) {
   const auto pattern = [](double seed) {
     SetMaterial grain{named("a"), {}};
     grain.material.surface.texture = TextureEdit{
-        {.amplitude_m = 1e-4},
+        {.family = MappedFamily{{}, {Mapping::Shape::kSphere, {}, {1, 0, 0, 0}, Vec3(1), 0.01}}, .amplitude_m = 1e-4},
         {MappedSource{ReactionDiffusionSource{.cells = 8, .resolution = 32 + static_cast<std::uint32_t>(seed)}}}};
     return edit(grain);
   };
   ASSERT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
-  for (std::uint64_t seq = 2; seq <= 3; ++seq)
-    ASSERT_TRUE(std::holds_alternative<Accepted>(submit(seq, pattern(double(seq))))) << "made by a worker";
+  for (std::uint64_t seq = 2; seq <= 3; ++seq) {
+    const EditOutcome made = submit(seq, pattern(double(seq)));  // by a worker
+    ASSERT_TRUE(std::holds_alternative<Accepted>(made)) << std::get<Error>(made).text();
+  }
   std::size_t waiting = 0;
   for (SessionId session = kOthers; session < kOthers + kMany; ++session) {
     const auto place = sceneService.waiting(session);
