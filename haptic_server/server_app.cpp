@@ -337,6 +337,7 @@ class ServerAppImpl final : public ServerApp, private ServerHost {
   }
 
   void halt() {
+    if (sceneService_) sceneService_->endsInOrder();
     if (watchdog_) watchdog_->ending();
     servoThread_.stop();
     if (player_ != nullptr) player_->finish();

@@ -123,6 +123,14 @@ void CommandLine::version(const std::string& text) { app_->set_version_flag("--v
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   try {
     app_->parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    const std::vector<std::string> unknown = app_->remaining();
+    if (unknown.empty() || app_->get_require_subcommand_min() == 0 || !app_->get_subcommands().empty())
+      return app_->exit(error);
+    std::string all;
+    for (const std::string& verb : verbs()) all += (all.empty() ? "" : ", ") + verb;
+    return app_->exit(
+        CLI::ParseError("there is no verb \"" + unknown.front() + "\"; one of: " + all, CLI::ExitCodes::RequiredError));
   } catch (const CLI::ParseError& error) {
     return app_->exit(error);
   }

@@ -152,6 +152,8 @@ Result<EncodedMesh> canonicalMeshIn(const fs::path& file, const ImportOptions& o
     return refused(options.largestExtent_m ? "largest_extent_m" : "unit_m",
                    "is for files of other programs; a .mesh file is in metres as it is: leave it out");
   }
+  if (!options.part.text().empty())
+    return refused("part", "is for files of several meshes; a .mesh file is one: leave it out");
   auto bytes = readAssetFile(file);
   if (!bytes) return tl::unexpected(naming(bytes.error(), file));
   const auto mesh = decodeMesh(*bytes);

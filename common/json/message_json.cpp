@@ -69,6 +69,15 @@ Json repeatedToJson(const Message& message, const FieldDescriptor& field) {
       case FieldDescriptor::CPPTYPE_UINT64:
         list.push(reflection.GetRepeatedUInt64(message, &field, i));
         break;
+      case FieldDescriptor::CPPTYPE_UINT32:
+        list.push(std::uint64_t{reflection.GetRepeatedUInt32(message, &field, i)});
+        break;
+      case FieldDescriptor::CPPTYPE_DOUBLE:
+        list.push(reflection.GetRepeatedDouble(message, &field, i));
+        break;
+      case FieldDescriptor::CPPTYPE_FLOAT:
+        list.push(static_cast<double>(reflection.GetRepeatedFloat(message, &field, i)));
+        break;
       default:
         break;
     }

@@ -85,7 +85,8 @@ Refusal checkName(const std::string& name, const std::string& field) {
   if (name.size() > kMaxNameLength) {
     return Error{field, "has " + std::to_string(name.size()) + " characters; " + right};
   }
-  if (name.find_first_not_of(kLetters) != std::string::npos) return Error{field, "has other characters; " + right};
+  if (name.find_first_not_of(kLetters) != std::string::npos)
+    return Error{field, "has a character that no name has; " + right};
   return std::nullopt;
 }
 

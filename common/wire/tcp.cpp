@@ -222,8 +222,8 @@ struct TcpListener::State : std::enable_shared_from_this<TcpListener::State> {
     acceptor.async_accept([self = shared_from_this()](const std::error_code& error, tcp::socket socket) {
       if (!self->acceptor.is_open()) return;
       if (!error) {
+        self->accept();  // first, for what follows may throw
         self->accepted(std::make_unique<TcpTransport>(std::move(socket), self->lingering));
-        if (self->acceptor.is_open()) self->accept();
       } else {
         self->acceptLater();
       }

@@ -172,7 +172,12 @@ class Line : public std::enable_shared_from_this<Line> {
         continue;
       }
       const int error = SSL_get_error(ssl_.get(), 0);
-      if (error == SSL_ERROR_WANT_READ || error == SSL_ERROR_ZERO_RETURN) return flush();
+      if (error == SSL_ERROR_WANT_READ) return flush();
+      if (error == SSL_ERROR_ZERO_RETURN) {  // OpenSSL reads nothing after that: what comes would pile up
+        phase_ = Phase::kOver;
+        flush();
+        return below_->close("closed by the peer");
+      }
       return fail(reasonOf(ERR_peek_last_error()));
     }
   }

@@ -62,8 +62,7 @@ void Connections::dropOldestHalfOpen() {
       std::ranges::find_if(connections_, [](const auto& entry) { return !entry.second->session().welcomed(); });
   ++shared_.refusedConnections;
   log("dropped " + oldest->second->peer() + ": too many connections that say nothing");
-  shared_.paths.remove(oldest->first);
-  connections_.erase(oldest);
+  remove(oldest->first);  // it may have led the hand, and be on its way out
 }
 
 /// One session that fails costs its own connection.
@@ -161,7 +160,8 @@ Result<void> Connections::leadHand(std::uint64_t number, std::size_t hand, bool 
     setHandLeader(hand, std::nullopt);
     return {};
   }
-  if (const auto other = handLeader(hand)) return refused("lead_hand", "the hand is led by " + other->name);
+  if (const auto other = handLeader(hand); other && other->session != connections_.at(number)->session().id())
+    return refused("lead_hand", "the hand is led by " + other->name);
   HandHost* host = shared_.hand(hand);
   if (host == nullptr)
     return refused("lead_hand.hand", "is the second, and this server has one (haptic_server --device A --device B)");
@@ -175,7 +175,9 @@ Result<void> Connections::leadHand(std::uint64_t number, std::size_t hand, bool 
 
 std::optional<SessionHost::Leader> Connections::handLeader(std::size_t hand) const {
   if (!shared_.handLeader[hand]) return std::nullopt;
-  const ServerSession& session = connections_.at(*shared_.handLeader[hand])->session();
+  const auto leader = connections_.find(*shared_.handLeader[hand]);
+  if (leader == connections_.end()) return std::nullopt;
+  const ServerSession& session = leader->second->session();
   return SessionHost::Leader{session.name(), session.id()};
 }
 

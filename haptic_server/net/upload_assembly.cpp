@@ -33,7 +33,7 @@ void UploadAssembly::add(const v1::AssetChunk& chunk, const AssetName& name) {
   if (chunk.offset() == 0) {
     name_ = name;
     total_ = chunk.total_size();
-    bytes_.clear();
+    std::string().swap(bytes_);  // its room was given back
     if (ignored_ == name.hash) ignored_.reset();
   }
   bytes_ += chunk.data();

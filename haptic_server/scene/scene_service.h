@@ -95,6 +95,10 @@ class SceneService {
   /// What is worked at is noted there, and edits and uploads at which a server died before are refused. May be null.
   /// Before start() only.
   void noteWorkIn(std::unique_ptr<WorkNotes> notes) noexcept { notes_ = std::move(notes); }
+  /// What is worked at from now on is not what the server dies at. Any thread.
+  void endsInOrder() noexcept {
+    if (notes_) notes_->endsInOrder();
+  }
   /// Any thread. The journal keeps all of the present state anew, on the builder thread, after this was called there.
   /// False as below.
   [[nodiscard]] bool checkpoint(std::function<void()> before);

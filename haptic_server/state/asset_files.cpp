@@ -87,13 +87,13 @@ AssetFiles::Names AssetFiles::preparedNames() {
 }
 
 void AssetFiles::collect(Names named, std::int64_t keepUpTo_s) {
+  auto assets = files_.list(folder_);  // first: what is prepared from here on is not among them
+  if (!assets) return;
   named.merge(preparedNames());
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
   }
-  auto assets = files_.list(folder_);
-  if (!assets) return;
   std::ranges::sort(*assets, std::ranges::greater(), &FileSystem::Entry::changed_s);
   std::size_t unnamed_bytes = 0;
   for (const auto& asset : *assets) {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -70,8 +71,9 @@ void StateScrubber::scrub() {
 /// False: it was not read to its end, because it cannot be or this is to stop.
 template <class Take>
 bool StateScrubber::readSlowly(const std::filesystem::path& file, Take take) {
-  const FileHandle handle(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!handle) return false;
+  const FileHandle handle(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // of a pipe, too
+  struct stat about {};
+  if (!handle || ::fstat(handle.descriptor(), &about) != 0 || !S_ISREG(about.st_mode)) return false;
   (void)::posix_fadvise(handle.descriptor(), 0, 0, POSIX_FADV_DONTNEED);
   std::string piece(kPiece_bytes, '\0');
   const auto pause = std::chrono::nanoseconds(std::chrono::seconds(1)) * kPiece_bytes / options_.rate_bytes_per_s;

@@ -47,8 +47,7 @@ static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 
 /// In a session of its own, deaf to what ends or stops the server's process group; with the server's standard error.
 [[nodiscard]] Result<pid_t> start(const Watchdog::Options& options, int socket) {
-  return spawn(program(), {.arguments = {std::filesystem::absolute(options.recordings).string(),
-                                         std::to_string(options.maxRecordings_bytes)},
+  return spawn(program(), {.arguments = {options.recordings.string(), std::to_string(options.maxRecordings_bytes)},
                            .descriptors = {-1, STDERR_FILENO, STDERR_FILENO, socket},
                            .ownSession = true,
                            .blockedSignals = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGPIPE, SIGUSR1, SIGUSR2}});
@@ -61,6 +60,7 @@ Watchdog::Watchdog(Options options, const FlightRing& ring)
       page_(newPage()),
       ring_(copyOf(ring.descriptor())),
       quit_(::eventfd(0, EFD_CLOEXEC)) {
+  options_.recordings = std::filesystem::absolute(options_.recordings);  // the folder that we are in may go
   (void)startProgram();
   guard_ = std::thread([this] { guard(); });
 }

@@ -256,7 +256,11 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
     return refused(file, "is not a regular file");
   void* const library =
       caught([&] { return dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL); }, static_cast<void*>(nullptr));
-  if (library == nullptr) return refused(file, std::string("cannot be loaded: ") + dlerror());
+  if (library == nullptr) {
+    const char* const why = dlerror();
+    return refused(file,
+                   std::string("cannot be loaded: ") + (why != nullptr ? why : "it throws an exception as it is"));
+  }
   using Entry = const haptics_device_functions* (*)();
   const auto entry = reinterpret_cast<Entry>(dlsym(library, kSymbol));
   if (entry == nullptr)

@@ -11,9 +11,10 @@ namespace haptics {
 namespace {
 
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
-constexpr std::size_t kPayload_bytes = 62;  // of a packet of 64 with two bytes of modem status
-constexpr int kGreetings = 100;             // the loader needs some before it listens
-constexpr int kRunningTries = 5;            // frames sent to a device that may be running
+constexpr std::uint64_t kMaxDrain_ns = 200 * kMillisecond_ns;  // of a device that babbles
+constexpr std::size_t kPayload_bytes = 62;                     // of a packet of 64 with two bytes of modem status
+constexpr int kGreetings = 100;                                // the loader needs some before it listens
+constexpr int kRunningTries = 5;                               // frames sent to a device that may be running
 
 // Requests of the FT232R serial converter.
 constexpr std::uint8_t kReset = 0, kModemControl = 1, kFlowControl = 2, kBaud = 3, kData = 4, kEventChar = 6,
@@ -77,7 +78,8 @@ class Boot {
 
   /// Whatever is still on its way from before.
   void drain() {
-    while (!gone_ && !receive(1, 3 * kMillisecond_ns).empty()) {
+    const std::uint64_t end_ns = bus_.clock_ns() + kMaxDrain_ns;
+    while (!gone_ && bus_.clock_ns() < end_ns && !receive(1, 3 * kMillisecond_ns).empty()) {
     }
   }
 

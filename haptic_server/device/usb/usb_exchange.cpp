@@ -126,6 +126,7 @@ bool UsbExchange::receiveUntil(std::uint64_t deadline_ns) {
         return true;
       case UsbArrival::Kind::kFailed:
         watch_.garbled(now_ns);
+        bus_.sleepUntil(std::min(deadline_ns, now_ns + kLookAgain_ns));  // it may fail again at once, without end
         break;
       case UsbArrival::Kind::kBytes:
         if (protocol_.take(arrival.bytes, [&](const DeviceReply& reply) { take(reply, now_ns); })) {

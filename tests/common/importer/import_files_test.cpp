@@ -53,6 +53,8 @@ TEST_F(ImportFiles, OfACanonicalMeshAreInMetres) {
   ASSERT_TRUE(imported) << imported.error().text();
   EXPECT_TRUE(imported->report.isUnitKnown);
   EXPECT_EQ(imported->report.doubtOfUnit(), "");
+  const auto part = import("t.mesh", {bytes.data(), bytes.size()}, {.part = PartName("lid")});
+  EXPECT_EQ(part.error().field, "part");
 }
 
 TEST_F(ImportFiles, NameTheWrongOption) {

@@ -34,6 +34,15 @@ TEST(MessageJson, KeepsWholeNumbersWhole) {
   EXPECT_EQ(toJson(live).line(), R"({"client_seq":0,"revision":0,"tick":9223372036854775809})");
 }
 
+TEST(MessageJson, WritesListsOfNumbers) {
+  v1::Lattice lattice;
+  for (const float metres : {0.5F, -0.25F}) lattice.add_control_m(metres);
+  EXPECT_EQ(parsed(lattice)["control_m"], nlohmann::json::parse("[0.5, -0.25]"));
+  v1::Effect effect;
+  effect.add_path_m(0.125);
+  EXPECT_EQ(parsed(effect)["path_m"], nlohmann::json::parse("[0.125]"));
+}
+
 TEST(MessageJson, WritesBytesAsHexadecimal) {
   v1::AssetUnavailable message;
   message.set_hash(std::string("\x00\x7f\xff\xa0", 4));
