@@ -59,9 +59,13 @@ QString HandTool::words(const MirrorView& view) const {
   const bool onSurface = steering_.mapping() == HandSteering::Mapping::kSurface;
   const QString press = pressText(view);
   if (!view.hand.refused.empty()) return "hand: " + text(view.hand.refused);
+  if (view.link != LinkState::kLive) return {};
   if (lead_ == Lead::kLed) {
-    return "the hand is yours, " +
-           (onSurface ? "presses with " + press : "in space: drag to move it, wheel: away and nearer");
+    const TelemetrySample* felt = view.felt(hand_);
+    const bool presses = felt != nullptr && felt->object != 0;
+    return "the hand is yours, " + (!onSurface ? "in space: drag to move it, wheel: away and nearer"
+                                    : presses  ? "presses with " + press
+                                               : "touches nothing; will press with " + press);
   }
   if (view.hand.led) return "hand: led by " + text(view.hand.clientName);
   return onSurface ? "press on an object to touch it with " + press
@@ -71,9 +75,10 @@ QString HandTool::words(const MirrorView& view) const {
 /// What is asked for, and what the device can give of it.
 QString HandTool::pressText(const MirrorView& view) const {
   const double wanted_N = steering_.press_N();
-  const double most_N = (hand_ == 0 ? view.maxForce_N : view.secondMaxForce_N) / kForceReserve;
-  if (!(most_N > 0) || wanted_N <= most_N) return QString("%1 N").arg(wanted_N, 0, 'f', 1);
-  return QString("%1 of %2 N: the device's limit").arg(most_N, 0, 'f', 1).arg(wanted_N, 0, 'f', 1);
+  const double device_N = hand_ == 0 ? view.maxForce_N : view.secondMaxForce_N, most_N = device_N / kForceReserve;
+  const auto written = [](double force_N) { return QString::number(force_N, 'f', 1); };
+  if (!(most_N > 0) || wanted_N <= most_N) return written(wanted_N) + " N";
+  return written(most_N) + " of " + written(wanted_N) + " N: the device's " + written(device_N) + " N less a reserve";
 }
 
 }  // namespace haptics

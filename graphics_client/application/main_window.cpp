@@ -37,6 +37,7 @@ constexpr double kBeside_m = 0.01;
 constexpr const char* kImport = "(import)";
 /// Of a window's frame and title, which a window manager adds.
 constexpr int kFrame_px = 8, kTitle_px = 40;
+constexpr int kLowScreen_px = 800;  // where the list of keys would cover the objects
 constexpr const char* kMeshFiles =
     "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.wrl *.gltf *.glb *.dae *.zae *.3mf *.3ds *.fbx *.x3d *.mesh *.gz "
     "*.OBJ *.PLY *.STL *.OFF *.OM *.IV *.WRL *.GLTF *.GLB *.DAE *.ZAE *.3MF *.3DS *.FBX *.X3D *.GZ);;All files (*)";
@@ -85,6 +86,8 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   rows->addWidget(view_, 1);
   rows->addWidget(replay_);
   setCentralWidget(centre);
+  const bool isLow = screen()->availableSize().height() < kLowScreen_px;
+  if (isLow && scene_.overlay().isHelpVisible()) scene_.overlay().toggleHelp();
   makeDocks();
   makeMenus();
   restoreLayout();
@@ -127,8 +130,9 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(properties_, &PropertyPanel::edited,
           [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
   connect(properties_, &PropertyPanel::renamed, [this](const QString& object, const QString& wanted) {
-    editor_.rename(object.toStdString(), wanted.toStdString());
-    select(wanted);
+    editor_.rename(object.toStdString(), wanted.toStdString(), [this, object, wanted] {
+      if (selected_ == object || selected_.isEmpty()) select(wanted);
+    });
   });
   connect(properties_, &PropertyPanel::uploaded,
           [this](const QString& edit, const v1::Transaction& change, const AssetContent& asset) {
@@ -161,11 +165,8 @@ void MainWindow::restoreLayout() {
   resize(options_.width_px, options_.height_px);
   if (options_.isSizeGiven) return;
   const QSettings from("haptics", "graphics_client");
-  if (restoreGeometry(from.value("geometry").toByteArray())) {
-    restoreState(from.value("layout").toByteArray());
-  } else {
-    resize(size().boundedTo(screen()->availableSize() - QSize(2 * kFrame_px, kTitle_px)));
-  }
+  if (restoreGeometry(from.value("geometry").toByteArray())) restoreState(from.value("layout").toByteArray());
+  resize(size().boundedTo(screen()->availableSize() - QSize(2 * kFrame_px, kTitle_px)));  // also where that was another
 }
 
 void MainWindow::saveLayout() const {
@@ -222,7 +223,7 @@ void MainWindow::plot(const MirrorView& view, double now_s) {
 bool MainWindow::changed(const MirrorView& view) const {
   if (!view_shown_) return true;
   const MirrorView& before = *view_shown_;
-  if (view.link != before.link || view.scene != before.scene || view.meshes.size() != before.meshes.size() ||
+  if (view.link != before.link || view.scene != before.scene || view.assetBytes != before.assetBytes ||
       view.sample.has_value() != before.sample.has_value() || scene_.objects().isSettling() || scene_.isMoving()) {
     return true;
   }
@@ -249,6 +250,7 @@ std::optional<SurfacePoint> MainWindow::surfaceUnderPointer() {
 
 void MainWindow::select(const QString& name) {
   selected_ = name;
+  for (QAction* action : ofSelected_) action->setEnabled(!name.isEmpty());
   objects_->select(name);
   scene_.select(name.toStdString());
   tools_.select(name.toStdString());
@@ -273,11 +275,15 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server first"
                     : view.link == LinkState::kClosed ? "not connected to a server"
                                                       : "");
-  linkText_->setText(isReplay ? replay_->status() : text(view.linkText));
-  sceneText_->setText(QString("revision %1").arg(view.scene->revision()) + (isReplay ? ""
-                                                                            : view.hashesEqual
-                                                                                ? ", equal to the server's"
-                                                                                : ", not equal yet"));
+  const QString link = isReplay ? replay_->status() : text(view.linkText);
+  linkText_->setText(fontMetrics().elidedText(link, Qt::ElideRight, width() / 2));
+  linkText_->setToolTip(link);
+  const QString equality = isReplay                        ? ""
+                           : view.link != LinkState::kLive ? ", the last that is known"
+                           : view.hashesEqual              ? ", equal to the server's"
+                                                           : ", not equal yet";
+  sceneText_->setText(view.epoch == 0 && !isReplay ? QString()
+                                                   : QString("revision %1").arg(view.scene->revision()) + equality);
   QString servo = scene_.framesPerSecond() < kIdleRate_Hz
                       ? QString("idle")
                       : QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
@@ -294,7 +300,7 @@ void MainWindow::sayHand(const MirrorView& view) {
   const QString words = hand_.words(view);
   if (!view.hand.refused.empty() && handText_->text() != words) logWarning(words.toStdString());
   handText_->setText(words);
-  for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) label->setToolTip(label->text());
+  for (QLabel* label : {sceneText_, servoText_, handText_}) label->setToolTip(label->text());
 }
 
 Vec3 MainWindow::placeOnFloor(const std::string& name, Vec3 size_m) {
@@ -368,6 +374,7 @@ void MainWindow::import(const QStringList& files, const std::optional<SurfacePoi
 
 void MainWindow::showOtherServer() {
   editor_.startAnew();
+  importer_->startAnew();
   files_.forget();
   replay_->leave();
   showOtherSource();

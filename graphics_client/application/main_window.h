@@ -88,6 +88,7 @@ class MainWindow : public QMainWindow {
   QString report_;                          // of the import that is selected, until its object is here
   bool ending_ = false;
   QAction *undo_ = nullptr, *redo_ = nullptr, *pausePlots_ = nullptr;
+  QList<QAction*> ofSelected_;  // actions on the selected object
 
   void makeDocks();
   void makeMenus();

@@ -85,12 +85,13 @@ void MainWindow::makeEditMenu() {
                 select(QString::fromStdString(added));
               });
   }
-  objects_->addAction(
+  ofSelected_ = {
       addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
-                [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }));
-  objects_->addAction(addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object", [this] {
-    withSelected([this](const std::string& object) { editor_.remove(object); });
-  }));
+                [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }),
+      addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object",
+                [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); })};
+  objects_->addActions(ofSelected_);
+  for (QAction* action : ofSelected_) action->setEnabled(false);
   edit->addSeparator();
   gizmo_.addActions(edit, view_);
   edit->addSeparator();

@@ -126,6 +126,12 @@ void MeshImporter::cancel() {
   fail("was cancelled; nothing was changed");
 }
 
+void MeshImporter::startAnew() {
+  for (const auto& import : imports_) import->stop.request_stop();
+  imports_.clear();
+  hide();
+}
+
 void MeshImporter::fail(const std::string& why) {
   const QString file = nameOf(imports_.front()->file);
   next();

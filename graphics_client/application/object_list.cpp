@@ -17,10 +17,13 @@ QString kindOf(const ObjectRecord& object) {
   QStringList kind;
   if (object.motion && object.motion->tool) {
     kind << "tool";
+  } else if (object.motion && object.motion->joint) {
+    kind << (object.motion->joint->kind == JointProperties::Kind::kHinge ? "hinge" : "slider");
   } else if (object.motion && !object.motion->fixed) {
     kind << "moves";
   }
   if (object.deformation.softness || object.deformation.lattice) kind << "soft";
+  if (!object.effects.empty()) kind << "effects";
   return kind.join(", ");
 }
 

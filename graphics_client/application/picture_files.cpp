@@ -26,6 +26,14 @@ const QString kPicture = "picture", kVideo = "video", kFilm = "film";
 
 QString isWritten(const QString& file) { return QDir::current().absoluteFilePath(file) + " is written"; }
 
+/// The next one that is not there yet, also of an earlier run.
+QString freeFile(const char* pattern, int& number) {
+  QString file;
+  do file = QString(pattern).arg(++number);
+  while (QFile::exists(file));
+  return file;
+}
+
 }  // namespace
 
 PictureFiles::PictureFiles(ViewWidget* view, SceneView& scene,
@@ -60,7 +68,7 @@ void PictureFiles::addActions(QMenu* menu, const AddAction& add) {
 }
 
 void PictureFiles::savePicture() {
-  const QString file = QString("haptic_view_%1.png").arg(++pictures_);
+  const QString file = freeFile("haptic_view_%1.png", pictures_);
   const Result<void> written = writePng(scene_.picture(scene_.snapshot(), 0), file.toStdString());
   emit said(kPicture, written ? isWritten(file) : text(written.error().text()), !written);
 }
@@ -131,7 +139,7 @@ void PictureFiles::cancel() {
 void PictureFiles::setFilming(bool on) {
   if (on == film_.has_value()) return;
   if (on) {
-    const QString file = QString("haptic_film_%1.webm").arg(++films_);
+    const QString file = freeFile("haptic_film_%1.webm", films_);
     const QImage first = windowPicture();
     auto writer = WebmWriter::create(file.toStdString(), first.width(), first.height(), kFilm_Hz);
     if (!writer) {

@@ -11,6 +11,9 @@
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QPalette>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace haptics {
@@ -22,6 +25,27 @@ constexpr double kText = 0.85;  // of the window's text
 /// light or dark ground.
 const QColor kBlack(0, 0, 0), kWhite(240, 240, 240), kBlue(0, 90, 160), kSkyBlue(86, 180, 233), kVermilion(200, 75, 0),
     kOrange(240, 165, 40), kDarkGreen(0, 115, 85), kGreen(40, 195, 150);
+
+constexpr double kGap_s = 1;
+/// What the ends of an axis are apart at least, and as a part of its numbers: six digits then tell its marks apart.
+constexpr double kMinSpan = 0.01, kMinPart = 1e-4;
+
+/// Interrupted where no sample came for kGap_s.
+class CurveWithGaps : public QwtPlotCurve {
+ public:
+  using QwtPlotCurve::QwtPlotCurve;
+
+  void drawSeries(QPainter* painter, const QwtScaleMap& x, const QwtScaleMap& y, const QRectF& canvas, int from,
+                  int to) const override {
+    if (to < 0) to = static_cast<int>(dataSize()) - 1;
+    for (int i = from + 1; i <= to; ++i) {
+      if (sample(i).x() - sample(i - 1).x() <= kGap_s) continue;
+      QwtPlotCurve::drawSeries(painter, x, y, canvas, from, i - 1);
+      from = i;
+    }
+    if (from <= to) QwtPlotCurve::drawSeries(painter, x, y, canvas, from, to);
+  }
+};
 
 }  // namespace
 
@@ -60,12 +84,11 @@ void PlotPanel::addPlot(const QString& title, const QString& unit, std::vector<C
   auto* grid = new QwtPlotGrid;
   grid->attach(plot);
   for (Curve& curve : curves) {
-    curve.drawn = new QwtPlotCurve(curve.name);
+    curve.drawn = new CurveWithGaps(curve.name);
     curve.drawn->attach(plot);
   }
-  new QwtPlotZoomer(plot->canvas());
   layout()->addWidget(plot);
-  plots_.push_back({plot, std::move(curves)});
+  plots_.push_back({plot, std::move(curves), new QwtPlotZoomer(plot->canvas())});
 }
 
 void PlotPanel::color() {
@@ -100,10 +123,20 @@ void PlotPanel::refresh() {
   QVector<double> times;
   for (const Sample& sample : samples_) times.push_back(sample.time_s);
   for (const Plot& plot : plots_) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const Curve& curve : plot.curves) {
       QVector<double> values;
-      for (const Sample& sample : samples_) values.push_back(sample.*curve.value);
+      for (const Sample& sample : samples_) {
+        values.push_back(sample.*curve.value);
+        low = std::min(low, values.back());
+        high = std::max(high, values.back());
+      }
       curve.drawn->setSamples(times, values);
+    }
+    if (plot.zoomer->zoomRectIndex() == 0 && low <= high) {
+      const double span = std::max(kMinSpan, kMinPart * std::max(std::abs(low), std::abs(high)));
+      plot.plot->setAxisAutoScale(QwtPlot::yLeft);
+      if (high - low < span) plot.plot->setAxisScale(QwtPlot::yLeft, (low + high - span) / 2, (low + high + span) / 2);
     }
     if (!times.empty()) plot.plot->setAxisScale(QwtPlot::xBottom, times.back() - kShown_s, times.back());
     plot.plot->replot();

@@ -7,6 +7,7 @@
 
 class QwtPlot;
 class QwtPlotCurve;
+class QwtPlotZoomer;
 
 namespace haptics {
 
@@ -47,6 +48,7 @@ class PlotPanel : public QWidget {
   struct Plot {
     QwtPlot* plot = nullptr;
     std::vector<Curve> curves;
+    QwtPlotZoomer* zoomer = nullptr;
   };
   std::vector<Plot> plots_;
   std::deque<Sample> samples_;

@@ -27,9 +27,12 @@ namespace {
 
 constexpr int kAnswerLines = 5;
 
-QString titleOf(const SceneVersion::Object& object, bool mayEdit) {
+QString titleOf(const SceneVersion::Object& object, const MirrorView* view) {
   if (!object) return "Nothing is selected: click an object.";
-  return text(object->name) + (mayEdit ? "" : " (this connection may look, not edit)");
+  const bool isReplay = view != nullptr && view->isReplay, mayEdit = view != nullptr && view->mayEdit;
+  return text(object->name) + (isReplay  ? " (a replay cannot be edited)"
+                               : mayEdit ? ""
+                                         : " (this connection may look, not edit)");
 }
 
 }  // namespace
@@ -123,7 +126,7 @@ void PropertyPanel::addIdentity() {
       [this](const QString& wanted) {
         if (shown_) emit renamed(QString::fromStdString(shown_->name), wanted);
       },
-      [this](double factor) { scale(factor); }));
+      [this](double longest_m) { scale(longest_m); }));
   rows_.push_back(std::make_unique<ColorRow>(form_, [this](std::array<int, 3> color) {
     if (!shown_) return;
     v1::Operation operation;
@@ -134,12 +137,15 @@ void PropertyPanel::addIdentity() {
 }
 
 /// About the origin of the object's frame.
-void PropertyPanel::scale(double factor) {
+void PropertyPanel::scale(double longest_m) {
   if (!shown_) return;
   const auto known = view_->meshes.find(shown_->mesh);
   if (known == view_->meshes.end()) return;
   const TriMesh& mesh = *known->second;
-  auto scaled = canonicalise({mesh.vertices.begin(), mesh.vertices.end()}, mesh.triangles, {.unit_m = factor});
+  const double side_m = longestSide_m(mesh);  // the row may show that of a mesh before
+  if (!(side_m > 0)) return;
+  auto scaled =
+      canonicalise({mesh.vertices.begin(), mesh.vertices.end()}, mesh.triangles, {.unit_m = longest_m / side_m});
   if (!scaled) return say("size: " + text(scaled.error().text()), true);
   const AssetContent content = std::make_shared<const TriMesh>(std::move(scaled->mesh));
   v1::Transaction transaction;
@@ -219,7 +225,7 @@ void PropertyPanel::show(const SceneVersion::Object& object, const std::shared_p
   if (isAnother) answer_->clear();
   scroll_->setVisible(object != nullptr);
   rowsOf_->setEnabled(mayEdit);
-  title_->setText(titleOf(object, mayEdit));
+  title_->setText(titleOf(object, view.get()));
   showRows(isAnother);
 }
 

@@ -67,7 +67,7 @@ class PropertyPanel : public QWidget {
   void followEventsOfRows();
   void addIdentity();
   void addRows(const PropertyGroup& group);
-  void scale(double factor);
+  void scale(double longest_m);
   [[nodiscard]] std::vector<v1::Operation> othersMeet() const;
   void addGallery();
   void chooseImage();

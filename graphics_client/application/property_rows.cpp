@@ -85,12 +85,13 @@ bool NumberRow::isHeld() const {
   return slider_->isSliderDown() || isTyping_ || (sinceChange_.isValid() && sinceChange_.elapsed() < kAnswered_ms);
 }
 
-void NumberRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
+void NumberRow::show(const ObjectRecord& object, const MirrorView& view) {
   const std::optional<double> value = number_.get(object);
   box_->setEnabled(value.has_value());
   slider_->setEnabled(value.has_value());
-  if (of_ != object.id || (value && !first_)) first_ = value;
-  of_ = object.id;
+  const std::pair of{view.epoch, object.id};  // another server has objects of the same numbers
+  if (of_ != of || (value && !first_)) first_ = value;
+  of_ = of;
   reset_->setEnabled(value && first_ && *value != *first_);
   isTyping_ = false;
   show(value.value_or(number_.least));
@@ -151,8 +152,18 @@ void ColorRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
       QString("background-color: %1; color: %2").arg(color.name(), color.lightnessF() > 0.45 ? "black" : "white"));
 }
 
+double longestSide_m(const TriMesh& mesh) {
+  Vec3f low = mesh.vertices.front(), high = low;
+  for (const Vec3f& vertex : mesh.vertices) {
+    low = glm::min(low, vertex);
+    high = glm::max(high, vertex);
+  }
+  const Vec3 sides = Vec3(high) - Vec3(low);
+  return std::max({sides.x, sides.y, sides.z});
+}
+
 NameAndSizeRow::NameAndSizeRow(QFormLayout* form, const std::function<void(const QString&)>& rename,
-                               const std::function<void(double factor)>& scale)
+                               const std::function<void(double longest_m)>& scale)
     : name_(new QLineEdit), size_(new QDoubleSpinBox) {
   name_->setObjectName("name");
   name_->setAccessibleName("name");
@@ -171,7 +182,7 @@ NameAndSizeRow::NameAndSizeRow(QFormLayout* form, const std::function<void(const
     if (name_->text() != shownName_) rename(name_->text());
   });
   QObject::connect(size_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), [this, scale](double value) {
-    if (shown_mm_ > 0) scale(value / shown_mm_);
+    if (shown_mm_ > 0) scale(1e-3 * value);
   });
 }
 
@@ -186,13 +197,7 @@ void NameAndSizeRow::show(const ObjectRecord& object, const MirrorView& view) {
   }
   if (shownMesh_ != object.mesh) {
     shownMesh_ = object.mesh;
-    Vec3f low = mesh->second->vertices.front(), high = low;
-    for (const Vec3f& vertex : mesh->second->vertices) {
-      low = glm::min(low, vertex);
-      high = glm::max(high, vertex);
-    }
-    const Vec3 sides = 1e3 * (Vec3(high) - Vec3(low));
-    shown_mm_ = std::max({sides.x, sides.y, sides.z});
+    shown_mm_ = 1e3 * longestSide_m(*mesh->second);
   }
   const QSignalBlocker quiet(size_);
   size_->setValue(shown_mm_);

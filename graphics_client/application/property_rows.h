@@ -2,9 +2,11 @@
 
 #include <QElapsedTimer>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "common/scene/scene.h"
 #include "graphics_client/application/object_properties.h"
@@ -48,8 +50,8 @@ class NumberRow : public PropertyRow {
   QDoubleSpinBox* box_;
   QSlider* slider_;
   QToolButton* reset_;
-  std::optional<ObjectId> of_;   // the object that is shown
-  std::optional<double> first_;  // its value when it was first shown
+  std::optional<std::pair<std::uint64_t, ObjectId>> of_;  // epoch and object that are shown
+  std::optional<double> first_;                           // its value when it was first shown
   bool isTyping_ = false;
   QElapsedTimer sinceChange_;  // by a person; not valid before the first
 
@@ -85,10 +87,13 @@ class ColorRow : public PropertyRow {
 };
 
 /// The name, and the longest side of the box around the object, each done when Return is pressed or the field is left.
+/// Of the box around it, along the axes.
+[[nodiscard]] double longestSide_m(const TriMesh& mesh);
+
 class NameAndSizeRow : public PropertyRow {
  public:
   NameAndSizeRow(QFormLayout* form, const std::function<void(const QString&)>& rename,
-                 const std::function<void(double factor)>& scale);
+                 const std::function<void(double longest_m)>& scale);
 
   void show(const ObjectRecord& object, const MirrorView& view) override;
   [[nodiscard]] bool isHeld() const override;

@@ -169,7 +169,7 @@ void SceneEditor::remove(const std::string& object) {
   submit("delete " + QString::fromStdString(printable(object)), std::move(operation));
 }
 
-void SceneEditor::rename(const std::string& object, const std::string& wanted) {
+void SceneEditor::rename(const std::string& object, const std::string& wanted, const std::function<void()>& done) {
   const auto view = link_.latest();
   const QString edit = "rename " + QString::fromStdString(printable(object));
   auto parsed = parseSceneText(sceneText(*view->scene, object), object);
@@ -179,7 +179,10 @@ void SceneEditor::rename(const std::string& object, const std::string& wanted) {
   v1::Operation& added = *made.transaction.add_operations();
   added = parsed->operations(0);
   added.mutable_add()->set_name(wanted);
-  history_.submit(std::move(made), said(edit));
+  history_.submit(std::move(made), [done, say = said(edit)](const Result<v1::Accepted>& outcome) {
+    if (outcome) done();
+    say(outcome);
+  });
 }
 
 void SceneEditor::open(Edit edit, const std::function<void()>& done) {

@@ -44,7 +44,8 @@ class SceneEditor {
   void duplicate(const std::string& object);
   void remove(const std::string& object);
   /// Its motion begins anew where the scene has it.
-  void rename(const std::string& object, const std::string& wanted);
+  /// @param done  It has the name.
+  void rename(const std::string& object, const std::string& wanted, const std::function<void()>& done);
   /// What a scene file holds, in place of the present objects.
   /// @param done  Once the server has accepted it.
   void open(Edit edit, const std::function<void()>& done);

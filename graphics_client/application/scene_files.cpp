@@ -32,8 +32,10 @@ void SceneFiles::open(const QString& file) {
   askBeforeLoss("Opening a scene", [this, file] {
     files_.start([this, file, view = editor_.view()] {
       auto edit = std::make_shared<Result<Edit>>(openScene(file.toStdString(), *view->scene));
-      QMetaObject::invokeMethod(this, [this, file, edit] {
+      QMetaObject::invokeMethod(this, [this, file, edit, view] {
         if (!*edit) return fail("Open scene", edit->error());
+        if (editor_.view()->epoch != view->epoch)
+          return fail("Open scene", {file.toStdString(), "the server is another one by now; open it again"});
         editor_.open(std::move(**edit), [this, file] {
           file_ = file;
           logInfo("opened " + file.toStdString());
@@ -69,15 +71,18 @@ bool SceneFiles::isRefused() {
 
 void SceneFiles::write(const QString& file, const std::function<void()>& then) {
   const auto state = editor_.state();
-  files_.start([this, file, then, state, view = editor_.view()] {
+  files_.start([this, file, then, state, server = server_, view = editor_.view()] {
     auto saved = std::make_shared<Result<void>>(saveScene(*view, file.toStdString()));
-    QMetaObject::invokeMethod(this, [this, file, then, state, saved] {
+    QMetaObject::invokeMethod(this, [this, file, then, state, server, saved] {
       if (!*saved) return fail("Save scene", saved->error());
-      file_ = file;
-      editor_.markSaved(state);
       logInfo("saved " + file.toStdString());
       emit said("save", file + " is written", false);
-      if (then) then();
+      if (server != server_) return;
+      file_ = file;
+      editor_.markSaved(state);
+      if (!then) return;
+      if (editor_.isSaved()) return then();
+      emit said("save", "edits that the server has not answered yet are in no file", true);
     });
   });
 }

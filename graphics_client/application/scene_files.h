@@ -32,7 +32,10 @@ class SceneFiles : public QObject {
   /// @param what  "Quitting".
   void askBeforeLoss(const QString& what, const std::function<void()>& then);
   /// The scene is another server's.
-  void forget() { file_.clear(); }
+  void forget() {
+    file_.clear();
+    ++server_;
+  }
 
  signals:
   void said(const QString& what, const QString& words, bool isError);
@@ -40,6 +43,7 @@ class SceneFiles : public QObject {
  private:
   QWidget* window_;
   SceneEditor& editor_;
+  int server_ = 0;  // counts those that were shown
   QString file_;
   QThreadPool files_;
 

@@ -104,6 +104,7 @@ Result<std::string> sceneFor(const std::optional<fs::path>& folder, const Mirror
 }
 
 Result<void> saveScene(const MirrorView& view, const fs::path& file) {
+  if (view.epoch == 0 && !view.isReplay) return refused(file.string(), "no scene has come from a server yet");
   auto text = sceneFor(file.parent_path(), view);
   if (!text) return refused(file.string(), text.error().text());
   return write(file, *text);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <iostream>
 #include <map>
 #include <optional>
 #include <string>
@@ -339,15 +340,22 @@ int main(int argc, char** argv) {
   app.verb("verify", "Fetch the whole scene anew and compare its hash with the server's")
       .footer("Example:\n  hapticctl verify && echo same");
   if (const auto code = app.parse(argc, argv)) return *code == 0 ? kDone : kUsage;
-  if (applyVerb.given()) return apply(common, applyOptions);
-  if (getVerb.given()) return get(common, name);
-  if (watchVerb.given()) return watch(common, watchOptions);
-  if (pushVerb.given()) return push(common, pushOptions);
-  if (statusVerb.given()) return status(common);
-  if (exportVerb.given()) return exportSession(common, exportOptions);
-  if (plotVerb.given()) return plot(common, plotOptions);
-  if (credentialsVerb.given()) return credentials(common, folder);
-  if (dumpVerb.given()) return dump(common);
-  if (workspaceVerb.given()) return workspace(common, workspaceAsked);
-  return verify(common);
+  const auto run = [&]() -> int {
+    if (applyVerb.given()) return apply(common, applyOptions);
+    if (getVerb.given()) return get(common, name);
+    if (watchVerb.given()) return watch(common, watchOptions);
+    if (pushVerb.given()) return push(common, pushOptions);
+    if (statusVerb.given()) return status(common);
+    if (exportVerb.given()) return exportSession(common, exportOptions);
+    if (plotVerb.given()) return plot(common, plotOptions);
+    if (credentialsVerb.given()) return credentials(common, folder);
+    if (dumpVerb.given()) return dump(common);
+    if (workspaceVerb.given()) return workspace(common, workspaceAsked);
+    return verify(common);
+  };
+  const int code = run();
+  std::cout.flush();
+  const bool isWritten = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
+  return code != kDone || isWritten ? code
+                                    : fail(kRefused, Error{"standard output", "cannot be written; is the disk full?"});
 }

@@ -163,7 +163,7 @@ std::string RecordedSession::verdict() const {
 std::string RecordedSession::extent() const {
   return std::to_string(moments_.list().size()) + " of " + std::to_string(outcome_.ticks) + " ticks are shown, " +
          std::to_string(std::lround(1 / moments_.interval_s())) + " a second at most; " +
-         std::to_string(marks_.size()) + " marks";
+         std::to_string(marks_.size()) + (marks_.size() == 1 ? " mark" : " marks");
 }
 
 std::string RecordedSession::status(double time_s) const {

@@ -90,7 +90,7 @@ Result<WebmWriter> WebmWriter::create(const std::filesystem::path& file, int wid
   gst_caps_unref(caps);
   g_object_set(part("encoder").get(), "cq-level", kQuality, "keyframe-max-dist",
                std::max(1, static_cast<int>(kSeekable_s * rate_Hz)), "target-bitrate",
-               static_cast<int>(kMaxBits * width_px * height_px * rate_Hz), nullptr);
+               static_cast<int>(std::min(kMaxBits * width_px * height_px * rate_Hz, 2e9)), nullptr);
   g_object_set(part("out").get(), "location", file.c_str(), nullptr);
   pipeline->frame_ns = static_cast<GstClockTime>(GST_SECOND / rate_Hz);
   pipeline->frame_bytes = static_cast<std::size_t>(GST_ROUND_UP_4(3 * width_px)) * static_cast<std::size_t>(height_px);

@@ -16,6 +16,8 @@ constexpr double kCloseUpHeight_m = 0.018;
 /// Time constants of the close-up's and the following camera's motion (seconds): long against the noise of normals
 /// from polygon to polygon, short against a stroke.
 constexpr double kCentreTime_s = 0.08, kNormalTime_s = 0.5, kFollowTime_s = 0.3;
+/// The middle of the close-up is this far behind what it follows, at most.
+constexpr double kLatest_m = kCloseUpHeight_m / 4;
 /// The close-up looks down on the surface at this angle (radians).
 constexpr double kCloseUpElevation_rad = 0.6;
 
@@ -140,6 +142,8 @@ void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
   const bool touching = sample.object != 0;
   const Vec3 centre = touching ? sample.ihip : sample.hip;
   centre_ = seen_ ? glm::mix(centre_, centre, gain(dt_s, kCentreTime_s)) : centre;
+  if (const double late_m = glm::distance(centre_, centre); late_m > kLatest_m)
+    centre_ = glm::mix(centre, centre_, kLatest_m / late_m);
   if (touching) {
     const Vec3 turned = glm::mix(normal_, sample.surfaceNormal, gain(dt_s, kNormalTime_s));
     if (glm::length(turned) > 0) normal_ = glm::normalize(turned);

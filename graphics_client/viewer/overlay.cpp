@@ -37,7 +37,7 @@ Overlay::Overlay(RenderWindow& renderWindow, bool showKeys)
     : renderWindow_(renderWindow),
       status_(renderWindow.overlay(), {7.9, 13.0}),
       contact_(renderWindow.overlay(), {6.8, 11.2}),
-      legend_(renderWindow.overlay(), {5.2, 15.2}),
+      legend_(renderWindow.overlay(), {5.2, 15.8}),
       keys_(renderWindow.overlay(), {5.2, 16.0}),
       frictionLegend_(renderWindow.overlay()),
       labels_(renderWindow.overlay(), renderWindow.world().solid),
