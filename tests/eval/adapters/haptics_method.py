@@ -16,7 +16,8 @@ class Refused(Exception):
 
 
 class Body:
-    """vertices: [(x, y, z)] in m; triangles: [(a, b, c)]; pose: ((w, x, y, z), (x, y, z))."""
+    """vertices: [(x, y, z)] in m; triangles: [(a, b, c)]; closed; stiffness_N_per_m; static_friction, dynamic_friction; crease_rad;
+    pose: ((w, x, y, z), (x, y, z))."""
 
 
 def _pose(numbers):
