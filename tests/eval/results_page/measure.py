@@ -6,6 +6,7 @@ usage: measure.py BIN OUT.json [--seeds N] [--finest TRIANGLES]
 
 import argparse
 import collections
+import csv
 import json
 import os
 import platform
@@ -26,16 +27,23 @@ ACCURACY = ("scene", "triangles", "depth_mm", "ihip_error_max_mm", "force_error_
 def scenes():
     """Names and what each is about, as haptic_eval has them."""
     text = (HERE.parent / "scenes" / "scenes.h").read_text()
-    return dict(re.findall(r'FailureScene\{"(S\d+)",\s*"([^"]*)"', text))
+    return dict(re.findall(r'FailureScene\{"([SP]\d+)",\s*"([^"]*)"', text))
 
 
-def run(program, verb, method, *options):
+def run(program, verb, method, *options, file):
+    """The text of what the verb writes."""
     with tempfile.TemporaryDirectory() as out:
         done = subprocess.run([program, verb, "--method", str(method), *options, "--out", out], capture_output=True, text=True)
-        file = Path(out) / f"{verb}.json"
-        if not file.exists():
+        written = Path(out) / file
+        if not written.exists():
             sys.exit(f"{verb} --method {method}: {done.stderr}")
-        return json.loads(file.read_text())
+        return written.read_text()
+
+
+def cold_ticks(table):
+    """Median ticks in ns with every cache swept before, by resolution, where they are measured."""
+    rows = csv.DictReader(table.splitlines())
+    return {row["triangles"]: float(row["cold_tick_p50_ns"]) for row in rows if float(row["cold_tick_p50_ns"]) > 0}
 
 
 def failures(records):
@@ -70,14 +78,17 @@ def main():
     for method in (*BUILT_IN, *(library for library in libraries if library.exists())):
         print(method, file=sys.stderr)
         seeds, finest = ("--seeds", str(options.seeds)), ("--finest", str(options.finest))
-        found = run(program, "failures", method, *seeds)
-        accuracy = [r for r in run(program, "accuracy", method, *finest) if r.get("depth_mm", 2) == 2]
+        found = json.loads(run(program, "failures", method, *seeds, file="failures.json"))
+        accuracy = json.loads(run(program, "accuracy", method, *finest, file="accuracy.json"))
+        accuracy = [r for r in accuracy if r.get("depth_mm", 2) == 2]
+        cold = cold_ticks(run(program, "chart", method, *finest, file="chart.csv")) if method in BUILT_IN else {}
         methods.append({"name": found[0]["method"], "outside": method not in BUILT_IN, "version": version(method),
-                        "failures": failures(found),
+                        "failures": failures(found), "cold_ns": cold,
                         "accuracy": [{key: r[key] for key in ACCURACY if key in r} for r in accuracy]})
     options.out.write_text(json.dumps({
         "repeat": [f"haptic_eval failures --method M --seeds {options.seeds}",
-                   f"haptic_eval accuracy --method M --finest {options.finest}"],
+                   f"haptic_eval accuracy --method M --finest {options.finest}",
+                   f"haptic_eval chart --method M --finest {options.finest}"],
         "seeds": options.seeds, "scenes": scenes(), "machine": machine(), "methods": methods}, indent=1) + "\n")
 
 

@@ -61,6 +61,16 @@ class Page(unittest.TestCase):
         ours["failures"]["S1"] = {"pass": 1, "fail": 2, "fault": 0, "not_applicable": 0}
         self.assertIn('<td>ours</td><td class="fail">2/3</td>', page.page(worse, QUOTED))
 
+    def test_draws_only_what_was_measured(self):
+        some = {"scenes": {}, "methods": [
+            {"name": "timed", "cold_ns": {"12": 5000}, "accuracy": [
+                {"scene": "plane", "triangles": 12, "epsilon_p99_ratio": 2, "tick_p50_ns": 100, "tick_max_ns": 900}]},
+            {"name": "untimed", "accuracy": [
+                {"scene": "plane", "triangles": 12, "epsilon_p99_ratio": 3, "tick_p50_ns": 0, "tick_max_ns": 0}]}]}
+        self.assertEqual(page.points(some["methods"][0]), {12: (2, (100, 5000, 900))})
+        self.assertEqual(page.points(some["methods"][1]), {12: (3, (None, None, None))})
+        self.assertEqual(page.chart(some).count("<circle"), 3)
+
     def test_words_of_others_are_escaped(self):
         strange = json.loads(json.dumps(RESULTS))
         strange["methods"][0].update(name="<b>", version="<script>")
@@ -76,6 +86,10 @@ class Page(unittest.TestCase):
         self.assertEqual(measure.failures(records), {
             "S1": {"pass": 1, "fail": 1, "fault": 1, "not_applicable": 0, "why": "crashed"},
             "S2": {"pass": 0, "fail": 0, "fault": 0, "not_applicable": 1, "why": "bodies move"}})
+
+    def test_cold_ticks_are_those_that_were_measured(self):
+        table = "method,triangles,cold_tick_p50_ns\nours,12,6872\nours,192,0\n"
+        self.assertEqual(measure.cold_ticks(table), {"12": 6872})
 
 
 if __name__ == "__main__":
