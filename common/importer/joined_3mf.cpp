@@ -36,7 +36,7 @@ class Joining {
       const std::string_view id = attributeIn(tag.inside, "id");
       std::size_t number = 0;
       std::from_chars(id.data(), id.data() + id.size(), number);
-      if (number < kNone) next_ = std::max(next_, number + 1);
+      if (number < kMaxNumber) next_ = std::max(next_, number + 1);
       return true;
     });
   }
@@ -44,9 +44,12 @@ class Joining {
   [[nodiscard]] Result<std::string> join() {
     const std::string& root = models_.front().text;
     auto replacements = replacementsIn(0);
-    std::string objects;
-    for (std::size_t i = 0; !error_ && i < named_.size(); ++i) objects = objectsOf(named_[i]) + objects;
+    std::vector<std::string> ofModels;
+    for (std::size_t i = 0; !error_ && i < named_.size(); ++i) ofModels.push_back(objectsOf(named_[i]));
     if (error_) return tl::unexpected(*error_);
+    std::string objects;
+    for (auto each = ofModels.rbegin(); each != ofModels.rend(); ++each)
+      objects += *each;  // parts before what has them
     eachTag(root, [&](const XmlTag& tag) {
       if (tag.ends || tag.name != "resources") return true;
       const std::size_t end = static_cast<std::size_t>(tag.inside.data() + tag.inside.size() - root.data());
@@ -67,7 +70,7 @@ class Joining {
   }
 
  private:
-  static constexpr std::size_t kNone = ~std::size_t{0} - 1;
+  static constexpr std::size_t kMaxNumber = 2'147'483'647;  // ST_ResourceID of 3MF Core 1.3
 
   const std::vector<Model3mf>& models_;
   std::string unit_;
