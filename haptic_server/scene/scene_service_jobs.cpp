@@ -140,7 +140,7 @@ void SceneService::start() {
 }
 
 void SceneService::askToStop() {
-  if (notes_) notes_->endsInOrder();
+  endsInOrder();
   {
     const std::lock_guard lock(queueMutex_);
     stopping_ = true;

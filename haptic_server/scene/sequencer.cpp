@@ -147,7 +147,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
 EditOutcomes Sequencer::submit(std::span<const Submission> submissions, AssetResolver& resolver, EditJournal* journal) {
   Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}, driven_};
   std::vector<EditOutcome> outcomes;
-  std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
+  std::vector<std::size_t> unkept;  // outcomes that rest on the batch
   for (const Submission& submission : submissions) {
     if (auto known = answeredBefore(submission)) {
       outcomes.push_back(*std::move(known));
@@ -307,13 +307,7 @@ EditOutcome Sequencer::drive(const Submission& submission, Batch& batch) const {
                                 : drive(object, std::get<SetDeformation>(operations[i]), driven, batch);
     if (!done) return std::move(done).error().within(field + (pose != nullptr ? "set_pose." : "set_deformation."));
   }
-  const auto moving = static_cast<std::size_t>(
-      std::ranges::count_if(base.objects(), [](const auto& object) { return object->movesByItself(); }));
-  if (driven.newest.size() + moving > kMaxMovingBodies) {
-    return Error{"operations", "drive " + std::to_string(driven.newest.size()) + " objects beside " +
-                                   std::to_string(moving) + " that move; at most " + std::to_string(kMaxMovingBodies) +
-                                   " of a scene may"};
-  }
+  if (auto fits = checkDriven(base, driven, {}); !fits) return std::move(fits).error();
   batch.driven = std::move(driven);
   return withoutRevision(submission, base);
 }
