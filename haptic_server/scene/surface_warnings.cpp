@@ -103,6 +103,17 @@ std::string stiffnessWarning(const ObjectRecord& record, const ObjectAssets& ass
       " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more");
 }
 
+/// Empty when one step of the encoder changes the force by less than kFeltStep_N. Friction and observer keep the loop stable
+/// above it, but no force between two steps is known: where a hand strokes the surface, the depth goes through them.
+std::string stepWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  constexpr double kFeltStep_N = 0.25;
+  const double step_N = stiffestPlace_N_per_m(record, assets, device) * device.encoderStep_m;
+  if (step_N <= kFeltStep_N) return {};
+  return written(4, "warning: stiffness_N_per_m makes ", step_N, " N of one step of the device's encoder (",
+                 millimetres(device.encoderStep_m), "), which a hand that strokes the surface feels as a buzz; up to ",
+                 std::floor(kFeltStep_N / device.encoderStep_m), " N/m it is ", kFeltStep_N, " N at most");
+}
+
 /// Empty when it is felt as it was asked for.
 std::string dampingWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
   const double felt_N_per_m = stiffestPlace_N_per_m(record, assets, device);
@@ -154,6 +165,7 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
     if (!warning.empty()) warnings.push_back(std::move(warning));
   };
   add(stiffnessWarning(record, assets, device));
+  add(stepWarning(record, assets, device));
   add(dampingWarning(record, assets, device));
   add(tapWarning(record.material.surface.scalars));
   const auto look = [&](const char* property, const ScalarField* field) {

@@ -28,7 +28,8 @@ struct DeviceLimits {
 
 /// Warnings of a texture, or a map of friction, stiffness or softness, whose finest detail is finer than two steps of the device's encoder, which feel it
 /// as something else, or than two edges of the mesh, which show it so; of pits that Eq. (4a) makes bumps; and of a
-/// stiffness at its stiffest place, what such a map pushes sideways, a damping or a texture's steepness that is clamped for the device to stay stable.
+/// stiffness at its stiffest place, what such a map pushes sideways, a damping or a texture's steepness that is clamped for the device to stay stable;
+/// and of a stiffness by which single steps of the encoder are felt.
 [[nodiscard]] std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                                        const DeviceLimits& device);
 

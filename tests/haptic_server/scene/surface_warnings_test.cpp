@@ -89,6 +89,18 @@ TEST(SurfaceWarnings, TellOfAStiffnessThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
 }
 
+TEST(SurfaceWarnings, TellOfAStiffnessByWhichOneStepOfTheEncoderIsFelt) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  const DeviceLimits device{.encoderStep_m = 50e-6, .stiffest_N_per_m = 20'000};
+  box.record.material.stiffness_N_per_m = 5000;
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
+  box.record.material.stiffness_N_per_m = 20'000;
+  EXPECT_THAT(
+      surfaceWarnings(box.record, box.assets, device),
+      ElementsAre(AllOf(HasSubstr("makes 1 N of one step"), HasSubstr("(0.05 mm)"), HasSubstr("up to 5000 N/m"))));
+}
+
 TEST(SurfaceWarnings, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();
@@ -108,16 +120,17 @@ TEST(SurfaceWarnings, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
 
 TEST(SurfaceWarnings, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
   GratedBox box(1e-4);
+  box.record.material.stiffness_N_per_m = 100;
   box.record.material.surface.texture.reset();
   box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.1, .over = FieldFamily{FourierFamily{}}};
   box.assets.stiffnessField = box.assets.textureField;
-  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}),
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 3000}),
               ElementsAre(AllOf(HasSubstr("stiffness_over's finest detail, 3 mm"), HasSubstr("encoder"))));
   std::swap(box.record.material.surface.stiffnessOver, box.record.material.surface.softnessOver);
   box.assets.softnessField = std::move(box.assets.stiffnessField);
-  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}), IsEmpty()) << "a rigid object has no softness";
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 3000}), IsEmpty()) << "a rigid object has no softness";
   box.record.deformation.softness = Softness{.stiffness_N_per_m = 500, .radius_m = 0.01};
-  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}),
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 3000}),
               ElementsAre(HasSubstr("softness_over's finest detail, 3 mm")));
 }
 
@@ -135,6 +148,7 @@ TEST(SurfaceWarnings, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
 
 TEST(SurfaceWarnings, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
   GratedBox box(1e-4);
+  box.record.material.stiffness_N_per_m = 100;
   box.record.material.surface.texture.reset();
   box.record.material.surface.friction = Friction{.mu_static = 1, .mu_dynamic = 0.5, .dynamicVariation = 0.5};
   box.assets.dynamicFrictionField = std::move(box.assets.textureField);
@@ -169,7 +183,8 @@ TEST(MotionWarnings, TellHowFarAVertexOfAFineToolIsFromAPoint) {
 }
 
 TEST(SurfaceWarnings, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
-  const GratedBox box(1e-4);
+  GratedBox box(1e-4);
+  box.record.material.stiffness_N_per_m = 100;
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));
 }
 
