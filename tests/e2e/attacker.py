@@ -1,25 +1,45 @@
 """What attacks have in common: a client that says what it likes, and a server that must be unharmed afterwards."""
+import contextlib
 import os
+import select
+import ssl
+import time
 from pathlib import Path
 
 import harness
+from haptics.v1 import envelope_pb2
 
 INSTRUMENTED = "HAPTICS_INSTRUMENTED" in os.environ  # such a program keeps what it has freed: its size says nothing
+HEARTBEAT_S = 1.0  # the server leaves a client that says nothing for 3 s
 
 
 class Client(harness.WireClient):
-    """Welcomed, with answers found by their kind."""
+    """Welcomed, with answers found by their kind. It and its `fellows`, the clients of one test, stay connected while one of them
+    speaks or waits."""
 
-    def __init__(self, server, tls=None, token=b""):
+    def __init__(self, server, fellows, tls=None, token=b""):
         super().__init__(server, tls)
+        self.fellows = fellows
         self.send_envelope(harness.hello_envelope("attacker", token=token))
         self.welcome = self.answer("welcome").welcome
+        fellows.append(self)
+
+    def send(self, data):
+        super().send(data)
+        self.sent = time.monotonic()
+
+    def keep_connected(self):
+        for one in self.fellows:
+            if time.monotonic() - one.sent > HEARTBEAT_S:
+                one.sent = time.monotonic()
+                with contextlib.suppress(OSError):  # some are refused, and closed
+                    one.send_envelope(envelope_pb2.Envelope(protocol_version=1, heartbeat=envelope_pb2.Heartbeat()))
 
     def say(self, fill):
-        from haptics.v1 import envelope_pb2
         envelope = envelope_pb2.Envelope(protocol_version=1)
         fill(envelope)
         self.send_envelope(envelope)
+        self.keep_connected()
 
     def edit(self, fill, seq=1):
         """The reply to a transaction of one operation that `fill` fills in."""
@@ -38,6 +58,10 @@ class Client(harness.WireClient):
 
     def answer(self, kind):
         while True:
+            self.keep_connected()
+            if not (isinstance(self.socket, ssl.SSLSocket) and self.socket.pending()):
+                while not select.select([self.socket], [], [], HEARTBEAT_S)[0]:
+                    self.keep_connected()
             envelope = self.receive_envelope()
             if envelope is None:
                 raise AssertionError(f"closed before a {kind} came")
@@ -61,6 +85,7 @@ class Attacks(harness.EndToEnd):
         self.server = self.start_server(credentials=self.credentials)
         self.before = self.server.status()
         self.edits = 0
+        self.clients = []
 
     def tearDown(self):
         """Unharmed: nothing that was not allowed has changed, the servo ticks, another client's edit is felt."""
@@ -75,7 +100,7 @@ class Attacks(harness.EndToEnd):
         super().tearDown()
 
     def connect(self, **options):
-        client = Client(self.server, **options)
+        client = Client(self.server, self.clients, **options)
         self.addCleanup(client.close)
         return client
 

@@ -168,7 +168,6 @@ class OnAnOpenServer(Attacks):
             fill(envelope.edit_request.transaction)
 
         def ask(seq, fill):
-            watcher.say(lambda envelope: envelope.heartbeat.SetInParent())  # who says nothing for 3 s is left
             editor.say(lambda envelope: request(envelope, seq, fill))
             return editor.answer("edit_reply").edit_reply
 
