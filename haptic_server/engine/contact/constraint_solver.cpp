@@ -152,8 +152,10 @@ void takeOver(TickContext& tick, Vec3 hip) noexcept {
   const Vec3 middle = (record.corner(0) + record.corner(1) + record.corner(2)) * (1 / 3.0);
   Vec3 inner = tick.state.local;
   for (double pull = kPull; pull > kMinPull && !tick.work.allowance.isSpent(); pull /= 8) {
-    inner = glm::mix(tick.state.local, middle, pull);
-    if (!isBlockedByOther(tick, own, own.frame.toWorld(inner))) break;
+    const Vec3 pulled = glm::mix(tick.state.local, middle, pull);
+    if (isBlockedByOther(tick, own, own.frame.toWorld(pulled))) continue;
+    inner = pulled;
+    break;
   }
   own.from = inner + s.faceNormal(t) * (tick.held().side * tick.startOffset);
   tick.state.ihip = own.frame.toWorld(own.from);
