@@ -12,7 +12,8 @@ namespace {
 void moveEditedObject(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t i) noexcept {
   ObjectState& object = state.objects[i];
   const Body& body = state.bodies[i];
-  object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
+  // There, and the contact has come along: one more tick, at rest.
+  object.beingMoved = !(body.current == object.scenePose) || state.contact.reached < 1;
   const Stiffness k = stiffer(object.stiffness.value(), ownStiffness(scene, state, i));
   const RateLimitedPose pose(state.contact.hip, state.contact.ihip, k);
   const Pose previous = lastTestedPose(state, body);
