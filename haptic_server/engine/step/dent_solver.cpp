@@ -49,12 +49,21 @@ DentSolver::DentSolver(const ServoScene& scene, HapticState& state, const StepCo
 }
 
 bool DentSolver::press() noexcept {
-  if (at_ && isElsewhere(dent().dent)) {
+  if (at_) {
+    const auto foot = footOverOthers();
+    if (!foot) return false;
+    if (!isElsewhere(*foot)) {
+      yield(*foot);
+      return true;
+    }
     dent().pressed = false;
     at_.reset();
   }
-  if (!at_ && !begin()) return false;
-  return !at_ || yield();
+  if (!begin()) return false;
+  if (!at_) return true;
+  const auto foot = footOverOthers();
+  if (foot) yield(*foot);
+  return foot.has_value();
 }
 
 DentSolver::Nearest DentSolver::nearestTo(const Vec3& point) noexcept {
@@ -76,10 +85,20 @@ DentSolver::Nearest DentSolver::nearest(const BodyDents& dents, const Vec3& poin
   return found;
 }
 
+/// Where the dent goes down from: the place nearest to the HIP on the surface with the other dents. None where those leave
+/// the HIP outside.
+std::optional<ClosestPoint> DentSolver::footOverOthers() noexcept {
+  const BodyDents others = dentsOf(state_, pressed_.body, *at_);
+  if (others.count == 0 && pressed_.alone) return pressed_.atRest;
+  const Nearest found = nearest(others, pressed_.h);
+  if (found.outside) return std::nullopt;
+  return found.foot;
+}
+
 /// Is the contact elsewhere than the dent pressed in the last tick? A fast hand has left it and come in again.
-bool DentSolver::isElsewhere(const Dent& dent) const noexcept {
+bool DentSolver::isElsewhere(const ClosestPoint& foot) const noexcept {
   const double radius = tissue_.falloff.radius_m();
-  return squaredLength(pressed_.atRest.point - Vec3(dent.centre)) > radius * radius;
+  return squaredLength(foot.point - Vec3(dent().dent.centre)) > radius * radius;
 }
 
 /// A new contact: it goes on in the body's newest dent where it comes back to that, else makes one of its own, if there is
@@ -129,15 +148,9 @@ void DentSolver::evictWeakestDent() noexcept {
   if (weakest != nullptr) comeToRest(*weakest, elementary::exp(-config_.period_s / kHurried_s));
 }
 
-/// How far the tissue yields, over the other dents. False where those leave the HIP outside.
-bool DentSolver::yield() noexcept {
+/// How far the tissue yields, over the other dents.
+void DentSolver::yield(ClosestPoint at) noexcept {
   const BodyDents others = dentsOf(state_, pressed_.body, *at_);
-  ClosestPoint at = pressed_.atRest;
-  if (others.count > 0 || !pressed_.alone) {
-    const Nearest found = nearest(others, pressed_.h);
-    if (found.outside) return false;
-    at = found.foot;
-  }
   Vec3 parts(0);  // of the smooth foot
   if (shading_ != nullptr) shadeFoot(at, others, parts);
   if (isPlastic()) moveOn(at.point);
@@ -162,7 +175,6 @@ bool DentSolver::yield() noexcept {
   smooth_.depth_m -= seen * now_m * pressed_.side;
   elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
   if (isPlastic()) remember(pressedDent);
-  return true;
 }
 
 /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.

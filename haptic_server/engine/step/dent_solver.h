@@ -53,11 +53,12 @@ class DentSolver {
 
  private:
   [[nodiscard]] Nearest nearest(const BodyDents& dents, const Vec3& point) noexcept;
-  [[nodiscard]] bool isElsewhere(const Dent& dent) const noexcept;
+  [[nodiscard]] std::optional<ClosestPoint> footOverOthers() noexcept;
+  [[nodiscard]] bool isElsewhere(const ClosestPoint& foot) const noexcept;
   [[nodiscard]] bool begin() noexcept;
   [[nodiscard]] bool continueNewestDent() noexcept;
   void evictWeakestDent() noexcept;
-  [[nodiscard]] bool yield() noexcept;
+  void yield(ClosestPoint at) noexcept;
   void shadeFoot(ClosestPoint& foot, const BodyDents& others, Vec3& parts) noexcept;
   void moveOn(Vec3 foot) noexcept;
   void remember(BodyDent& pressed) const noexcept;
