@@ -32,6 +32,7 @@ class ContactTick {
   void solveAndWalk(WalkStep& step) noexcept;
   void endSteps(double now) noexcept;
   void carryWithBody() noexcept;
+  [[nodiscard]] bool isOverrun() noexcept;
   void leaveEnclosingBody() noexcept;
   [[nodiscard]] bool depenetrate() noexcept;
   [[nodiscard]] ContactResult result() noexcept;
@@ -211,9 +212,29 @@ void ContactTick::carryWithBody() noexcept {
   state.reached = 1;
 }
 
+/// Bodies that close in on the IHIP may leave it no step, however short, while the HIP moves less than they do. They then go
+/// to the end of their motion over it, and it is put outside of them.
+bool ContactTick::isOverrun() noexcept {
+  constexpr double kStuck = 0x1p-12;
+  ContactState& state = tick_.state;
+  if (state.stride > kStuck) return false;
+  double carried = 0;
+  for (int i = 0; i < tick_.near.count(); ++i) {
+    const Body& body = tick_.body(tick_.near[i].body);
+    if (!body.moving) continue;
+    const Vec3 to = toWorld(body.current, toLocal(body.previous, state.ihip) + body.shift);
+    carried = std::max(carried, glm::distance(to, state.ihip));
+  }
+  if (!(carried > glm::distance(state.hip, tick_.goal))) return false;
+  state.hip = tick_.hip = tick_.goal;
+  state.reached = state.stride = 1;
+  state.containmentUnchecked = true;
+  return true;
+}
+
 void ContactTick::leaveEnclosingBody() noexcept {
   ContactState& state = tick_.state;
-  if (tick_.work.allowanceSpent) {
+  if (tick_.work.allowanceSpent && !isOverrun()) {
     state.containmentUnchecked = state.containmentUnchecked || mayBeInside(tick_);
     return;
   }

@@ -25,13 +25,15 @@ struct Depth {
 class DepenetrationQuery {
  public:
   DepenetrationQuery(std::span<const Body> bodies, const NearBodies& near, ContactWork& work) noexcept
-      : bodies_(bodies), near_(near), work_(work) {}
+      : bodies_(bodies), near_(near), work_(work), kept_(work.allowance.left() / 2) {}
 
-  /// Half of the segments are kept for throughBodies().
+  /// Half of the segments and of the allowance are kept for throughBodies().
   [[nodiscard]] bool hasQueryBudget() const noexcept {
-    return triangles_ > 0 && segments_ > kMaxDepenetrationSegments / 2 && !work_.allowance.isSpent();
+    return triangles_ > 0 && segments_ > kMaxDepenetrationSegments / 2 && work_.allowance.left() > kept_;
   }
-  [[nodiscard]] bool hasSegmentBudget() const noexcept { return segments_ > 0 && !work_.allowance.isSpent(); }
+  [[nodiscard]] bool hasSegmentBudget() const noexcept { return segments_ > 0 && !isSpent(); }
+  /// Then what was last asked is not known.
+  [[nodiscard]] bool isSpent() const noexcept { return work_.allowance.isSpent(); }
 
   /// In the body that it is the deepest in, else behind the first sheet on the segment to it; where a surface has passed over
   /// the IHIP, behind the first surface on that segment, else in the deepest one. Depth 0 when there is none.
@@ -157,6 +159,7 @@ class DepenetrationQuery {
   std::span<const Body> bodies_;
   const NearBodies& near_;
   ContactWork& work_;
+  std::int64_t kept_;
   int triangles_ = kMaxDepenetrationTriangles;
   int segments_ = kMaxDepenetrationSegments;
   bool isPassed_ = false;
@@ -180,8 +183,8 @@ std::optional<Vec3> abovePlanes(DepenetrationQuery& query, Vec3 from, double ski
 }
 
 /// The nearest place of those in fifteen directions: out of the bodies that enclose `from`, then out of those that
-/// enclose the place there.
-Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double skin) noexcept {
+/// enclose the place there. None when the allowance is spent before one is known.
+std::optional<Vec3> throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double skin) noexcept {
   constexpr double kThird = 0.57735026918962576;  // root of
   std::array<Vec3, 15> directions{outward, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   for (std::size_t i = 0; i < 8; ++i) {
@@ -201,10 +204,13 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
         distance += out * (reach - distance) + skin;
         continue;
       }
-      if (query.isPassed() && query.isInSight(at)) {
+      const bool isInSight = query.isPassed() && query.isInSight(at);
+      const bool isOut = isInSight || (distance < nearest && query.isOnContactSide(at));
+      if (query.isSpent()) break;
+      if (isInSight) {
         nearestInSight = distance;
         placeInSight = at;
-      } else if (distance < nearest && query.isOnContactSide(at)) {
+      } else if (isOut) {
         nearest = distance;
         place = at;
       }
@@ -213,6 +219,7 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
   }
   if (nearestInSight < reach) return placeInSight;
   if (nearest < reach) return place;
+  if (query.isSpent()) return std::nullopt;
   Vec3 farDirection = outward == Vec3(0) ? directions[1] : outward;
   for (const Vec3 direction : directions) {
     if (direction == Vec3(0) || !query.isOnContactSide(from + direction * reach)) continue;
@@ -220,7 +227,9 @@ Vec3 throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 outward, double sk
     break;
   }
   const Vec3 beyond = from + farDirection * reach;
-  return glm::mix(beyond, from, query.clearTime(beyond, from) * (1 - skin / reach));
+  const double clear = query.clearTime(beyond, from);
+  if (query.isSpent()) return std::nullopt;
+  return glm::mix(beyond, from, clear * (1 - skin / reach));
 }
 
 }  // namespace
@@ -232,9 +241,7 @@ std::optional<Vec3> findDepenetration(std::span<const Body> bodies, const NearBo
   const auto open = abovePlanes(query, from, skin);
   const bool isOpen =
       open && glm::distance(*open, from) <= query.reachFrom(from) + skin;  // not so between nearly parallel planes
-  if (isOpen) return open;
-  const Vec3 out = throughBodies(query, from, outward, skin);
-  return work.allowance.isSpent() ? std::nullopt : std::optional(out);
+  return isOpen ? open : throughBodies(query, from, outward, skin);
 }
 
 }  // namespace haptics
