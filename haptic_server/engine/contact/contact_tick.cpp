@@ -32,7 +32,8 @@ class ContactTick {
   void solveAndWalk(WalkStep& step) noexcept;
   void endSteps(double now) noexcept;
   void carryWithBody() noexcept;
-  [[nodiscard]] bool isOverrun() noexcept;
+  [[nodiscard]] bool isOverrun() const noexcept;
+  void letBodiesPass() noexcept;
   void leaveEnclosingBody() noexcept;
   [[nodiscard]] bool depenetrate() noexcept;
   [[nodiscard]] ContactResult result() noexcept;
@@ -212,11 +213,10 @@ void ContactTick::carryWithBody() noexcept {
   state.reached = 1;
 }
 
-/// Bodies that close in on the IHIP may leave it no step, however short, while the HIP moves less than they do. They then go
-/// to the end of their motion over it, and it is put outside of them.
-bool ContactTick::isOverrun() noexcept {
+/// Do bodies that close in on the IHIP leave it no step, however short, while the HIP moves less than they do?
+bool ContactTick::isOverrun() const noexcept {
   constexpr double kStuck = 0x1p-12;
-  ContactState& state = tick_.state;
+  const ContactState& state = tick_.state;
   if (state.stride > kStuck) return false;
   double carried = 0;
   for (int i = 0; i < tick_.near.count(); ++i) {
@@ -225,17 +225,31 @@ bool ContactTick::isOverrun() noexcept {
     const Vec3 to = toWorld(body.current, toLocal(body.previous, state.ihip) + body.shift);
     carried = std::max(carried, glm::distance(to, state.ihip));
   }
-  if (!(carried > glm::distance(state.hip, tick_.goal))) return false;
+  return carried > glm::distance(state.hip, tick_.goal);
+}
+
+/// They go to the end of their motion, and the IHIP is put outside of them, where the allowance lets such a place be found.
+void ContactTick::letBodiesPass() noexcept {
+  ContactState& state = tick_.state;
+  const ContactState before = state;
   state.hip = tick_.hip = tick_.goal;
   state.reached = state.stride = 1;
+  tick_.work.insideOf = enclosingBody(tick_);
+  const bool isInside = tick_.work.insideOf >= 0;
+  if (isInside) static_cast<void>(depenetrate());
+  const bool isKnown = isInside ? tick_.work.depenetrated : !tick_.work.allowance.isSpent();
+  if (!isKnown) {
+    state = before;
+    tick_.work.insideOf = -1;
+  }
   state.containmentUnchecked = true;
-  return true;
 }
 
 void ContactTick::leaveEnclosingBody() noexcept {
   ContactState& state = tick_.state;
-  if (tick_.work.allowanceSpent && !isOverrun()) {
+  if (tick_.work.allowanceSpent) {
     state.containmentUnchecked = state.containmentUnchecked || mayBeInside(tick_);
+    if (isOverrun()) letBodiesPass();
     return;
   }
   if (state.containmentUnchecked || mayBeInside(tick_)) {

@@ -49,11 +49,12 @@ DentSolver::DentSolver(const ServoScene& scene, HapticState& state, const StepCo
 }
 
 bool DentSolver::press() noexcept {
+  ClosestPoint foot = pressed_.atRest;
   if (at_) {
-    const auto foot = footOverOthers();
-    if (!foot) return false;
-    if (!isElsewhere(*foot)) {
-      yield(*foot);
+    const BodyDents others = dentsOf(state_, pressed_.body, *at_);
+    if (!findFoot(others, foot)) return false;
+    if (!isElsewhere(foot)) {
+      yield(others, foot);
       return true;
     }
     dent().pressed = false;
@@ -61,9 +62,10 @@ bool DentSolver::press() noexcept {
   }
   if (!begin()) return false;
   if (!at_) return true;
-  const auto foot = footOverOthers();
-  if (foot) yield(*foot);
-  return foot.has_value();
+  const BodyDents others = dentsOf(state_, pressed_.body, *at_);
+  if (!findFoot(others, foot)) return false;
+  yield(others, foot);
+  return true;
 }
 
 DentSolver::Nearest DentSolver::nearestTo(const Vec3& point) noexcept {
@@ -85,14 +87,13 @@ DentSolver::Nearest DentSolver::nearest(const BodyDents& dents, const Vec3& poin
   return found;
 }
 
-/// Where the dent goes down from: the place nearest to the HIP on the surface with the other dents. None where those leave
+/// Where the dent goes down from: the place nearest to the HIP on the surface with the other dents. False where those leave
 /// the HIP outside.
-std::optional<ClosestPoint> DentSolver::footOverOthers() noexcept {
-  const BodyDents others = dentsOf(state_, pressed_.body, *at_);
-  if (others.count == 0 && pressed_.alone) return pressed_.atRest;
+bool DentSolver::findFoot(const BodyDents& others, ClosestPoint& foot) noexcept {
+  if (others.count == 0 && pressed_.alone) return true;
   const Nearest found = nearest(others, pressed_.h);
-  if (found.outside) return std::nullopt;
-  return found.foot;
+  foot = found.foot;
+  return !found.outside;
 }
 
 /// Is the contact elsewhere than the dent pressed in the last tick? A fast hand has left it and come in again.
@@ -149,8 +150,7 @@ void DentSolver::evictWeakestDent() noexcept {
 }
 
 /// How far the tissue yields, over the other dents.
-void DentSolver::yield(ClosestPoint at) noexcept {
-  const BodyDents others = dentsOf(state_, pressed_.body, *at_);
+void DentSolver::yield(const BodyDents& others, ClosestPoint at) noexcept {
   Vec3 parts(0);  // of the smooth foot
   if (shading_ != nullptr) shadeFoot(at, others, parts);
   if (isPlastic()) moveOn(at.point);

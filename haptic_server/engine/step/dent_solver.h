@@ -53,12 +53,12 @@ class DentSolver {
 
  private:
   [[nodiscard]] Nearest nearest(const BodyDents& dents, const Vec3& point) noexcept;
-  [[nodiscard]] std::optional<ClosestPoint> footOverOthers() noexcept;
+  [[nodiscard]] bool findFoot(const BodyDents& others, ClosestPoint& foot) noexcept;
   [[nodiscard]] bool isElsewhere(const ClosestPoint& foot) const noexcept;
   [[nodiscard]] bool begin() noexcept;
   [[nodiscard]] bool continueNewestDent() noexcept;
   void evictWeakestDent() noexcept;
-  void yield(ClosestPoint at) noexcept;
+  void yield(const BodyDents& others, ClosestPoint at) noexcept;
   void shadeFoot(ClosestPoint& foot, const BodyDents& others, Vec3& parts) noexcept;
   void moveOn(Vec3 foot) noexcept;
   void remember(BodyDent& pressed) const noexcept;
