@@ -160,21 +160,26 @@ const SolidOracle& EditJudge::oracle(std::size_t mesh) {
 }
 
 /// The contact's IHIP in the shapes at rest, which it is found with; and where a soft object is touched, the felt one in
-/// that as it is dented. Shading and textures tell another IHIP than the contact has.
+/// that as it is dented. Shading and textures of what holds the IHIP tell another one than the contact has.
 double EditJudge::depth_m(const EditDrive& drive) {
+  constexpr double kOnDented_m = 1e-6;  // as S16 and S17 have it
   const HapticState& state = drive.state();
   const TelemetrySample& sample = drive.sample();
   const Vec3 ihip = sample.object == 0 ? state.contact.hip : state.contact.ihip;
+  const bool showsDetail = std::ranges::any_of(state.contact.surfaces(), [&](const ContactSurface& held) {
+    const FuzzObject* object = drive.object(state.objects[static_cast<std::size_t>(held.body)].id);
+    return object != nullptr && object->hasDetail();
+  });
   double deepest_m = 0;
   for (std::size_t i = 0; i < state.objects.count; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
     if (object == nullptr || object->pendingRemoval || !run_.meshes[object->mesh].mesh.closed()) continue;
     const Pose& pose = state.bodies[i].current;
     const bool touched = sample.object == object->id || sample.object == 0;
-    const bool dented = touched && object->tissue && !object->hasDetail();
+    const bool dented = touched && object->tissue && !showsDetail;
     const double depth = dented ? dentedOracle(state, i, *object).depth_m(toLocal(pose, sample.ihip))
                                 : oracle(object->mesh).depth_m(toLocal(pose, ihip));
-    deepest_m = std::max(deepest_m, depth);
+    if (!dented || depth > kOnDented_m) deepest_m = std::max(deepest_m, depth);
   }
   return deepest_m;
 }
