@@ -201,7 +201,7 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
 /// the contact force then has two values, with the edit or without.
 double EditJudge::missing_N(const EditDrive& drive) const {
   constexpr double kSlowest_N_per_s = 30;
-  constexpr double kLongest_s = 0.9;
+  constexpr double kLongest_s = 0.75;  // of the second: a force that turns goes a longer way than the two together
   const TelemetrySample& sample = drive.sample();
   if (movedAt_m(drive.state(), sample.hip, sample.object, sample.object) > kMoved_m_per_s * run_.period_s()) return 0;
   Vec3 expected_N = sample.force.contact;
