@@ -151,10 +151,15 @@ EditOutcomes SceneService::apply(std::span<const Submission> submissions, AssetR
   const auto before = sequencer_.history();
   const std::uint64_t samples = sequencer_.kinematicSamples();
   auto outcomes = decide(submissions, resolver, unwanted);
-  if (sequencer_.history() != before) {
-    publish(before);
-  } else if (sequencer_.kinematicSamples() != samples) {
-    publishToServo(ServoSceneBuilder::Plan::kKeep);
+  try {
+    if (sequencer_.history() != before) {
+      publish(before);
+    } else if (sequencer_.kinematicSamples() != samples) {
+      publishToServo(ServoSceneBuilder::Plan::kKeep);
+    }
+  } catch (const std::exception& failure) {  // what was decided is decided
+    isBehind_ = true;
+    log(std::string("warning: not all have heard of an edit yet: ") + failure.what() + "; trying again");
   }
   return outcomes;
 }

@@ -208,15 +208,15 @@ class SceneService {
   bool enqueue(SessionId session, std::size_t size_bytes, Lanes::Task task);
   void askToStop();
   void run();
-  void runRound(std::vector<Job> jobs);
+  void runRound();
   void replan();
   enum class Prepared : std::uint8_t { kDone, kUnwanted, kTakesLong };
   void work(bool shortWork);
   [[nodiscard]] Job takeToPrepare(std::unique_lock<std::mutex>& lock, bool shortWork);
   void ended();
-  std::vector<Job> takeJobs();
+  void takeJobs(std::vector<Job>& jobs);
   void execute(std::vector<Job>& jobs);
-  [[nodiscard]] bool executeTogether(std::span<Job> jobs);
+  [[nodiscard]] bool executeTogether(std::span<Job* const> jobs);
   [[nodiscard]] bool execute(Job& job);
   [[nodiscard]] bool execute(Edit& edit);
   [[nodiscard]] bool execute(Upload& upload);
@@ -224,6 +224,8 @@ class SceneService {
   void prepare(Edit& edit);
   void build(Upload& upload);
   void drop(Job& job);
+  void answer(auto& task, auto outcome) const noexcept;
+  void giveUp(std::span<Job> jobs, const char* why) const noexcept;
   [[nodiscard]] bool refuseDeadly(Job& job) const;
   void finish(std::span<const Job> jobs);
   void followServo();

@@ -42,19 +42,19 @@ bool makesAsset(const Transaction& transaction) {
   });
 }
 
-/// Key of a client's work; a task of the server's own has none.
-WorkNotes::Key keyOf(const auto& task) {
+/// Key of a client's work; a task of the server's own has none. Of a session each: another one may try the same anew.
+WorkNotes::Key keyOf(const auto& job) {
   return std::visit(
-      [](const auto& one) -> WorkNotes::Key {
-        if constexpr (requires { one.submission; }) return {one.submission.session, one.submission.clientSeq};
+      [&job](const auto& one) -> WorkNotes::Key {
+        if constexpr (requires { one.submission; }) return {job.session, one.submission.clientSeq};
         if constexpr (requires { one.name; }) {
-          WorkNotes::Key key;
-          std::memcpy(&key, one.name.hash.bytes.data(), sizeof key);
+          WorkNotes::Key key{job.session};
+          std::memcpy(&key.second, one.name.hash.bytes.data(), sizeof key.second);
           return key;
         }
         return {};
       },
-      task);
+      job.task);
 }
 
 /// "the object "poison"", of its first operation.
@@ -176,18 +176,19 @@ void SceneService::run() {
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
     if (lanes_.next() == nullptr && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
-    std::vector<Job> jobs = takeJobs();
     lock.unlock();
-    runRound(std::move(jobs));
+    runRound();
     lock.lock();
   }
   ended();
 }
 
 /// One round of the builder.
-void SceneService::runRound(std::vector<Job> jobs) {
-  const bool idle = jobs.empty();
+void SceneService::runRound() {
+  std::vector<Job> jobs;
   try {
+    takeJobs(jobs);
+    const bool idle = jobs.empty();
     followServo();
     execute(jobs);
     bakeDents();
@@ -198,7 +199,7 @@ void SceneService::runRound(std::vector<Job> jobs) {
       replan();
     }
   } catch (const std::exception& failure) {
-    log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
+    giveUp(jobs, failure.what());
   }
   finish(jobs);
   mailbox_.reclaim();
@@ -219,11 +220,9 @@ void SceneService::replan() {
 
 void SceneService::executeAll() {
   for (bool more = true; more;) {
+    runRound();
     std::unique_lock lock(queueMutex_);
-    std::vector<Job> jobs = takeJobs();
-    lock.unlock();
-    runRound(std::move(jobs));
-    for (lock.lock(); lanes_.anyAside();) {
+    while (lanes_.anyAside()) {
       Job job = *lanes_.takeAside();
       lock.unlock();
       static_cast<void>(prepare(job));
@@ -234,79 +233,80 @@ void SceneService::executeAll() {
   }
 }
 
-/// The next job, or several edits that make no assets, and with them those that nobody waits for. With the lock.
-std::vector<SceneService::Job> SceneService::takeJobs() {
+/// The next job, or several edits that make no assets, and with them those that nobody waits for.
+void SceneService::takeJobs(std::vector<Job>& jobs) {
   const auto mayShare = [](const Job& job) {
     if (unwantedOf(job).stop_requested()) return true;
     const auto* edit = std::get_if<Edit>(&job.task);
     return edit && !edit->preparation && !makesAsset(edit->submission.transaction);
   };
-  std::vector<Job> jobs;
+  const std::lock_guard lock(queueMutex_);
   while (!stopping_ && lanes_.next() != nullptr && jobs.size() < kMaxBatch) {
     if (!jobs.empty() && !(mayShare(jobs.back()) && mayShare(*lanes_.next()))) break;
-    jobs.push_back(lanes_.take());
+    jobs.emplace_back();  // first: it may throw
+    jobs.back() = lanes_.take();
   }
-  return jobs;
 }
 
-/// Leaves the finished jobs in the list.
+/// Those that go back into the queue leave an empty job in the list.
 void SceneService::execute(std::vector<Job>& jobs) {
-  std::vector<Job> wanted, done, early;
+  std::vector<Job*> wanted, early;
   for (Job& job : jobs) {
     const bool unwanted = unwantedOf(job).stop_requested();
     if (unwanted) drop(job);
-    (unwanted || refuseDeadly(job) ? done : wanted).push_back(std::move(job));
+    if (!unwanted && !refuseDeadly(job)) wanted.push_back(&job);
   }
-  jobs = std::move(done);
-  if (wanted.size() > 1 && executeTogether(wanted)) {
-    std::ranges::move(wanted, std::back_inserter(jobs));
-    return;
-  }
+  if (wanted.size() > 1 && executeTogether(wanted)) return;
   std::set<SessionId> waiting;  // for one of theirs that takes long
-  for (Job& job : wanted) {
-    if (waiting.contains(job.session)) {
-      early.push_back(std::move(job));
-    } else if (execute(job)) {
-      jobs.push_back(std::move(job));
-    } else {
-      waiting.insert(job.session);
+  for (Job* job : wanted) {
+    if (waiting.contains(job->session)) {
+      early.push_back(job);
+    } else if (!execute(*job)) {
+      waiting.insert(job->session);
       const std::lock_guard lock(queueMutex_);
-      lanes_.setAside(std::move(job));
+      lanes_.setAside(std::move(*job));
+      *job = {};
       workAdded_.notify_all();
     }
   }
   const std::lock_guard lock(queueMutex_);
-  for (; !early.empty(); early.pop_back()) lanes_.putBack(std::move(early.back()));
+  for (; !early.empty(); early.pop_back()) {
+    lanes_.putBack(std::move(*early.back()));
+    *early.back() = {};
+  }
 }
 
 /// A server died at it before: true, and it is answered, unless it was accepted then.
 bool SceneService::refuseDeadly(Job& job) const {
-  if (notes_ == nullptr || !notes_->isDeadly(keyOf(job.task))) return false;
+  if (notes_ == nullptr || !notes_->isDeadly(keyOf(job))) return false;
   if (auto* upload = std::get_if<Upload>(&job.task)) {
-    upload->reply(refused("data", "is what the server was building when it died; it is not tried again"));
+    answer(*upload,
+           refused("data",
+                   "is what the server was building when it died; this session does not try it again. Start the "
+                   "client anew to try it once more"));
     return true;
   }
-  const auto* edit = std::get_if<Edit>(&job.task);
+  auto* edit = std::get_if<Edit>(&job.task);
   if (edit == nullptr || sequencer_.isKnown(edit->submission)) return false;
-  edit->reply(Error{"client_seq", "is of the edit at which the server died, about " +
-                                      whatItIsAbout(edit->submission.transaction) +
-                                      "; it is not tried again. Give it another number to try it once more"});
+  answer(*edit, Error{"client_seq", "is of the edit at which the server died, about " +
+                                        whatItIsAbout(edit->submission.transaction) +
+                                        "; it is not tried again. Give it another number to try it once more"});
   return true;
 }
 
 /// Edits. False: one of them takes long, and nothing was done.
-bool SceneService::executeTogether(std::span<Job> jobs) {
+bool SceneService::executeTogether(std::span<Job* const> jobs) {
   std::vector<Submission> submissions;
   std::vector<WorkNotes::UnderWay> notes;
   notes.reserve(jobs.size());
-  for (const Job& job : jobs) notes.emplace_back(notes_.get(), keyOf(job.task));
-  for (Job& job : jobs) submissions.push_back(std::move(std::get<Edit>(job.task).submission));
+  for (const Job* job : jobs) notes.emplace_back(notes_.get(), keyOf(*job));
+  for (Job* job : jobs) submissions.push_back(std::move(std::get<Edit>(job->task).submission));
   Preparation nothing(library_);
   const auto outcomes = apply(submissions, nothing);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    auto& edit = std::get<Edit>(jobs[i].task);
+    auto& edit = std::get<Edit>(jobs[i]->task);
     if (outcomes) {
-      edit.reply((*outcomes)[i]);
+      answer(edit, (*outcomes)[i]);
     } else {
       edit.submission = std::move(submissions[i]);
     }
@@ -316,20 +316,20 @@ bool SceneService::executeTogether(std::span<Job> jobs) {
 
 /// False: it takes long, and is to be prepared.
 bool SceneService::execute(Job& job) {
-  const WorkNotes::UnderWay note(notes_.get(), keyOf(job.task));
+  const WorkNotes::UnderWay note(notes_.get(), keyOf(job));
   try {
     if (auto* edit = std::get_if<Edit>(&job.task)) return execute(*edit);
     if (auto* upload = std::get_if<Upload>(&job.task)) return execute(*upload);
     std::get<std::function<void()>>(job.task)();
   } catch (const std::exception& failure) {
-    log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
+    giveUp({&job, 1}, failure.what());
   }
   return true;
 }
 
 bool SceneService::execute(Edit& edit) {
   if (edit.failure) {
-    edit.reply(*edit.failure);
+    answer(edit, *edit.failure);
     return true;
   }
   if (!edit.preparation) edit.preparation = std::make_unique<Preparation>(library_);
@@ -345,7 +345,7 @@ bool SceneService::execute(Edit& edit) {
     EditOutcome& outcome = outcomes->front();
     if (auto tooMuch = watch ? watch->tooMuch() : std::nullopt; tooMuch && std::holds_alternative<Error>(outcome))
       outcome = *std::move(tooMuch);
-    edit.reply(outcome);
+    answer(edit, outcome);
     return true;
   }
   edit.scene = sequencer_.scene();
@@ -365,7 +365,7 @@ bool SceneService::execute(Upload& upload) {
       log(std::string("what was lost of the scene stays lost: ") + failure.what());
     }
   }
-  upload.reply(*std::move(upload.built));
+  answer(upload, *std::move(upload.built));
   return true;
 }
 
@@ -386,15 +386,22 @@ void SceneService::work(bool shortWork) {
     Job job = takeToPrepare(lock, shortWork);
     if (stopping_) return ended();
     lock.unlock();
-    const Prepared prepared = prepare(job, shortWork ? std::optional(kShortWork) : std::nullopt);
-    if (prepared == Prepared::kUnwanted) drop(job);
-    lock.lock();
-    if (prepared == Prepared::kDone) {
-      lanes_.prepared(std::move(job));
-    } else if (prepared == Prepared::kTakesLong) {
-      lanes_.postpone(std::move(job));
-      workAdded_.notify_all();
-    } else {
+    try {
+      const Prepared prepared = prepare(job, shortWork ? std::optional(kShortWork) : std::nullopt);
+      if (prepared == Prepared::kUnwanted) drop(job);
+      lock.lock();
+      if (prepared == Prepared::kDone) {
+        lanes_.prepared(std::move(job));
+      } else if (prepared == Prepared::kTakesLong) {
+        lanes_.postpone(std::move(job));
+        workAdded_.notify_all();
+      } else {
+        lanes_.finished(job);
+      }
+    } catch (const std::exception& failure) {
+      if (lock) lock.unlock();
+      giveUp({&job, 1}, failure.what());
+      lock.lock();
       lanes_.finished(job);
     }
     queueChanged_.notify_one();
@@ -420,7 +427,7 @@ SceneService::Job SceneService::takeToPrepare(std::unique_lock<std::mutex>& lock
 }
 
 SceneService::Prepared SceneService::prepare(Job& job, std::optional<std::chrono::milliseconds> patience) {
-  const WorkNotes::UnderWay note(notes_.get(), keyOf(job.task));
+  const WorkNotes::UnderWay note(notes_.get(), keyOf(job));
   const std::stop_token unwanted = unwantedOf(job);
   std::stop_source either;
   const auto stop = [&either] { either.request_stop(); };
@@ -478,12 +485,37 @@ void SceneService::prepare(Edit& edit) {
 /// Nobody waits for it, but memory may be reserved for what was uploaded.
 void SceneService::drop(Job& job) {
   auto* upload = std::get_if<Upload>(&job.task);
-  if (upload && !stop_.stop_requested()) upload->reply(refused("", "nobody waits for it any more"));
+  if (upload && !stop_.stop_requested()) answer(*upload, refused("", "nobody waits for it any more"));
+}
+
+/// Once; a later answer says nothing.
+void SceneService::answer(auto& task, auto outcome) const noexcept {
+  try {
+    if (const auto reply = std::exchange(task.reply, {})) reply(std::move(outcome));
+  } catch (const std::exception& failure) {
+    giveUp({}, failure.what());
+  }
+}
+
+/// The jobs that have no answer yet are refused; not by a stop, after which they are sent again.
+void SceneService::giveUp(std::span<Job> jobs, const char* why) const noexcept {
+  if (stop_.stop_requested()) return;
+  try {
+    log(std::string("the scene's builder goes on without what it was at: ") + why);
+    const Error error{"", std::string("the server could not carry it out: ") + why};
+    for (Job& job : jobs) {
+      if (auto* edit = std::get_if<Edit>(&job.task)) answer(*edit, error);
+      if (auto* upload = std::get_if<Upload>(&job.task)) answer(*upload, tl::unexpected(error));
+    }
+  } catch (const std::exception&) {  // no memory for the words
+  }
 }
 
 void SceneService::finish(std::span<const Job> jobs) {
   const std::lock_guard lock(queueMutex_);
-  for (const Job& job : jobs) lanes_.finished(job);
+  for (const Job& job : jobs) {
+    if (job.number != 0) lanes_.finished(job);
+  }
 }
 
 }  // namespace haptics

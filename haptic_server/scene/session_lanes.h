@@ -18,6 +18,8 @@ namespace haptics {
 /// A job is taken and finished; one that takes long is set aside, prepared by another thread, and taken again. The
 /// later jobs of its session wait meanwhile. What was tried to be prepared, and takes too long for whoever tried, is
 /// postponed: into a queue of its own, so that short work need not wait behind it.
+///
+/// Where there is no memory for an entry it throws, and the job is still its caller's; nothing else throws.
 template <class TaskType>
 class SessionLanes {
  public:
@@ -40,10 +42,10 @@ class SessionLanes {
     const std::size_t ofSession = known == lanes_.end() ? 0 : known->second.bytes;
     if (size_bytes > maxBytes_ - bytes_) return false;
     if (ofSession > 0 && ofSession + size_bytes > maxOfSession_bytes_) return false;
-    Lane& lane = lanes_[session];
+    Lane& lane = known == lanes_.end() ? lanes_.emplace(session, Lane(session)).first->second : known->second;
+    lane.waiting.push_back({session, ++lastNumber_, size_bytes, std::move(task)});
     bytes_ += size_bytes;
     lane.bytes += size_bytes;
-    lane.waiting.push_back({session, ++lastNumber_, size_bytes, std::move(task)});
     if (lane.waiting.size() == 1) offer(lane);
     return true;
   }
@@ -55,26 +57,26 @@ class SessionLanes {
   /// Pops the job that next() shows.
   [[nodiscard]] Job take() {
     Lane& lane = lanes_.at(ready_.begin()->second);
-    ready_.erase(ready_.begin());
+    withdraw(lane, ready_.begin()->first);
     Job job = std::move(lane.waiting.front());
     lane.waiting.pop_front();
     offer(lane);
     return job;
   }
   /// Taken too early: behind one of its session that takes long. The last of several first.
-  void putBack(Job job) {
+  void putBack(Job&& job) {
     Lane& lane = lanes_.at(job.session);
-    withdraw(lane);
     lane.waiting.push_front(std::move(job));
+    if (lane.waiting.size() > 1) withdraw(lane, lane.waiting[1].number);
     offer(lane);
   }
 
   /// The taken job takes long: its session waits for it.
-  void setAside(Job job) {
+  void setAside(Job&& job) {
     Lane& lane = lanes_.at(job.session);
-    withdraw(lane);
-    lane.prepares = job.number;
     aside_.push_back(std::move(job));
+    if (!lane.waiting.empty()) withdraw(lane, lane.waiting.front().number);
+    lane.prepares = aside_.back().number;
   }
   [[nodiscard]] bool anyAside() const noexcept { return !aside_.empty(); }
   [[nodiscard]] bool anyPostponed() const noexcept { return !postponed_.empty(); }
@@ -87,7 +89,7 @@ class SessionLanes {
     return popFrom(older ? postponed_ : aside_);
   }
   /// The job that takeAside() gave takes long.
-  void postpone(Job job) {
+  void postpone(Job&& job) {
     const auto behind = std::ranges::find_if(postponed_, [&](const Job& other) { return other.number > job.number; });
     postponed_.insert(behind, std::move(job));
   }
@@ -104,13 +106,15 @@ class SessionLanes {
     return std::nullopt;
   }
   /// The job may be executed.
-  void prepared(Job job) {
-    lanes_.at(job.session).prepares = 0;
-    putBack(std::move(job));
+  void prepared(Job&& job) {
+    Lane& lane = lanes_.at(job.session);
+    lane.waiting.push_front(std::move(job));
+    lane.prepares = 0;
+    offer(lane);
   }
 
   /// The job is carried out, or dropped, wherever it was.
-  void finished(const Job& job) {
+  void finished(const Job& job) noexcept {
     const auto at = lanes_.find(job.session);
     Lane& lane = at->second;
     bytes_ -= job.size_bytes;
@@ -125,18 +129,25 @@ class SessionLanes {
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
 
  private:
+  using Ready = std::map<std::uint64_t, SessionId>;
   struct Lane {
+    explicit Lane(SessionId session) {
+      Ready one{{0, session}};
+      place = one.extract(one.begin());
+    }
     std::deque<Job> waiting;
-    std::uint64_t prepares = 0;  // number of the job that the session waits for; 0: none
-    std::size_t bytes = 0;       // of jobs that are not finished
+    std::uint64_t prepares = 0;       // number of the job that the session waits for; 0: none
+    std::size_t bytes = 0;            // of jobs that are not finished
+    typename Ready::node_type place;  // in ready_; empty while it is there
   };
 
-  void offer(Lane& lane) {
-    if (lane.prepares == 0 && !lane.waiting.empty())
-      ready_.emplace(lane.waiting.front().number, lane.waiting.front().session);
+  void offer(Lane& lane) noexcept {
+    if (lane.prepares != 0 || lane.waiting.empty() || lane.place.empty()) return;
+    lane.place.key() = lane.waiting.front().number;
+    ready_.insert(std::move(lane.place));
   }
-  void withdraw(Lane& lane) {
-    if (!lane.waiting.empty()) ready_.erase(lane.waiting.front().number);
+  void withdraw(Lane& lane, std::uint64_t number) noexcept {
+    if (auto place = ready_.extract(number)) lane.place = std::move(place);
   }
 
   static std::optional<Job> popFrom(std::deque<Job>& queue) {
@@ -148,8 +159,8 @@ class SessionLanes {
 
   const std::size_t maxBytes_, maxOfSession_bytes_;
   std::map<SessionId, Lane> lanes_;
-  std::map<std::uint64_t, SessionId> ready_;  // sessions whose first job may be taken, by its number
-  std::deque<Job> aside_, postponed_;         // each by its number
+  Ready ready_;                        // sessions whose first job may be taken, by its number
+  std::deque<Job> aside_, postponed_;  // each by its number
   std::size_t bytes_ = 0;
   std::uint64_t lastNumber_ = 0;
 };

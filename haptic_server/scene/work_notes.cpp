@@ -70,9 +70,10 @@ WorkNotes::WorkNotes(SharedMemory file) : file_(std::move(file)) {
   beat_ = std::jthread([this](const std::stop_token& done) {
     std::mutex mutex;
     std::unique_lock lock(mutex);
+    std::condition_variable_any never;
     while (!done.stop_requested()) {
       page().beat_ns.store(monotonicNow_ns(), std::memory_order_relaxed);
-      std::condition_variable_any().wait_for(lock, done, kBeatEvery, [] { return false; });
+      never.wait_for(lock, done, kBeatEvery, [] { return false; });
     }
   });
 }

@@ -20,7 +20,8 @@ namespace haptics {
 /// does not count. Thread-safe.
 class WorkNotes {
  public:
-  /// Whose work it is: of an edit, its session and client_seq; of an upload, the first bytes of its hash.
+  /// Whose work it is: of an edit, its session and client_seq; of an upload, its session and the first bytes of its hash. Another
+  /// session, as of a client that was started anew, may try the same work once more.
   struct Key {
     std::uint64_t first = 0, second = 0;
     friend bool operator==(const Key&, const Key&) = default;

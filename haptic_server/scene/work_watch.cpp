@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <new>
 #include <sstream>
 #include <stop_token>
 #include <utility>
@@ -30,7 +31,10 @@ void WorkWatch::watch(const std::stop_token& done, const std::function<void()>& 
   std::unique_lock lock(mutex);
   std::condition_variable_any never;
   while (!never.wait_for(lock, done, kEvery, [&done] { return done.stop_requested(); })) {
-    if (tooMuch() || (isEnough && isEnough())) return stop();
+    try {
+      if (tooMuch() || (isEnough && isEnough())) return stop();
+    } catch (const std::bad_alloc&) {  // for the words: later, anew
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -164,6 +165,33 @@ TEST_F(SceneServiceJournal, EditsThatWaitAreKeptTogetherButNotThoseThatMakeMeshe
   journal.continueLog.set_value();
   for (auto& replied : replies) ASSERT_EQ(replied.wait_for(kPatience), std::future_status::ready);
   EXPECT_THAT(journal.batches, ElementsAre(1, 4, 1, SceneService::kMaxBatch, 1));
+}
+
+TEST_F(SceneServiceJournal, AnUploadAtWhichTheServerDiedIsForAnotherSessionToTryAgain) {
+  const TemporaryFolder folder;
+  const TriMesh mesh = makeBox(Vec3(0.1), 1).value();
+  const auto upload = [&](SceneService& service, SessionId session) {
+    std::promise<Result<std::shared_ptr<const Asset>>> answered;
+    EXPECT_TRUE(service.submitAsset(session, {AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh),
+                                    [&](auto outcome) { answered.set_value(std::move(outcome)); }));
+    service.executeAll();
+    return answered.get_future().get();
+  };
+  const std::filesystem::path file = folder / "at_work", left = folder / "left";
+  {
+    auto notes = WorkNotes::open(file);
+    ASSERT_NE(notes, nullptr);
+    notes->crashFlag() = 1;
+    WorkNotes::Key key{7};
+    std::memcpy(&key.second, hashOf(mesh).bytes.data(), sizeof key.second);
+    const WorkNotes::UnderWay building(notes.get(), key);
+    std::filesystem::copy_file(file, left);
+  }
+  sceneService.noteWorkIn(WorkNotes::open(left));
+  const auto again = upload(sceneService, 7);
+  ASSERT_FALSE(again);
+  EXPECT_THAT(again.error().text(), HasSubstr("this session does not try it again"));
+  EXPECT_TRUE(upload(sceneService, 8));
 }
 
 TEST_F(SceneServiceJournal, WhatTheServerDiedAtIsNotTriedAgain) {

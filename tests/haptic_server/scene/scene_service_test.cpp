@@ -439,6 +439,18 @@ TEST_F(SceneServiceTest, AnEditMayNameAnUploadThatSomeoneHolds) {
             "operations[0].add.mesh.asset");
 }
 
+TEST_F(SceneServiceTest, AnswersAndIsFeltThoughThereIsNoMemoryToTellOthers) {
+  bool fails = false;
+  sceneService.setListener([&fails](const std::shared_ptr<const SceneHistory>&) {
+    if (fails) throw std::bad_alloc();
+  });
+  fails = true;
+  sceneService.start();
+  EXPECT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
+  EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.objects.size() == 1; }));
+  EXPECT_EQ(sceneService.history()->version.revision(), 1U);
+}
+
 TEST_F(SceneServiceTest, AFullQueueTakesNoMoreAndNeverAnswersWhatItDidNotTake) {
   std::promise<void> release;
   auto released = release.get_future().share();
