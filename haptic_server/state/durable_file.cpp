@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <ctime>
+#include <mutex>
 #include <system_error>
 #include <utility>
 
@@ -135,9 +136,11 @@ class SystemFiles final : public FileSystem {
   std::int64_t now_s() override { return std::time(nullptr); }
 
  private:
+  std::mutex mutex_;  // guards the next
   std::vector<FileHandle> spares_;
 
   void refill() {
+    const std::lock_guard lock(mutex_);
     while (spares_.size() < kSpareDescriptors) {
       FileHandle spare(::open("/dev/null", O_RDONLY | O_CLOEXEC));
       if (!spare) return;
@@ -148,7 +151,8 @@ class SystemFiles final : public FileSystem {
     const auto tryOnce = [&] { return FileHandle(::open(path.c_str(), flags | O_CLOEXEC, kPermissions)); };
     refill();
     FileHandle file = tryOnce();
-    if (!file && (errno == EMFILE || errno == ENFILE) && !spares_.empty()) {
+    if (!file && (errno == EMFILE || errno == ENFILE)) {
+      const std::lock_guard lock(mutex_);  // until it is open: nobody else takes what is given back
       spares_.clear();
       file = tryOnce();
     }

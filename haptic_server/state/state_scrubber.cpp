@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <exception>
 #include <span>
 #include <string>
 #include <utility>
@@ -51,7 +52,12 @@ bool StateScrubber::wait(std::chrono::nanoseconds time) {
 
 void StateScrubber::run() {
   giveWay();
-  while (wait(options_.pause)) scrub();
+  while (wait(options_.pause)) {
+    try {
+      scrub();
+    } catch (const std::exception&) {  // for want of memory: later, anew
+    }
+  }
 }
 
 /// All files once.

@@ -4,7 +4,9 @@
 
 #include <fstream>
 #include <future>
+#include <new>
 #include <string>
+#include <utility>
 
 #include "common/mesh/file_bytes.h"
 #include "tests/haptic_server/state/kept_scene.h"
@@ -60,6 +62,17 @@ TEST_F(Scrubbed, ADamagedAssetIsFound) {
 TEST_F(Scrubbed, AMissingAssetIsFound) {
   fs::remove(folder / "assets" / meshes[0].hex());
   const StateScrubber scrubber(options());
+  EXPECT_EQ(wait().second, meshes[0]);
+}
+
+TEST_F(Scrubbed, GoesOnAfterAnErrorOfItsOwn) {
+  fs::remove(folder / "assets" / meshes[0].hex());
+  StateScrubber::Options failingOnce = options();
+  failingOnce.assets = [this, failed = false]() mutable {
+    if (!std::exchange(failed, true)) throw std::bad_alloc();
+    return meshes;
+  };
+  const StateScrubber scrubber(std::move(failingOnce));
   EXPECT_EQ(wait().second, meshes[0]);
 }
 
