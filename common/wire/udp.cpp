@@ -19,8 +19,12 @@ struct DatagramSocket::State : std::enable_shared_from_this<DatagramSocket::Stat
         asio::buffer(input), from, [self = shared_from_this()](const std::error_code& error, std::size_t size) {
           if (!self->socket.is_open()) return;
           // Errors tell of datagrams sent before (nobody listens there): nothing to act on.
-          if (!error) {
-            self->received({self->input.data(), size}, {self->from.address().to_string(), self->from.port()});
+          try {
+            if (!error)
+              self->received({self->input.data(), size}, {self->from.address().to_string(), self->from.port()});
+          } catch (...) {
+            self->receive();
+            throw;
           }
           self->receive();
         });

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,17 @@ TEST_F(Udp, SurvivesSendingWhereNobodyListens) {
   (*socket)->send(std::string("to oneself"), (*socket)->local());
   serveUntil([&] { return !heard.empty(); });
   EXPECT_THAT(heard, testing::ElementsAre("to oneself"));
+}
+
+TEST_F(Udp, GoesOnAfterAnErrorOfItsReceiver) {
+  int heard = 0;
+  const auto socket = DatagramSocket::open(loop, {"127.0.0.1", 0}, [&](auto, const Endpoint&) {
+    if (++heard == 1) throw std::bad_alloc();
+  });
+  (*socket)->send(std::string("one"), (*socket)->local());
+  EXPECT_THROW(loop.run(), std::bad_alloc);
+  (*socket)->send(std::string("two"), (*socket)->local());
+  serveUntil([&] { return heard == 2; });
 }
 
 TEST_F(Udp, SaysThatAPortIsInUse) {
