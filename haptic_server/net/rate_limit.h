@@ -35,6 +35,7 @@ class RateLimit {
 class EditGate {
  public:
   static constexpr std::uint32_t kRetryAfter_ms = 100;  ///< How long a client is to wait.
+  enum class Cause : std::uint8_t { kRate, kRoom };
 
   EditGate(double perSecond, double burst) noexcept : rate_(perSecond, burst) {}
 
@@ -42,15 +43,24 @@ class EditGate {
   [[nodiscard]] bool allow(std::uint64_t clientSeq, std::uint64_t now_ns) noexcept {
     if (clientSeq <= retryUpTo_) retryUpTo_ = 0;
     if (retryUpTo_ == 0 && rate_.allow(now_ns)) return true;
-    retryLater(clientSeq);
+    if (retryUpTo_ == 0) cause_ = Cause::kRate;
+    defer(clientSeq);
     return false;
   }
   /// The edit passed, and the queue had no room for it.
-  void retryLater(std::uint64_t clientSeq) noexcept { retryUpTo_ = std::max(retryUpTo_, clientSeq); }
+  void retryLater(std::uint64_t clientSeq) noexcept {
+    cause_ = Cause::kRoom;
+    defer(clientSeq);
+  }
+  /// Of the last edit that was deferred, or of one before that it may not overtake.
+  [[nodiscard]] Cause cause() const noexcept { return cause_; }
 
  private:
   RateLimit rate_;
   std::uint64_t retryUpTo_ = 0;  // highest number that came too early, and was not let in since
+  Cause cause_ = Cause::kRate;
+
+  void defer(std::uint64_t clientSeq) noexcept { retryUpTo_ = std::max(retryUpTo_, clientSeq); }
 };
 
 /// How many TLS handshakes a host may begin: each costs the network thread about a millisecond before anyone has said who

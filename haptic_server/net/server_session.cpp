@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <new>
 #include <utility>
 #include <variant>
@@ -50,7 +51,7 @@ ServerSession::ServerSession(Transport& transport, SessionHost& host, const Serv
       uploads_(host, host, limits.frames.chunk_bytes) {}
 
 void ServerSession::start() {
-  started_ns_ = lastByte_ns_ = host_.now_ns();
+  started_ns_ = lastByte_ns_ = lastTaken_ns_ = host_.now_ns();
   transport_.start({.received = [this](std::span<const char> bytes) { received(bytes); },
                     .drained = [this] { pump(); },
                     .closed = [this](const std::string& why) { closed(why); }});
@@ -64,6 +65,9 @@ void ServerSession::poll() {
     return;
   }
   if (now_ns - lastByte_ns_ >= kSilence_ns) return refuse("heartbeat", "not a byte came for 3 s");
+  noteProgress();
+  if (now_ns - lastTaken_ns_ >= kTakesNothing_ns)
+    return refuse("", "the client reads too slowly: for 10 s it has taken none of the bytes that are waiting for it");
   if (const auto stalled = uploads_.poll(now_ns)) send(*stalled);
   if (now_ns >= nextHeartbeat_ns_) {
     sendHeartbeat();
@@ -159,6 +163,8 @@ void ServerSession::received(std::span<const char> bytes) {
     handleAll(bytes);
   } catch (const std::bad_alloc&) {
     refuse("", "the server has no memory for what the client sent");
+  } catch (const std::exception& failure) {
+    refuse("", std::string("the server could not carry out what the client sent: ") + failure.what());
   }
 }
 
@@ -290,7 +296,7 @@ void ServerSession::handle(const v1::Subscribe& subscribe) {
 void ServerSession::handle(const v1::AssetRequest& request) {
   const auto hash = hashFromWire(request.hash(), "asset_request.hash");
   if (!hash) return refuse(hash.error().field, hash.error().reason);
-  auto asset = host_.findAsset(*hash);
+  const auto asset = host_.findAsset(*hash);
   if (!asset) {
     v1::Envelope envelope;
     envelope.mutable_asset_unavailable()->set_hash(request.hash());
@@ -299,15 +305,13 @@ void ServerSession::handle(const v1::AssetRequest& request) {
   const std::size_t size = asset->bytes().size();
   if (request.offset() > size)
     return refuse("asset_request.offset", "is beyond the asset's " + std::to_string(size) + " bytes");
-  if (!assets_.add(std::move(asset), request.offset())) return refuse("asset_request", "too many are waiting");
+  if (!assets_.add(asset, request.offset())) return refuse("asset_request", "too many are waiting");
 }
 
 void ServerSession::handle(const v1::EditRequest& request) {
   const std::uint64_t clientSeq = request.client_seq();
   if (role_ != Role::kEdit) return editDecided(clientSeq, notAnEditor());
-  if (!editGate_.allow(clientSeq, host_.now_ns())) {
-    return retryLater(clientSeq, {"rate", "more than 200 edits per second; send it again later"});
-  }
+  if (!editGate_.allow(clientSeq, host_.now_ns())) return retryLater(clientSeq);
   auto transaction = fromWire(request.transaction());
   if (!transaction) return editDecided(clientSeq, std::move(transaction).error());
   if (request.epoch() != 0 && request.epoch() != host_.history()->epoch && restsOnState(*transaction)) {
@@ -317,15 +321,17 @@ void ServerSession::handle(const v1::EditRequest& request) {
   if (host_.submitEdit(id_, clientSeq, *std::move(transaction), request.progress())) return;
   undecided_.erase(clientSeq);
   editGate_.retryLater(clientSeq);
-  retryLater(clientSeq, {"busy", "the server has too many edits waiting; send it again later"});
+  retryLater(clientSeq);
 }
 
-void ServerSession::retryLater(std::uint64_t clientSeq, const Error& why) {
+void ServerSession::retryLater(std::uint64_t clientSeq) {
   v1::Envelope envelope;
   v1::EditReply& reply = *envelope.mutable_edit_reply();
   reply.set_client_seq(clientSeq);
-  reply.mutable_rejected()->set_field(why.field);
-  reply.mutable_rejected()->set_reason(why.reason);
+  const bool isRate = editGate_.cause() == EditGate::Cause::kRate;
+  reply.mutable_rejected()->set_field(isRate ? "rate" : "busy");
+  reply.mutable_rejected()->set_reason(isRate ? "more than 200 edits per second; send it again later"
+                                              : "the server has too many edits waiting; send it again later");
   reply.mutable_rejected()->set_retry_after_ms(EditGate::kRetryAfter_ms);
   send(envelope);
 }
@@ -443,7 +449,7 @@ void ServerSession::pump() {
   // Behind the newest sample one chunk, so that neither starves the other.
   if (!assets_.empty()) {
     v1::Envelope envelope;
-    assets_.next(*envelope.mutable_asset_chunk());
+    assets_.next(envelope);
     send(envelope);
   }
 }
@@ -515,6 +521,12 @@ void ServerSession::sendHeartbeat() {
   send(envelope);
 }
 
+void ServerSession::noteProgress() {
+  const std::size_t now_bytes = transport_.backlog();
+  if (now_bytes == 0 || now_bytes < backlog_bytes_) lastTaken_ns_ = host_.now_ns();
+  backlog_bytes_ = now_bytes;
+}
+
 void ServerSession::send(v1::Envelope& envelope) {
   envelope.set_protocol_version(kProtocolVersion);
   envelope.set_message_id(nextMessageId_++);
@@ -523,8 +535,10 @@ void ServerSession::send(v1::Envelope& envelope) {
     return refuse(framed.error().field,
                   "of the server's next message " + framed.error().reason + "; connect again for a snapshot");
   }
+  noteProgress();
   transport_.send(std::move(frame));
-  if (transport_.backlog() > limits_.backlog_bytes) {
+  backlog_bytes_ = transport_.backlog();
+  if (backlog_bytes_ > limits_.backlog_bytes) {
     refuse("", "the client reads too slowly: " + std::to_string(limits_.backlog_bytes) + " bytes are waiting for it");
   }
 }

@@ -56,6 +56,8 @@ class ServerSession {
  public:
   static constexpr std::uint64_t kHelloWithin_ns = 3'000'000'000;
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
+  static constexpr std::uint64_t kTakesNothing_ns =
+      10'000'000'000;  ///< Gone after this long with bytes waiting for it.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
   static constexpr std::size_t kMaxClientName = 64;  ///< Bytes.
@@ -106,6 +108,8 @@ class ServerSession {
   RateLimit viewerBytes_{SessionLimits::kViewerBytesPerSecond, SessionLimits::kViewerBurstBytes};
   std::uint64_t started_ns_ = 0;
   std::uint64_t lastByte_ns_ = 0;
+  std::uint64_t lastTaken_ns_ = 0;  // of what is sent, or there was nothing to take
+  std::size_t backlog_bytes_ = 0;   // when that was looked at last
   std::uint64_t nextHeartbeat_ns_ = 0;
   struct Progress {
     WorkStage stage{};  // none while it waits for its turn
@@ -141,7 +145,7 @@ class ServerSession {
   void handle(const v1::AssetRequest& request);
   void handle(const v1::EditRequest& request);
   void handle(const v1::AssetUpload& upload);
-  void retryLater(std::uint64_t clientSeq, const Error& why);
+  void retryLater(std::uint64_t clientSeq);
   void handle(const v1::ClockProbe& probe);
   void handle(const v1::LeadHand& request);
   void handle(const v1::HandTarget& target);
@@ -160,6 +164,7 @@ class ServerSession {
   void tellProgress();
   void sendProgress(std::uint64_t clientSeq, WorkStage stage, double share, std::size_t place);
   void sendHeartbeat();
+  void noteProgress();
   void send(v1::Envelope& envelope);
   void send(const v1::AssetUploadReply& reply);
 };

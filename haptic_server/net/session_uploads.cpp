@@ -24,6 +24,8 @@ v1::AssetUploadReply refusedReply(const std::string& hash, const Error& error) {
   return reply;
 }
 
+Error noRoom() { return {"chunk.total_size", "the server has no room for so large an upload now; try again later"}; }
+
 /// How long a client is to wait when there is no room now: others' uploads take seconds.
 constexpr std::uint32_t kRetryAfter_ms = 1000;
 
@@ -45,23 +47,25 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
       return std::nullopt;
     }
     if (auto known = scene_.findAsset(*hash); known && known->name == name) {
+      if (std::ranges::find(held_, known, &Held::asset) == held_.end()) {
+        const std::size_t bytes = known->bytes().size();  // the scene may let it go while the client holds it
+        if (!host_.reserveUpload(bytes)) return retryLater(*hash, noRoom());
+        hold(std::move(known), bytes);
+      }
       assembly_.abandon(*hash);
-      hold(std::move(known), 0);
       return acceptedReply(*hash);
     }
   }
-  if (!reserveFor(chunk)) {
-    return retryLater(*hash,
-                      {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
-  }
+  if (!reserveFor(chunk)) return retryLater(*hash, noRoom());
   lastChunk_ns_ = now_ns;
   assembly_.add(chunk, name);
   if (!assembly_.complete()) return std::nullopt;
-  building_[*hash] = {std::exchange(assemblyReserved_, 0)};
+  Building& building = building_[*hash];
   if (!host_.submitAsset(name, assembly_.take())) {
-    host_.releaseUpload(building_.extract(*hash).mapped().reserved);
+    building_.erase(*hash);
     return retryLater(*hash, {"busy", "the server has too many edits waiting; try again later"});
   }
+  building.reserved = std::exchange(assemblyReserved_, 0);  // only now: where that threw, clear() gives it back
   return std::nullopt;
 }
 

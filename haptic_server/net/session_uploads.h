@@ -50,7 +50,7 @@ class SessionUploads {
 
  private:
   struct Building {
-    std::size_t reserved;  // bytes
+    std::size_t reserved = 0;  // bytes
     bool wanted = true;
   };
   struct Held {

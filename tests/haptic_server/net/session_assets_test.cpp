@@ -108,6 +108,19 @@ TEST_F(SessionAssets, AnAssetUnderWayOutlivesItsObject) {
   EXPECT_EQ(findAsset(large), nullptr);
 }
 
+TEST_F(SessionAssets, AnAssetThatOnlyWaitsToBeSentIsHeldByNobody) {
+  const ContentHash large = addLarge();
+  const ContentHash other = edit(test::edit(add("other", {BoxSource{Vec3(2), 60}})))->commit.put[0].mesh;
+  client.requestAsset(large);
+  client.requestAsset(other);
+  link.pump();
+  edit(test::edit(remove("other")));
+  EXPECT_EQ(findAsset(other), nullptr);
+  link.settle();
+  EXPECT_EQ(fetched(large), findAsset(large)->bytes().copy());
+  EXPECT_EQ(client.count(Kind::kAssetUnavailable), 1U);
+}
+
 TEST_F(SessionAssets, RefusesARequestThatMakesNoSense) {
   for (const bool beyond : {true, false}) {
     SessionWorld world;
@@ -173,6 +186,24 @@ TEST_F(SessionAssets, AnUploadThatTheServerHoldsIsAcceptedAtOnce) {
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 1U);
   EXPECT_TRUE(lastReply().accepted());
   EXPECT_TRUE(building.empty());
+}
+
+TEST_F(SessionAssets, WhatIsHeldCountsThoughTheServerHadIt) {
+  const ContentHash large = addLarge();
+  const std::string bytes = findAsset(large)->bytes().copy();
+  for (int time = 0; time < 2; ++time) {
+    client.upload(large, bytes.size(), 0, bytes.substr(0, 1000));
+    link.settle();
+    EXPECT_TRUE(lastReply().accepted());
+    EXPECT_EQ(reserved, bytes.size());
+  }
+  client.cancelUpload(large);
+  link.settle();
+  EXPECT_EQ(reserved, 0U);
+  uploadBudget = 1000;
+  client.upload(large, bytes.size(), 0, bytes.substr(0, 1000));
+  link.settle();
+  EXPECT_GT(lastReply().retry_after_ms(), 0U);
 }
 
 TEST_F(SessionAssets, BytesThatDoNotHashToWhatWasDeclaredAreRefused) {

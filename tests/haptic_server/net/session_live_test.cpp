@@ -220,7 +220,7 @@ TEST_F(SessionLive, NoEditOvertakesOneForWhichThereWasNoRoom) {
   client.moveObject(2, "a", 2);
   link.settle();
   EXPECT_EQ(client.got.back().edit_reply().client_seq(), 2U);
-  EXPECT_TRUE(client.got.back().edit_reply().has_rejected());
+  EXPECT_EQ(client.got.back().edit_reply().rejected().field(), "busy");
   EXPECT_EQ(history()->version.revision(), 1U);
   client.moveObject(1, "a", 1);
   client.moveObject(2, "a", 2);
@@ -290,6 +290,50 @@ TEST_F(SessionLive, AReaderThatStopsCostsBoundedMemoryUntilItIsDisconnected) {
   EXPECT_LT(largest, SessionLimits{}.sendAhead_bytes + (64U << 10));
   ASSERT_EQ(refusals.size(), 1U);
   EXPECT_THAT(refusals[0], ::testing::HasSubstr("too slowly"));
+}
+
+/// A line on which the other end is alive and takes nothing.
+class UnreadLine final : public Transport {
+ public:
+  void start(Events events) override { events_ = std::move(events); }
+  void send(std::string bytes) override { unread += bytes; }
+  [[nodiscard]] std::size_t backlog() const noexcept override { return unread.size(); }
+  void close(const std::string&) override {}
+  [[nodiscard]] std::string peer() const override { return "nobody"; }
+  void receive(const v1::Envelope& envelope) {
+    std::string frame;
+    ASSERT_TRUE(appendFrame(frame, envelope));
+    events_.received(frame);
+  }
+  std::string unread;
+
+ private:
+  Events events_;
+};
+
+TEST_F(SessionLive, AClientThatIsAliveAndTakesNothingIsDisconnected) {
+  UnreadLine line;
+  ServerSession idle(line, *this, identity);
+  idle.start();
+  v1::Envelope hello, alive;
+  hello.set_protocol_version(kProtocolVersion);
+  hello.mutable_hello()->set_session(kClientSession + 1);
+  alive.set_protocol_version(kProtocolVersion);
+  alive.mutable_heartbeat();
+  line.receive(hello);
+  const auto beats = [&](int count) {
+    for (int second = 0; second < count; ++second) {
+      line.receive(alive);
+      time_ns += kSecond_ns;
+      idle.poll();
+    }
+  };
+  beats(9);
+  line.unread.pop_back();
+  beats(10);
+  EXPECT_THAT(refusals, ::testing::IsEmpty()) << "it has taken something";
+  beats(1);
+  EXPECT_THAT(refusals, ::testing::ElementsAre(::testing::HasSubstr("reads too slowly: for 10 s")));
 }
 
 TEST_F(SessionLive, AClientThatAsksFasterThanItReadsIsDisconnected) {
