@@ -43,9 +43,12 @@ struct Surroundings {
   fs::path within;  // canonical
 };
 
-std::optional<FileHandle> openIncluded(const fs::path& name, const Surroundings& around) {
+bool mayInclude(const fs::path& name) {
   const auto goesUp = [](const fs::path& part) { return part == ".."; };
-  if (name.is_absolute() || std::any_of(name.begin(), name.end(), goesUp)) return std::nullopt;
+  return !name.is_absolute() && std::none_of(name.begin(), name.end(), goesUp);
+}
+
+std::optional<FileHandle> openIncluded(const fs::path& name, const Surroundings& around) {
   std::error_code error;
   const fs::path file = fs::canonical(around.folder / name, error);
   if (error || std::ranges::mismatch(around.within, file).in1 != around.within.end()) return std::nullopt;
@@ -79,6 +82,7 @@ class Import {
   const ImportRequest& request_;
   ChildProcess child_;
   int includes_ = 0;
+  std::vector<FileStamp> included_;
 
   /// Where the user says; beside this one; where it was installed, for programs that link the library.
   static fs::path programFor(const ImportRequest& request) {
@@ -100,7 +104,8 @@ class Import {
       auto bytes = child_.receive(message.size);
       if (!bytes) return tl::unexpected(std::move(bytes).error());
       if (message.kind == ImporterMessage::Kind::kRefused) return tl::unexpected(errorFrom(*bytes));
-      if (message.kind == ImporterMessage::Kind::kDone) return EncodedMesh{*std::move(bytes), message.report};
+      if (message.kind == ImporterMessage::Kind::kDone)
+        return EncodedMesh{*std::move(bytes), message.report, std::move(included_)};
       if (auto handed = handOver(*bytes, around); !handed) return tl::unexpected(std::move(handed).error());
     }
   }
@@ -127,7 +132,10 @@ class Import {
 
   Result<void> handOver(const std::string& name, const Surroundings* around) {
     std::optional<FileHandle> file;
-    if (around != nullptr && ++includes_ <= kMaxIncludes) file = openIncluded(name, *around);
+    if (around != nullptr && ++includes_ <= kMaxIncludes && mayInclude(name)) {
+      included_.push_back(stampOf(around->folder / name));
+      file = openIncluded(name, *around);
+    }
     const IncludeReply reply = file ? IncludeReply::kYes : IncludeReply::kNo;
     return child_.send(&reply, sizeof reply, file ? file->descriptor() : -1);
   }

@@ -3,9 +3,11 @@
 #include <filesystem>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/importer/mesh_recipe.h"
+#include "common/mesh/file_bytes.h"
 #include "common/mesh/import.h"
 #include "common/scene/surface_edits.h"
 
@@ -20,6 +22,7 @@ namespace haptics {
 struct EncodedMesh {
   std::string bytes;  ///< Canonical, not checked: as from anybody.
   MeshReport report;
+  std::vector<FileStamp> included = {};  ///< The other files that it asked for, before they were read.
 };
 
 /// importMesh() of a file of any format, by the ending of its name; of .mesh, which holds a mesh's canonical bytes, those,

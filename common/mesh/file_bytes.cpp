@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
+#include <system_error>
 
 namespace haptics {
 namespace {
@@ -36,6 +37,11 @@ Result<FileHandle> openFile(const std::filesystem::path& path) {
   if (file.descriptor() < 0) return unreadable(errno);
   if (const auto size = sizeOf(file); !size) return tl::unexpected(size.error());
   return file;
+}
+
+FileStamp stampOf(const std::filesystem::path& file) {
+  std::error_code error;
+  return {file, std::filesystem::last_write_time(file, error), std::filesystem::file_size(file, error)};
 }
 
 Result<std::string> readFile(const FileHandle& file) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <compare>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -14,6 +16,16 @@ inline constexpr std::uintmax_t kMaxFileSize = 4'000'000'000;
 /// Does not wait for whoever may be at the other end. Refused with an empty field: missing, not a regular file, empty,
 /// larger than kMaxFileSize, unreadable.
 [[nodiscard]] Result<FileHandle> openFile(const std::filesystem::path& path);
+
+/// By which a change of a file is noticed, without reading it. Links are followed; one that is not there has the same
+/// stamp each time.
+struct FileStamp {
+  std::filesystem::path file;
+  std::filesystem::file_time_type changed;
+  std::uintmax_t size = 0;  ///< Bytes.
+  auto operator<=>(const FileStamp&) const = default;
+};
+[[nodiscard]] FileStamp stampOf(const std::filesystem::path& file);
 
 /// All of it. Refused as above.
 [[nodiscard]] Result<std::string> readFile(const FileHandle& file);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <limits>
-#include <system_error>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -16,11 +16,13 @@
 #include "haptic_server/simplification/simplify.h"
 
 namespace haptics {
-namespace fs = std::filesystem;
 namespace {
 
 /// Triangles of a generated mesh above which it is made in a process of its own; making so many takes 50 ms.
 constexpr double kMaxMadeHere = 100'000;
+
+/// Fields of a source, beside the file, that an import may refuse.
+constexpr std::array<std::string_view, 3> kImportOptions{"unit_m", "largest_extent_m", "part"};
 
 /// "0.83".
 std::string errorText(double error_jnd) {
@@ -47,23 +49,28 @@ double trianglesMadeFor(const MeshSource& source) {
 }
 
 template <class Key>
-std::optional<ResolvedMesh> MeshLibrary::known(const std::map<Key, Imported>& meshes, const Key& key) {
-  const std::lock_guard lock(mutex_);
-  const auto at = meshes.find(key);
-  auto asset = at == meshes.end() ? nullptr : at->second.asset.lock();
-  if (!asset) return std::nullopt;
-  return ResolvedMesh{std::move(asset), at->second.report};
+std::optional<MeshLibrary::FromFile> MeshLibrary::known(const std::map<Key, Imported>& meshes, const Key& key) {
+  std::optional<FromFile> found;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = meshes.find(key);
+    if (at == meshes.end()) return std::nullopt;
+    found = FromFile{{at->second.asset.lock(), at->second.report}, at->second.included};
+  }
+  const auto isAsItWas = [](const FileStamp& then) { return stampOf(then.file) == then; };
+  return found->mesh.asset && std::ranges::all_of(found->included, isAsItWas) ? found : std::nullopt;
 }
 
 template <class Key>
-void MeshLibrary::keep(std::map<Key, Imported>& meshes, const Key& key, const ResolvedMesh& mesh) {
+void MeshLibrary::keep(std::map<Key, Imported>& meshes, const Key& key, const FromFile& made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(meshes, [](const auto& entry) { return entry.second.asset.expired(); });
-  meshes.insert_or_assign(key, Imported{mesh.asset, mesh.report});
+  meshes.insert_or_assign(key, Imported{made.mesh.asset, made.mesh.report, made.included});
 }
 
 Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source, double stiffness_N_per_m) {
-  return source.simplifyError ? simplified(source, stiffness_N_per_m) : unsimplified(source);
+  if (source.simplifyError) return simplified(source, stiffness_N_per_m);
+  return unsimplified(source).map([](FromFile&& made) { return std::move(made.mesh); });
 }
 
 Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double stiffness_N_per_m) {
@@ -72,56 +79,52 @@ Result<ResolvedMesh> MeshLibrary::simplified(const MeshSource& source, double st
     auto fileKey = keyOf(source, *file);
     if (!fileKey) return tl::unexpected(std::move(fileKey).error());
     key.emplace(*std::move(fileKey), *source.simplifyError, stiffness_N_per_m);
-    if (auto mesh = known(simplified_, *key)) return *std::move(mesh);
+    if (auto made = known(simplified_, *key)) return std::move(made->mesh);
   }
-  auto mesh = unsimplified(source);
-  if (!mesh) return mesh;
-  if (auto ok = checkSimplifiable(*mesh->asset->surface, stiffness_N_per_m); !ok)
+  auto made = unsimplified(source);
+  if (!made) return tl::unexpected(std::move(made).error());
+  ResolvedMesh& mesh = made->mesh;
+  if (auto ok = checkSimplifiable(*mesh.asset->surface, stiffness_N_per_m); !ok)
     return tl::unexpected(std::move(ok).error());
   reportProgress(WorkStage::kMaking, 0);
-  const TriMesh& all = *mesh->asset->mesh;
-  auto simpler = simplify(all, *mesh->asset->surface, *source.simplifyError, stiffness_N_per_m);
+  const TriMesh& all = *mesh.asset->mesh;
+  auto simpler = simplify(all, *mesh.asset->surface, *source.simplifyError, stiffness_N_per_m);
   const auto number = [](auto value) { return std::to_string(value); };
   if (simpler) {
-    mesh->report += "; simplified from " + number(all.triangles.size()) + " triangles to " +
-                    number(simpler->mesh.triangles.size()) + ", force error " + errorText(simpler->error_jnd) + " of " +
-                    errorText(*source.simplifyError);
-    mesh->asset = store_.intern(std::move(simpler->mesh), std::move(simpler->surface));
+    mesh.report += "; simplified from " + number(all.triangles.size()) + " triangles to " +
+                   number(simpler->mesh.triangles.size()) + ", force error " + errorText(simpler->error_jnd) + " of " +
+                   errorText(*source.simplifyError);
+    mesh.asset = store_.intern(std::move(simpler->mesh), std::move(simpler->surface));
   } else {
-    mesh->report += "; not simplified: with fewer than its " + number(all.triangles.size()) +
-                    " triangles the force error is not below " + errorText(*source.simplifyError);
+    mesh.report += "; not simplified: with fewer than its " + number(all.triangles.size()) +
+                   " triangles the force error is not below " + errorText(*source.simplifyError);
   }
-  if (key) keep(simplified_, *key, *mesh);
-  return mesh;
+  if (key) keep(simplified_, *key, *made);
+  return std::move(mesh);
 }
 
-Result<ResolvedMesh> MeshLibrary::unsimplified(const MeshSource& source) {
+Result<MeshLibrary::FromFile> MeshLibrary::unsimplified(const MeshSource& source) {
   if (const auto* file = std::get_if<FileSource>(&source.source)) return fromFile(source, *file);
   if (source.largestExtent_m) return refused("largest_extent_m", "only a mesh from a file is scaled; leave it out");
   if (source.unit_m) return refused("unit_m", "only a mesh from a file has a unit; leave it out");
-  if (const auto* asset = std::get_if<AssetSource>(&source.source)) return fromStore(*asset);
-  return generated(source);
+  const auto* asset = std::get_if<AssetSource>(&source.source);
+  return (asset != nullptr ? fromStore(*asset) : generated(source)).map([](ResolvedMesh&& mesh) {
+    return FromFile{std::move(mesh)};
+  });
 }
 
 Result<MeshLibrary::FileKey> MeshLibrary::keyOf(const MeshSource& source, const FileSource& file) const {
   return folders_.locate(file.path, "file").map([&](const LocatedFile& located) {
-    std::error_code error;
-    return FileKey{located.file.string(),
-                   fs::last_write_time(located.file, error),
-                   fs::file_size(located.file, error),
-                   source.unit_m,
-                   source.largestExtent_m,
-                   source.keepCrossings,
-                   source.part};
+    return FileKey{stampOf(located.file), source.unit_m, source.largestExtent_m, source.keepCrossings, source.part};
   });
 }
 
-Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileSource& file) {
+Result<MeshLibrary::FromFile> MeshLibrary::fromFile(const MeshSource& source, const FileSource& file) {
   auto located = folders_.locate(file.path, "file");
   if (!located) return tl::unexpected(std::move(located).error());
   const auto key = keyOf(source, file);
   if (!key) return tl::unexpected(key.error());
-  if (auto mesh = known(imported_, *key)) return *std::move(mesh);
+  if (auto made = known(imported_, *key)) return *std::move(made);
   reportProgress(WorkStage::kMaking, 0);
   auto imported = importMeshFile(located->file, located->folder,
                                  {.unit_m = source.unit_m,
@@ -129,13 +132,18 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
                                   .keepCrossings = source.keepCrossings,
                                   .part = source.part},
                                  Interruptible::token());
-  if (!imported) return refused("file", seenFromOutside(imported.error().text(), located->file, file.path));
+  if (!imported) {
+    const auto& [field, reason] = imported.error();
+    if (std::ranges::count(kImportOptions, field) > 0)
+      return refused(field, seenFromOutside(reason, located->file, file.path));
+    return refused("file", seenFromOutside(imported.error().text(), located->file, file.path));
+  }
   auto mesh = fromImporterProcess(std::move(imported->bytes));
   if (!mesh) return refused("file", file.path + ": " + mesh.error().text());
 
-  ResolvedMesh resolved{*std::move(mesh), file.path + ": " + imported->report.text()};
-  keep(imported_, *key, resolved);
-  return resolved;
+  FromFile made{{*std::move(mesh), file.path + ": " + imported->report.text()}, std::move(imported->included)};
+  keep(imported_, *key, made);
+  return made;
 }
 
 Result<ResolvedMesh> MeshLibrary::fromStore(const AssetSource& source) const {

@@ -8,8 +8,10 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "common/importer/mesh_recipe.h"
+#include "common/mesh/file_bytes.h"
 #include "haptic_server/scene/asset_folders.h"
 #include "haptic_server/scene/asset_resolver.h"
 
@@ -35,12 +37,16 @@ class MeshLibrary {
   [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source, double stiffness_N_per_m);
 
  private:
-  /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m, keepCrossings, part: the same mesh comes out.
-  using FileKey = std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, std::optional<double>,
-                             std::optional<double>, bool, PartName>;
+  /// The file, unit_m, largestExtent_m, keepCrossings, part: the same mesh comes out while the files that it includes stay.
+  using FileKey = std::tuple<FileStamp, std::optional<double>, std::optional<double>, bool, PartName>;
   struct Imported {
     std::weak_ptr<const MeshAsset> asset;
     std::string report;
+    std::vector<FileStamp> included;
+  };
+  struct FromFile {
+    ResolvedMesh mesh;
+    std::vector<FileStamp> included = {};
   };
   /// A file, simplifyError and the stiffness.
   using SimplifiedKey = std::tuple<FileKey, double, double>;
@@ -52,14 +58,14 @@ class MeshLibrary {
   std::map<SimplifiedKey, Imported> simplified_;
 
   template <class Key>
-  std::optional<ResolvedMesh> known(const std::map<Key, Imported>& meshes, const Key& key);
+  std::optional<FromFile> known(const std::map<Key, Imported>& meshes, const Key& key);
   template <class Key>
-  void keep(std::map<Key, Imported>& meshes, const Key& key, const ResolvedMesh& mesh);
+  void keep(std::map<Key, Imported>& meshes, const Key& key, const FromFile& made);
 
-  Result<ResolvedMesh> unsimplified(const MeshSource& source);
+  Result<FromFile> unsimplified(const MeshSource& source);
   Result<ResolvedMesh> simplified(const MeshSource& source, double stiffness_N_per_m);
   [[nodiscard]] Result<FileKey> keyOf(const MeshSource& source, const FileSource& file) const;
-  Result<ResolvedMesh> fromFile(const MeshSource& source, const FileSource& file);
+  Result<FromFile> fromFile(const MeshSource& source, const FileSource& file);
   Result<ResolvedMesh> fromStore(const AssetSource& asset) const;
   Result<ResolvedMesh> generated(const MeshSource& source);
   /// Canonical bytes from a process that may have been taken over by what it read.

@@ -117,6 +117,25 @@ TEST_F(MeshLibraryTest, ReadsAFileAgainThatChangedOrIsScaledOtherwise) {
   EXPECT_NE(library.resolve(file("tetrahedron.obj"), kStiffness_N_per_m)->asset->name.hash, first.asset->name.hash);
 }
 
+TEST_F(MeshLibraryTest, ReadsAFileAgainWhoseIncludesChanged) {
+  write("assets/outer.iv", "#Inventor V2.1 ascii\nFile { name \"inner.iv\" }\n");
+  const auto box = [](int size) { return "#Inventor V2.1 ascii\nCube { width " + std::to_string(size) + " }\n"; };
+  write("assets/inner.iv", box(1));
+  const auto first = library.resolve(file("outer.iv"), kStiffness_N_per_m);
+  ASSERT_TRUE(first) << first.error().text();
+  EXPECT_EQ(library.resolve(file("outer.iv"), kStiffness_N_per_m)->asset, first->asset);
+  write("assets/inner.iv", box(10));
+  EXPECT_NE(library.resolve(file("outer.iv"), kStiffness_N_per_m)->asset->name.hash, first->asset->name.hash);
+}
+
+TEST_F(MeshLibraryTest, NamesTheOptionThatAFileDoesNotTake) {
+  MeshSource source = file("tetrahedron.obj");
+  source.part = PartName("lid");
+  const auto refused = library.resolve(source, kStiffness_N_per_m);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().field, "part");
+}
+
 TEST_F(MeshLibraryTest, AFileThatIsNoMeshIsNamed) {
   write("assets/bad.obj", "v 0 0 nan\n");
   const Error error = refusedFile("bad.obj");
