@@ -56,7 +56,8 @@ struct ServerCredentials {
 [[nodiscard]] Result<ServerCredentials> readServerCredentials(const std::filesystem::path& folder);
 
 /// Makes a private key (P-256), a certificate signed with it, and one random token for each role; writes them to the
-/// folder, which is made if missing, readable by its owner only. Nothing that is there is replaced.
+/// folder, which is made if missing, readable by its owner only. Nothing that is there is replaced; on an error nothing is
+/// left. Refused: a folder that holds credentials, or what a run that was interrupted left of them.
 [[nodiscard]] Result<void> makeCredentials(const std::filesystem::path& folder);
 
 [[nodiscard]] ContentHash hashOfToken(std::string_view token);

@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "common/credentials/credentials.h"
 #include "common/credentials/openssl_handles.h"
@@ -85,15 +86,32 @@ Result<void> writeNew(const fs::path& file, const std::string& content) {
   if (descriptor < 0 && errno == EEXIST)
     return refused(file.string(), "exists and is not replaced; choose a new folder");
   if (descriptor < 0) return refused(file.string(), std::strerror(errno));
-  const bool isComplete = ::write(descriptor, content.data(), content.size()) == static_cast<ssize_t>(content.size());
+  const bool isComplete = ::write(descriptor, content.data(), content.size()) == static_cast<ssize_t>(content.size()) &&
+                          ::fsync(descriptor) == 0;
   const bool closed = ::close(descriptor) == 0;
-  if (!isComplete || !closed) return refused(file.string(), "cannot be written: is the disk full?");
-  return {};
+  if (isComplete && closed) return {};
+  ::unlink(file.c_str());
+  return refused(file.string(), "cannot be written: is the disk full?");
+}
+
+/// The key comes last: a folder with it has all, one without it was not finished.
+Result<void> checkIsNew(const fs::path& folder) {
+  std::error_code error;
+  if (fs::exists(folder / kServerKeyFile, error))
+    return refused((folder / kServerKeyFile).string(), "exists and is not replaced; choose a new folder");
+  std::string left;
+  for (const char* const name : {kViewerFile, kEditorFile, kTokensFile, kServerCertificateFile}) {
+    if (fs::exists(folder / name, error)) left += (left.empty() ? "" : ", ") + std::string(name);
+  }
+  if (left.empty()) return {};
+  return refused(folder.string(), "holds " + left + " and no " + kServerKeyFile +
+                                      ": remove them if a run that did not finish left them, or choose a new folder");
 }
 
 }  // namespace
 
 Result<void> makeCredentials(const fs::path& folder) {
+  if (auto isNew = checkIsNew(folder); !isNew) return isNew;
   const Key key(EVP_EC_gen("P-256"));
   require(key != nullptr);
   const Certificate certificate = selfSigned(key.get());
@@ -107,13 +125,17 @@ Result<void> makeCredentials(const fs::path& folder) {
   const std::string tokens =
       "# role and SHA-256 of each token that is accepted; a line less is a token withdrawn\nview " +
       hashOfToken(view).hex() + "\nedit " + hashOfToken(edit).hex() + "\n";
-  for (const auto& [name, content] : std::initializer_list<std::pair<const char*, std::string>>{
-           {kServerKeyFile, keyPem},
-           {kServerCertificateFile, certificatePem},
-           {kTokensFile, tokens},
-           {kViewerFile, clientFile(Role::kView, view, certificatePem)},
-           {kEditorFile, clientFile(Role::kEdit, edit, certificatePem)}}) {
-    if (auto written = writeNew(folder / name, content); !written) return written;
+  const std::array<std::pair<const char*, std::string>, 5> files{
+      {{kViewerFile, clientFile(Role::kView, view, certificatePem)},
+       {kEditorFile, clientFile(Role::kEdit, edit, certificatePem)},
+       {kTokensFile, tokens},
+       {kServerCertificateFile, certificatePem},
+       {kServerKeyFile, keyPem}}};
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    auto written = writeNew(folder / files[i].first, files[i].second);
+    if (written) continue;
+    while (i-- > 0) fs::remove(folder / files[i].first, error);
+    return written;
   }
   return {};
 }

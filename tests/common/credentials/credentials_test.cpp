@@ -76,6 +76,24 @@ TEST_F(Credentials, AreNeverReplaced) {
   EXPECT_EQ(read(folder / kServerKeyFile), key);
 }
 
+TEST_F(Credentials, ThatAreHalfMadeAreNamed) {
+  fs::remove(folder / kServerKeyFile);
+  fs::remove(folder / kTokensFile);
+  const auto again = makeCredentials(folder);
+  ASSERT_FALSE(again);
+  EXPECT_THAT(again.error().text(), HasSubstr("viewer.credentials, editor.credentials, server.crt and no server.key"));
+  for (const char* const name : {kViewerFile, kEditorFile, kServerCertificateFile}) fs::remove(folder / name);
+  EXPECT_TRUE(makeCredentials(folder));
+}
+
+TEST_F(Credentials, LeaveNothingWhereTheyCannotAllBeWritten) {
+  const fs::path other = parent / "other";
+  fs::create_directory(other);
+  fs::create_symlink("nowhere", other / kServerCertificateFile);
+  EXPECT_FALSE(makeCredentials(other));
+  EXPECT_EQ(std::distance(fs::directory_iterator(other), {}), 1);
+}
+
 TEST_F(Credentials, AreRefusedWhileOthersMayReadTheKey) {
   fs::permissions(folder / kServerKeyFile, fs::perms::group_read, fs::perm_options::add);
   const auto server = readServerCredentials(folder);
