@@ -26,19 +26,6 @@ bool isPlace(Vec3f place) {
 
 std::string at(const char* list, std::size_t i) { return std::string(list) + "[" + std::to_string(i) + "]"; }
 
-Result<void> check(const MovedVertices& moved) {
-  for (std::size_t i = 0; i < moved.vertex.size(); ++i) {
-    if (i > 0 && moved.vertex[i] <= moved.vertex[i - 1]) {
-      return refused(at("vertex", i), "is " + std::to_string(moved.vertex[i]) + " after " +
-                                          std::to_string(moved.vertex[i - 1]) + "; give each once, in ascending order");
-    }
-    if (!isPlace(moved.place[i])) {
-      return refused(at("place", i), "is no place within " + std::to_string(int(MovedVertices::kMaxMoved_m)) + " m");
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 void MovedVertices::moveIn(std::span<Vec3f> vertices) const noexcept {
@@ -49,6 +36,19 @@ std::optional<Vec3f> MovedVertices::placeOf(std::uint32_t which) const noexcept 
   const auto found = std::ranges::lower_bound(vertex, which);
   if (found == vertex.end() || *found != which) return std::nullopt;
   return place[static_cast<std::size_t>(found - vertex.begin())];
+}
+
+Result<void> checkMovedVertices(const MovedVertices& moved) {
+  for (std::size_t i = 0; i < moved.vertex.size(); ++i) {
+    if (i > 0 && moved.vertex[i] <= moved.vertex[i - 1]) {
+      return refused(at("vertex", i), "is " + std::to_string(moved.vertex[i]) + " after " +
+                                          std::to_string(moved.vertex[i - 1]) + "; give each once, in ascending order");
+    }
+    if (!isPlace(moved.place[i])) {
+      return refused(at("place", i), "is no place within " + std::to_string(int(MovedVertices::kMaxMoved_m)) + " m");
+    }
+  }
+  return {};
 }
 
 MovedVertices movedBetween(std::span<const Vec3f> before, std::span<const Vec3f> after) {
@@ -76,7 +76,7 @@ Result<MovedVertices> decodeMovedVertices(std::string_view bytes) {
   std::memcpy(moved.vertex.data(), bytes.data() + kListHeaderSize, count * sizeof(std::uint32_t));
   std::memcpy(moved.place.data(), bytes.data() + kListHeaderSize + count * sizeof(std::uint32_t),
               count * sizeof(Vec3f));
-  if (auto right = check(moved); !right) return tl::unexpected<Error>(std::move(right).error());
+  if (auto right = checkMovedVertices(moved); !right) return tl::unexpected<Error>(std::move(right).error());
   return moved;
 }
 

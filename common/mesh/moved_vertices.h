@@ -33,6 +33,9 @@ struct MovedVertices {
   [[nodiscard]] std::optional<Vec3f> placeOf(std::uint32_t vertex) const noexcept;
 };
 
+/// Refused: a breach of the invariants.
+[[nodiscard]] Result<void> checkMovedVertices(const MovedVertices& moved);
+
 /// The vertices that differ between two shapes of one mesh.
 [[nodiscard]] MovedVertices movedBetween(std::span<const Vec3f> before, std::span<const Vec3f> after);
 

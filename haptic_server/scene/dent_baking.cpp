@@ -68,7 +68,7 @@ BakeResult bake(const DeformationProperties& properties, const ObjectAssets& ass
     std::vector<Vec3f> next = now;
     const MovedVertices moved = displaced(now, dent, falloff);
     moved.moveIn(next);
-    if (isTooSteep(mesh, before, next, moved)) {
+    if (isTooSteep(mesh, before, next, moved) || !checkMovedVertices(moved)) {
       taken.releasedUpTo = number;
       break;
     }

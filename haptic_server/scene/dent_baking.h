@@ -39,7 +39,7 @@ struct BakeResult {
 };
 
 /// Bakes dents into the shape at rest, one after the other, up to the first one that would displace the vertices too far
-/// from where mesh and lattice have them: the difference of the displacements of two neighbours stays within kMaxDentGradient
+/// from where mesh and lattice have them, or beyond where MovedVertices can have them: the difference of the displacements of two neighbours stays within kMaxDentGradient
 /// of their distance, whatever is pressed how often, so that no triangle turns over unless one of its angles is larger than
 /// 120 degrees.
 /// @param assets  Of the object that has these properties.

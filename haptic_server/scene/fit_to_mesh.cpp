@@ -51,6 +51,13 @@ std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh&
                                             ", beyond the object, whose longest side is " + millimetres(longest_m)};
     }
   }
+  const double farthest_m = std::max({-low.x, -low.y, -low.z, high.x, high.y, high.z});
+  if (properties.softness && properties.softness->plastic > 0 && farthest_m > double(MovedVertices::kMaxMoved_m)) {
+    return Error{
+        "softness.plastic",
+        "is above 0, and the mesh reaches beyond 1000 m from the object's origin, where no dent is kept: give 0, or "
+        "scale the mesh"};
+  }
   if (!properties.lattice) return std::nullopt;
   Lattice& lattice = *properties.lattice;
   if (latticeOfMesh) {

@@ -75,6 +75,19 @@ TEST(Residue, LetsNoTriangleTurnOverHoweverOftenAPlaceIsPressed) {
   EXPECT_TRUE(refusedOnce) << "the scene does not do what it is for";
 }
 
+TEST(Residue, HoldsNoPlaceThatNobodyWouldTake) {
+  AssetStore store;
+  ObjectAssets assets;
+  constexpr double kLarge_m = 2000;
+  assets.mesh = store.intern(makeSphere(kLarge_m, 24).value());
+  DeformationProperties properties = kPlastic;
+  properties.softness->radius_m = 0.3 * kLarge_m;
+  const PermanentDent dent{3, {Vec3f(0, 0, kLarge_m), Vec3f(0, 0, -10)}};
+  const BakeResult taken = bake(properties, assets, {&dent, 1});
+  EXPECT_EQ(taken.upTo, 0U);
+  EXPECT_EQ(taken.releasedUpTo, 3U);
+}
+
 MotionState motionOf(const std::vector<ObjectDent>& dents, const std::vector<std::uint64_t>& staying) {
   MotionState motion;
   motion.sceneRevision = 1000;

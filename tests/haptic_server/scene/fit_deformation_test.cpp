@@ -26,6 +26,14 @@ TEST(FitDeformation, RefusesAFalloffThatReachesBeyondTheObject) {
   EXPECT_FALSE(fitToMesh(properties, bar(), false));
 }
 
+TEST(FitDeformation, RefusesDentsThatStayWhereNoneCanBeKept) {
+  const TriMesh mountain = makeBox(Vec3(3000), 1).value();
+  DeformationProperties properties = soft(100);
+  EXPECT_FALSE(fitToMesh(properties, mountain, false));
+  properties.softness->plastic = 0.5;
+  EXPECT_EQ(fitToMesh(properties, mountain, false).value().field, "softness.plastic");
+}
+
 TEST(FitDeformation, RefusesALatticeThatDoesNotHoldTheMesh) {
   DeformationProperties properties = withLattice({-0.01, -0.02, -0.05}, {0.02, 0.04, 0.09});
   EXPECT_EQ(fitToMesh(properties, bar(), false).value().field, "lattice.low_m");
