@@ -10,8 +10,11 @@
 
 #include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/point_field.h"
+#include "haptic_server/engine/geometry/collision_mesh.h"
 #include "haptic_server/engine/geometry/long_triangles.h"
 #include "haptic_server/engine/motion/support_points.h"
+#include "haptic_server/engine/surface/surface_detail.h"
+#include "haptic_server/engine/tool/tool_shell.h"
 #include "haptic_server/simplification/probe_strokes.h"
 #include "haptic_server/simplification/simplify.h"
 
@@ -38,14 +41,13 @@ struct Area {
 
 double squared(double number) noexcept { return number * number; }
 
-constexpr double kFewLong = 64;  // fewer are left out
 /// While cells are sought that are fine enough.
 constexpr double kMemoryOfLong_bytes = 20 * kMaxListedOfAll;
 
 /// To find the cells that long triangles pass through, and what passes through what in each (long_triangles.h).
 double timeOfLong_s(double triangles) noexcept {
   constexpr double kSearch_s = 0.5;  // for a grid
-  if (triangles < kFewLong) return 0;
+  if (triangles < double(kFewLong)) return 0;
   const double listed = std::min(kMaxListed * triangles, kMaxListedOfAll);
   return std::min(2e-4 * triangles, kSearch_s) + 6e-7 * listed;
 }
@@ -75,7 +77,7 @@ bool mayFold(const Lattice& lattice) noexcept {
 /// the mesh's box by that much more than the rest. By samples, for a mesh whose triangles are of one size.
 bool mayBecomeLong(const MeshNumbers& mesh, Lattice lattice) {
   constexpr int kSide = 5, kAll = kSide * kSide * kSide;
-  constexpr double kLong = 1.0 / 16, kEdges = 4;  // an edge is this much of the side, for one triangle
+  constexpr double kEdges = 4;  // an edge is this much of the side, for one triangle
   if (mesh.longTriangles > 0 || !(mesh.longest_m > 0)) return true;
   const Vec3 low = mesh.centre_m - Vec3(mesh.longest_m / 2);
   const double step_m = mesh.longest_m / (kSide - 1);
@@ -101,7 +103,7 @@ bool mayBecomeLong(const MeshNumbers& mesh, Lattice lattice) {
   const Vec3f sides = highest - lowest;
   const double stretch = static_cast<double>(farthest_m) / step_m;
   return !(kEdges * mesh.longest_m / std::sqrt(mesh.triangles) * stretch <
-           kLong * static_cast<double>(std::max({sides.x, sides.y, sides.z})));
+           kLongShare * static_cast<double>(std::max({sides.x, sides.y, sides.z})));
 }
 
 /// To ask a field for one value, seconds.
@@ -211,15 +213,15 @@ Price priceOfGrowing(const GrownReactionDiffusionSource& source, const MeshNumbe
 Price priceOfShape(const MeshNumbers& mesh, const DeformationProperties& deformation) {
   Price price{.time_s = 1.2e-6 * mesh.triangles + timeOfLong_s(mesh.longTriangles),
               .kept_bytes = 150 * mesh.triangles,
-              .working_bytes = 60 * mesh.triangles + (mesh.longTriangles < kFewLong ? 0 : kMemoryOfLong_bytes)};
+              .working_bytes = 60 * mesh.triangles + (mesh.longTriangles < double(kFewLong) ? 0 : kMemoryOfLong_bytes)};
   if (!deformation.lattice) return price;
   const Lattice& lattice = *deformation.lattice;
   constexpr double kTimes = 2;  // for the shape, and to count what is left without an area
   price.time_s += kTimes * (1e-7 + 2.6e-9 * static_cast<double>(lattice.control_m.size())) * mesh.vertices;
   if (!mayFold(lattice)) return price;
   // All of its triangles may pass through each other.
-  constexpr double kMaxTests = 0x1p25, kTestsEach = 64;  // self_intersections.cpp's
-  const double tests = std::min(squared(mesh.triangles) / 2, kMaxTests + kTestsEach * mesh.triangles);
+  const double most = double(kMaxCrossingTests) + double(kMaxCrossingTestsEach) * mesh.triangles;
+  const double tests = std::min(squared(mesh.triangles) / 2, most);
   price.time_s += 2e-8 * tests;
   if (!mesh.closed) return price;
   // It may be turned inside out, and then is built anew.
@@ -235,8 +237,7 @@ Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexc
     // The sides of a mesh that may be open are sorted.
     if (!mesh.closedAndPlain)
       price +=
-          {.time_s = 3e-8 * triangles * static_cast<double>(std::bit_width(static_cast<std::uint64_t>(3 * triangles))),
-           .working_bytes = 50 * triangles};
+          {.time_s = 3e-8 * triangles * (1 + std::log2(std::max(1.0, 3 * triangles))), .working_bytes = 50 * triangles};
   }
   if (!motion.planes.empty()) price += {.time_s = 2.5e-9 * kSupportDirections * mesh.vertices};
   if (motion.collision) price += {.time_s = 0.03 + 2.2e-6 * triangles, .working_bytes = 60 * triangles};
@@ -244,8 +245,7 @@ Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexc
 }
 
 Price priceOfTool(const MeshNumbers& mesh, double area_m2, double spacing_m) noexcept {
-  constexpr double kDartsPerDisk = 32, kMaxDarts = 4e6;  // tool_shell.cpp's
-  const double wanted = kDartsPerDisk * area_m2 / (spacing_m * spacing_m);
+  const double wanted = dartsFor(area_m2, spacing_m);
   const double darts = wanted <= kMaxDarts ? wanted : 0;  // else it is refused
   Price price{.time_s = 0.03 + 1e-6 * darts + 1e-6 * mesh.triangles,
               .kept_bytes = 1e6,
@@ -271,7 +271,7 @@ Price priceOfSharpPoints(const MeshNumbers& mesh) noexcept {
 }
 
 Price priceOf(const Texture& texture) noexcept {
-  constexpr double kValues = 2 * 5 * 4096;
+  constexpr double kValues = 2.0 * 5 * TextureDetail::kSamples;
   return {.time_s = kValues * timeOfValue_s(texture.family), .kept_bytes = 8e6};
 }
 

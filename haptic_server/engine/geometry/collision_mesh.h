@@ -15,6 +15,10 @@
 
 namespace haptics {
 
+/// Triangles tested, for a mesh and for each of its triangles, before all of it is taken for crossed: 0.3 s at least. A sane
+/// mesh needs about 10 each, slivers across the whole mesh need thousands. Too small costs speed on such meshes, never safety.
+inline constexpr std::int64_t kMaxCrossingTests = 1 << 25, kMaxCrossingTestsEach = 64;
+
 /// The hierarchical database of paper 3.1 for one mesh: polygons, lines and vertices, each with its normal and its
 /// neighbours, under a hierarchy of bounding boxes (3.2). Immutable; object frame, metres.
 ///

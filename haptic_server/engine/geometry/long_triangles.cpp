@@ -10,9 +10,6 @@
 namespace haptics {
 namespace {
 
-/// Triangles below which boxes do for them, however they overlap.
-constexpr std::size_t kFew = 64;
-constexpr double kLong = 1.0 / 16;
 /// Times as long as nearly all others: such triangles say nothing of how large a mesh is.
 constexpr float kGiant = 4;
 /// Above 0, for triangles that a deformation has brought to one place.
@@ -200,7 +197,7 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
     return Corners{Vec3(vertices[a]), Vec3(vertices[b]), Vec3(vertices[c])};
   };
   const auto count = static_cast<std::uint32_t>(triangles.size());
-  if (count < kFew) return {};
+  if (count < kFewLong) return {};
   const auto boxOf = [&](std::uint32_t t) {
     const auto& [a, b, c] = triangles[t];
     return FloatBox(vertices[a], vertices[b], vertices[c]);
@@ -209,7 +206,7 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
   growTo(lengths, count);
   forEach(count, [&](std::size_t t) { lengths[t] = boxOf(static_cast<std::uint32_t>(t)).longest(); });
   std::vector<float> sorted = lengths;
-  const auto nearlyAll = sorted.begin() + static_cast<std::ptrdiff_t>(count - 1 - count / kFew);
+  const auto nearlyAll = sorted.begin() + static_cast<std::ptrdiff_t>(count - 1 - count / kFewLong);
   std::nth_element(sorted.begin(), nearlyAll, sorted.end());
   interruptionPoint();
   const float giant = kGiant * *nearlyAll;
@@ -217,12 +214,12 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
   forEach(count, [&](std::size_t t) {
     if (lengths[t] <= giant) all.grow(boxOf(static_cast<std::uint32_t>(t)));
   });
-  const double long_m = kLong * Bounds{Vec3(vec3f(all.low)), Vec3(vec3f(all.high))}.longest();
+  const double long_m = kLongShare * Bounds{Vec3(vec3f(all.low)), Vec3(vec3f(all.high))}.longest();
   std::vector<std::uint32_t> found;
   for (std::uint32_t t = 0; t < count; ++t) {
     if (lengths[t] > long_m && lengths[t] <= giant) found.push_back(t);
   }
-  if (found.size() < kFew) return {};
+  if (found.size() < kFewLong) return {};
   std::vector<std::uint8_t> uses(vertices.size(), 0);
   for (const auto& triangle : triangles) {
     for (const std::uint32_t v : triangle) {
@@ -238,7 +235,7 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
     within.grow(cornersOf(t));
     volumes += boundsOf(cornersOf(t)).volume();
   }
-  if (found.size() < kFew || !(volumes > kMaxOverlap * within.volume())) found.clear();
+  if (found.size() < kFewLong || !(volumes > kMaxOverlap * within.volume())) found.clear();
   return found;
 }
 

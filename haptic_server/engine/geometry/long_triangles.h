@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -24,12 +25,16 @@ struct TriangleCells {
   std::vector<std::uint32_t> listed;  ///< Numbers of triangles.
 };
 
-/// Which of the triangles are long: longer than a sixteenth of the longest side of the box about all of them but a few giants.
+/// Which of the triangles are long: longer than kLongShare of the longest side of the box about all of them but a few giants.
 /// Not these, and not those
 /// with a vertex of more than kMaxAtVertex, near which no cell could tell them apart. None where boxes do for them,
 /// because they are few, or do not overlap: at a point, no more than kMaxOverlap in the mean.
 [[nodiscard]] std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
                                                        std::span<const std::array<std::uint32_t, 3>> triangles);
+/// Of the longest side.
+inline constexpr double kLongShare = 1.0 / 16;
+/// Triangles below which boxes do for them, however they overlap.
+inline constexpr std::size_t kFewLong = 64;
 inline constexpr int kMaxAtVertex = 16;
 inline constexpr double kMaxOverlap = 3;
 

@@ -11,11 +11,6 @@
 namespace haptics {
 namespace {
 
-/// Triangles tested, for the mesh and for each of its triangles, before the whole mesh is taken for crossed: 0.3 s at
-/// least. A sane mesh needs about 10 each, slivers across the whole mesh need thousands. Too small costs speed on such
-/// meshes, never safety.
-constexpr std::int64_t kMaxTests = 1 << 25;
-constexpr std::int64_t kMaxTestsEach = 64;
 /// Costs are counted in box tests of four triangles; a test of a line against a triangle costs as much as these.
 constexpr std::int64_t kBoxTestsPerTest = 16;
 
@@ -276,7 +271,7 @@ void CollisionMesh::markSelfIntersecting(std::span<const std::uint8_t> changed, 
   std::atomic<std::size_t> nextCell{0};
   const std::vector<std::uint8_t> uses =
       hierarchy_.hasCells() ? usesOfVertices(*this, vertexNormals_.size()) : std::vector<std::uint8_t>();
-  std::atomic<std::int64_t> left{(kMaxTests + kMaxTestsEach * triangleCount()) * kBoxTestsPerTest};
+  std::atomic<std::int64_t> left{(kMaxCrossingTests + kMaxCrossingTestsEach * triangleCount()) * kBoxTestsPerTest};
   const std::vector<std::uint32_t> parts = partsOf(*this);
   const auto work = [&] {
     SelfIntersectionSearch search(*this, changed, parts, marks);

@@ -12,9 +12,6 @@
 namespace haptics {
 namespace {
 
-/// Places at which the height is sampled. More find a steeper one on a large surface.
-constexpr std::uint32_t kSamples = 4096;
-
 /// Spread evenly over the polygons and over each (the R2 sequence of M. Roberts, 2018).
 [[nodiscard]] Vec3 samplePlace(const TriangleMap::Corners& corners, std::uint32_t i) {
   double u = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);

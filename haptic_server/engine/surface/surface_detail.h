@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -17,6 +18,9 @@ namespace haptics {
 /// A texture as the tick evaluates it. Object frame.
 class TextureDetail {
  public:
+  /// Places at which the height is sampled. More find a steeper one on a large surface.
+  static constexpr std::uint32_t kSamples = 4096;
+
   /// Samples the height over the surface for what gainFor() needs: some milliseconds.
   /// `material` as in SurfaceDetail.
   TextureDetail(const CollisionMesh& surface, const Texture& texture, std::shared_ptr<const ScalarField> field,

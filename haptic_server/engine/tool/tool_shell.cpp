@@ -12,9 +12,6 @@
 namespace haptics {
 namespace {
 
-/// Darts for each disk of the spacing: fewer leave holes, more take time.
-constexpr double kDartsPerDisk = 32;
-constexpr std::size_t kMaxDarts = 4'000'000;
 /// Vertices are points as long as these are no more than so many in all, or so many beside those at the spacing. More make a
 /// tool of fine triangles lag behind a fast hand; less leave corners out that others feel.
 constexpr std::size_t kMaxWithVertices = 2'000, kMaxVertices = 1'000;
@@ -55,8 +52,8 @@ Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m) {
   double area = 0;
   const std::uint32_t triangles = mesh.triangleCount();
   for (std::uint32_t t = 0; t < triangles; ++t) area += 0.5 * glm::length(mesh.triangle(t).areaNormal());
-  const double wanted = kDartsPerDisk * area / (spacing_m * spacing_m);
-  if (!(wanted <= static_cast<double>(kMaxDarts))) return tooMany();
+  const double wanted = dartsFor(area, spacing_m);
+  if (!(wanted <= kMaxDarts)) return tooMany();
   double due = 0;
   std::uint64_t number = 0;
   std::vector<Vec3> darts;

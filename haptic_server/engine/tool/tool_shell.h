@@ -30,6 +30,13 @@ inline constexpr std::size_t kMaxToolPoints = 8192;
 /// ones follow what cannot be distinguished.
 inline constexpr double kNearVertex_m = 5e-6;
 
+/// Darts thrown for a shell: fewer leave holes, more take time. With more than kMaxDarts it is refused.
+[[nodiscard]] constexpr double dartsFor(double area_m2, double spacing_m) noexcept {
+  constexpr double kPerDisk = 32;  // of the spacing
+  return kPerDisk * area_m2 / (spacing_m * spacing_m);
+}
+inline constexpr double kMaxDarts = 4e6;
+
 /// Samples a surface so that no two points are nearer than the spacing and no place of it is farther than that from one
 /// (Poisson-disk sampling by dart throwing over a fixed sequence of darts: the same mesh gives the same points). Vertices
 /// and lines that are sharp come first. All vertices that are farther than kNearVertex_m from these points are points too; where
