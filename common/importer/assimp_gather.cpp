@@ -18,9 +18,11 @@
 #include <limits>
 #include <map>
 #include <new>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "common/importer/collada_text.h"
 #include "common/importer/far_origin.h"
 #include "common/importer/gltf_numbers.h"
 #include "common/importer/joined_3mf.h"
@@ -77,22 +79,6 @@ Format formatOf(MeshFormat format) {
   }
 }
 
-/// "%20" as " ".
-std::string withoutPercents(const std::string& uri) {
-  std::string name;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    unsigned char c = 0;
-    const char* const end = uri.data() + std::min(i + 3, uri.size());
-    if (uri[i] == '%' && std::from_chars(uri.data() + i + 1, end, c, 16).ptr == uri.data() + i + 3) {
-      name += static_cast<char>(c);
-      i += 2;
-    } else {
-      name += uri[i];
-    }
-  }
-  return name;
-}
-
 /// The file, and those beside it that the reader gives, each asked for once.
 class Files final : public Assimp::IOSystem {
  public:
@@ -102,6 +88,9 @@ class Files final : public Assimp::IOSystem {
   /// The first that was not given.
   [[nodiscard]] const std::string& missing() const { return missing_; }
   [[nodiscard]] std::size_t includedBytes() const { return includedBytes_; }
+
+  /// A file that is not asked for.
+  void give(const std::string& name, std::string bytes) { included_[name] = std::move(bytes); }
 
   bool Exists(const char* name) const override { return find(name) != nullptr; }
   char getOsSeparator() const override { return '/'; }
@@ -200,8 +189,10 @@ double unitOf3mf(const std::string& word) {
 /// What is known of a file before it is read.
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
-  GltfTriangles triangles = std::nullopt;
-  std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Of X3D.
+  std::optional<std::uint64_t> triangles = std::nullopt;      ///< Of glTF.
+  std::string positions = {};                                 ///< Likewise.
+  std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
+  std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
   Vec3 centre{0};                                             ///< See moveToOrigin().
 };
 
@@ -240,8 +231,12 @@ Result<Beforehand> lookAtCollada(std::string& file) {
     if (!text) return tl::unexpected(std::move(text).error());
     file = *std::move(text);
   }
-  return notTooDeep(file).map([&] {
+  if (auto ok = notTooDeep(file); !ok) return tl::unexpected(std::move(ok).error());
+  return preparedCollada(std::move(file)).map([&](ColladaText collada) {
+    file = std::move(collada.text);
     return Beforehand{.unit_m = positive(attributeOf(file, "unit", "meter")),
+                      .shapesSkipped = collada.skipped,
+                      .leftOut = collada.leftOut,
                       .centre = moveToOrigin(file, MeshFormat::kCollada)};
   });
 }
@@ -253,7 +248,7 @@ Result<std::vector<Model3mf>> modelsIn(const ZipArchive& archive) {
   for (const ZipArchive::Entry& entry : archive.entries()) {
     const bool isModel = inLowerCase(entry.name).ends_with(".model");
     if (!isModel && entry.name != "_rels/.rels") continue;
-    auto text = archive.unpacked(entry);
+    auto text = archive.unpacked(entry).and_then(plainXml);
     if (!text) return tl::unexpected(std::move(text).error());
     if (auto ok = notTooDeep(*text); !ok) return tl::unexpected(std::move(ok).error());
     if (isModel) {
@@ -284,15 +279,22 @@ Result<Beforehand> lookAt3mf(std::string& file) {
   auto models = modelsIn(*archive);
   if (!models) return tl::unexpected(std::move(models).error());
   const std::string name = models->front().name;
+  LeftOut leftOut;
+  for (const Model3mf& model : *models) {
+    eachTag(model.text, [&](const XmlTag& tag) {
+      leftOut.lines += !tag.ends && tag.name == "beam" ? 1 : 0;
+      return true;
+    });
+  }
   auto text = joined(*std::move(models));
   if (!text) return tl::unexpected(std::move(text).error());
-  Beforehand known;
+  Beforehand known{.leftOut = leftOut};
   known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
   known.centre = moveToOrigin(*text, MeshFormat::k3mf);
   std::vector<std::pair<std::string, std::string>> read;
   for (const ZipArchive::Entry& entry : archive->entries()) {
     if (entry.name != "[Content_Types].xml" && !entry.name.ends_with(".rels")) continue;
-    auto other = archive->unpacked(entry);
+    auto other = archive->unpacked(entry).and_then(plainXml);
     if (!other) return tl::unexpected(std::move(other).error());
     read.emplace_back(entry.name, *std::move(other));
   }
@@ -301,27 +303,42 @@ Result<Beforehand> lookAt3mf(std::string& file) {
   return known;
 }
 
+Result<Beforehand> lookAtX3d(std::string& file) {
+  return plainXml(std::move(file))
+      .and_then([](const std::string& text) { return notTooDeep(text).and_then([&] { return preparedX3d(text); }); })
+      .map([&](X3dText x3d) {
+        file = std::move(x3d.text);
+        return Beforehand{.unit_m = positive(x3d.unit),
+                          .shapesSkipped = x3d.skipped,
+                          .leftOut = LeftOut{.unshown = x3d.unshown},
+                          .centre = moveToOrigin(file, MeshFormat::kX3d)};
+      });
+}
+
 /// @param file  Afterwards, what Assimp is to read.
-Result<Beforehand> lookAt(std::string& file, MeshFormat format) {
-  if (file.starts_with("\xff\xfe") || file.starts_with("\xfe\xff")) {
+Result<Beforehand> lookAt(std::string& file, MeshFormat format, const IncludeReader& readIncluded) {
+  const std::size_t most = kMaxOfFewBytes + file.size();
+  const bool isXml = format == MeshFormat::kCollada || format == MeshFormat::kX3d;
+  if (!isXml && (file.starts_with("\xff\xfe") || file.starts_with("\xfe\xff"))) {
     return refused("", "is in UTF-16; save it in UTF-8");
   }
   switch (format) {
     case MeshFormat::kGltf:
     case MeshFormat::kGlb:
-      return checkGltf(file, kMaxOfFewBytes + file.size()).map([](const GltfTriangles& triangles) {
-        return Beforehand{.unit_m = 1, .triangles = triangles};
+      return preparedGltf(std::move(file), most, readIncluded).map([&](Gltf gltf) {
+        file = std::move(gltf.file);
+        return Beforehand{.unit_m = 1,
+                          .triangles = gltf.triangles,
+                          .positions = std::move(gltf.positions),
+                          .shapesSkipped = gltf.skipped,
+                          .leftOut = gltf.leftOut};
       });
     case MeshFormat::k3mf:
       return lookAt3mf(file);
     case MeshFormat::kCollada:
       return lookAtCollada(file);
     case MeshFormat::kX3d:
-      return preparedX3d(file).map([&](X3dText x3d) {
-        file = std::move(x3d.text);
-        return Beforehand{
-            .unit_m = positive(x3d.unit), .shapesSkipped = x3d.skipped, .centre = moveToOrigin(file, MeshFormat::kX3d)};
-      });
+      return lookAtX3d(file);
     default:
       return Beforehand{.centre = moveToOrigin(file, format)};
   }
@@ -468,6 +485,13 @@ class Gathering {
   }
 };
 
+/// Meshes that no node shows.
+std::uint64_t unshownIn(const aiScene& scene, const std::vector<Placed>& placed) {
+  std::set<unsigned> shown;
+  for (const Placed& at : placed) shown.insert(at.node->mMeshes, at.node->mMeshes + at.node->mNumMeshes);
+  return scene.mNumMeshes - std::min<std::uint64_t>(shown.size(), scene.mNumMeshes);
+}
+
 /// Each mesh once, as GltfTriangles counts.
 std::uint64_t trianglesIn(const aiScene& scene) {
   std::uint64_t triangles = 0;
@@ -495,11 +519,12 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
                                    const IncludeReader& readIncluded) {
   const Format names = formatOf(format);
   const std::size_t fileSize = file.size();
-  const auto known = lookAt(file, format);
+  auto known = lookAt(file, format, readIncluded);
   if (!known) return tl::unexpected(known.error());
 
   const std::string name = std::string("mesh.") + names.ending;
   auto* const files = new Files(name, file, readIncluded);
+  if (!known->positions.empty()) files->give(kGltfPositions, std::move(known->positions));
   const Log log;
   Assimp::Importer importer;
   importer.SetIOHandler(files);  // which owns it from now on
@@ -532,8 +557,17 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
   gathering.found.shapesSkipped = log.leftOut();
   if (known->shapesSkipped) {
     gathering.found.shapesSkipped = *known->shapesSkipped;
-    gathering.found.leftOut.points = 0;  // lines among them
+    if (format == MeshFormat::kX3d) gathering.found.leftOut.points = 0;  // lines among them
   }
+  LeftOut& left = gathering.found.leftOut;
+  if (known->leftOut) {
+    left.lines += known->leftOut->lines;
+    left.skins += known->leftOut->skins;
+    left.morphs += known->leftOut->morphs;
+    left.instances += known->leftOut->instances;
+    left.unshown += known->leftOut->unshown;
+  }
+  if (format == MeshFormat::k3mf) left.unshown += unshownIn(*scene, *placed);
   if (const std::uint64_t there = trianglesIn(*scene); known->triangles && *known->triangles > there) {
     gathering.found.outOfRange += *known->triangles - there;
   }

@@ -2,19 +2,35 @@
 
 #include <cstdint>
 #include <optional>
-#include <string_view>
+#include <string>
 
 #include "common/error/error.h"
+#include "common/importer/include_reader.h"
+#include "common/mesh/polygon_soup.h"
 
 namespace haptics {
 
-/// Triangles that the default scene's meshes have, each counted once; none where that is not said (Draco).
-using GltfTriangles = std::optional<std::uint64_t>;
+/// The name of the file with the positions that preparedGltf() has made float32.
+inline constexpr const char* kGltfPositions = "float32 positions";
 
-/// Looks at what a glTF 2.0 file (JSON, or binary) claims, before anything believes it. Refused: no JSON, another version's
-/// binary, an extension that is required and moves the geometry, positions that are not float32, more values than the file
-/// has bytes for. What else is wrong is left to the reader.
+/// "%20" as " ".
+[[nodiscard]] std::string withoutPercents(const std::string& uri);
+
+/// A glTF 2.0 file as Assimp reads it rightly.
+struct Gltf {
+  std::string file;
+  std::string positions;                                  ///< What kGltfPositions holds.
+  std::optional<std::uint64_t> triangles = std::nullopt;  ///< Of the shown meshes, each once; none: not said (Draco).
+  std::uint64_t skipped = 0;                              ///< Primitives without positions.
+  LeftOut leftOut;                                        ///< Skins, morphs, copies, meshes that are not shown.
+};
+
+/// Looks at what a glTF 2.0 file (JSON, or binary) claims, before anything believes it, and leaves out of it what cannot be
+/// felt and has to be right for Assimp: materials, textures, attributes beside positions; and what is hidden. Quantized
+/// positions become float32. Refused: no JSON, another version's binary, an extension that is required and moves the geometry,
+/// more values than the file has bytes for. What else is wrong is left to the reader.
 /// @param mostOfNothing  Values that an accessor without bytes of its own may have.
-[[nodiscard]] Result<GltfTriangles> checkGltf(std::string_view file, std::uint64_t mostOfNothing);
+[[nodiscard]] Result<Gltf> preparedGltf(std::string file, std::uint64_t mostOfNothing,
+                                        const IncludeReader& readIncluded);
 
 }  // namespace haptics

@@ -56,6 +56,8 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"skins_left_out", r.leftOut.skins},
               {"morphs_left_out", r.leftOut.morphs},
               {"animations_left_out", r.leftOut.animations},
+              {"unshown_left_out", r.leftOut.unshown},
+              {"instances_left_out", r.leftOut.instances},
               {"shapes_skipped", r.shapesSkipped},
               {"header_lines_skipped", r.headerLinesSkipped},
               {"lines_skipped", r.linesSkipped},

@@ -1,6 +1,121 @@
 #include "common/importer/xml_text.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
 namespace haptics {
+namespace {
+
+/// Of UTF-16; nothing: it is damaged.
+std::optional<std::string> inUtf8(std::string_view text, bool isBigEndian) {
+  if (text.size() % 2 != 0) return std::nullopt;
+  const auto unit = [&](std::size_t at) {
+    const auto first = static_cast<unsigned char>(text[at]), second = static_cast<unsigned char>(text[at + 1]);
+    return static_cast<std::uint32_t>(isBigEndian ? first << 8 | second : second << 8 | first);
+  };
+  constexpr std::uint32_t kHigh = 0xd800, kLow = 0xdc00, kAfter = 0xe000;
+  std::string all;
+  all.reserve(text.size() / 2);
+  for (std::size_t at = 0; at < text.size(); at += 2) {
+    std::uint32_t c = unit(at);
+    if (c >= kHigh && c < kAfter) {
+      at += 2;
+      const std::uint32_t low = at < text.size() ? unit(at) : 0;
+      if (c >= kLow || low < kLow || low >= kAfter) return std::nullopt;
+      c = 0x10000 + ((c - kHigh) << 10) + (low - kLow);
+    }
+    const auto tail = [&](int shift) { all += static_cast<char>(0x80 | (c >> shift & 0x3f)); };
+    if (c < 0x80) {
+      all += static_cast<char>(c);
+    } else if (c < 0x800) {
+      all += static_cast<char>(0xc0 | c >> 6);
+      tail(0);
+    } else if (c < 0x10000) {
+      all += static_cast<char>(0xe0 | c >> 12);
+      tail(6), tail(0);
+    } else {
+      all += static_cast<char>(0xf0 | c >> 18);
+      tail(12), tail(6), tail(0);
+    }
+  }
+  return all;
+}
+
+/// Leaves `part` out, which begins at or after what was left out before it.
+class InPlace {
+ public:
+  explicit InPlace(std::string& text) : text_(text) {}
+  void leaveOut(std::size_t at, std::size_t size) {
+    keepTo(at);
+    from_ = at + size;
+  }
+  void end() {
+    keepTo(text_.size());
+    text_.resize(to_);
+  }
+
+ private:
+  std::string& text_;
+  std::size_t from_ = 0, to_ = 0;
+
+  void keepTo(std::size_t at) {
+    if (to_ != from_) std::copy(text_.begin() + from_, text_.begin() + at, text_.begin() + to_);
+    to_ += at - from_;
+  }
+};
+
+void withoutComments(std::string& text) {
+  InPlace kept(text);
+  for (std::size_t at = 0; (at = text.find("<!", at)) != text.npos;) {
+    const std::string_view rest = std::string_view(text).substr(at);
+    const bool isComment = rest.starts_with("<!--");
+    const std::string_view ending = isComment ? "-->" : rest.starts_with("<![CDATA[") ? "]]>" : ">";
+    const std::size_t found = text.find(ending, at + (isComment ? 4 : 2));
+    const std::size_t end = found == text.npos ? text.size() : found + ending.size();
+    if (isComment) kept.leaveOut(at, end - at);
+    at = end;
+  }
+  kept.end();
+}
+
+void withoutFirstPrefix(std::string& text) {
+  const auto prefixOf = [&](const XmlTag& tag) {
+    const std::size_t from = text.find_last_of("</", tag.at) + 1;
+    return std::string_view(text).substr(from, tag.at - from);
+  };
+  std::string prefix;
+  std::vector<std::size_t> places;
+  eachTag(text, [&](const XmlTag& tag) {
+    const std::string_view own = prefixOf(tag);
+    if (prefix.empty()) prefix = own;
+    if (own == prefix) places.push_back(tag.at - own.size());
+    return !prefix.empty();
+  });
+  if (prefix.empty()) return;
+  InPlace kept(text);
+  for (const std::size_t at : places) kept.leaveOut(at, prefix.size());
+  kept.end();
+}
+
+}  // namespace
+
+Result<std::string> plainXml(std::string text) {
+  const std::string_view head = std::string_view(text).substr(0, 2);
+  const bool isMarked = head == "\xff\xfe" || head == "\xfe\xff";
+  if (isMarked || head == std::string_view("<\0", 2) || head == std::string_view("\0<", 2)) {
+    const bool isBigEndian = head == "\xfe\xff" || head == std::string_view("\0<", 2);
+    auto converted = inUtf8(std::string_view(text).substr(isMarked ? 2 : 0), isBigEndian);
+    if (!converted) return refused("", "is UTF-16 that is cut off or damaged; save it in UTF-8");
+    text = *std::move(converted);
+  }
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  withoutComments(text);
+  withoutFirstPrefix(text);
+  return text;
+}
 
 int deepestNestingOf(std::string_view text) {
   int depth = 0, deepest = 0;
@@ -10,6 +125,48 @@ int deepestNestingOf(std::string_view text) {
     return true;
   });
   return deepest;
+}
+
+std::string_view XmlRewriting::whole(const XmlTag& tag) const {
+  const std::size_t from = text_.rfind('<', tag.at);
+  const auto end = static_cast<std::size_t>(tag.inside.data() + tag.inside.size() - text_.data());
+  return text_.substr(from, end + 1 - from);
+}
+
+std::string_view XmlRewriting::element(const XmlTag& begin) const {
+  const std::string_view head = whole(begin);
+  if (begin.inside.ends_with('/')) return head;
+  const std::string_view rest = text_.substr(static_cast<std::size_t>(head.data() - text_.data()));
+  std::size_t size = rest.size();
+  int depth = 0;
+  eachTag(rest, [&](const XmlTag& tag) {
+    if (!tag.inside.ends_with('/')) depth += tag.ends ? -1 : 1;
+    if (depth == 0) size = static_cast<std::size_t>(tag.inside.data() + tag.inside.size() - rest.data()) + 1;
+    return depth > 0;
+  });
+  return rest.substr(0, size);
+}
+
+void XmlRewriting::replace(std::string_view part, std::string_view by) {
+  const auto at = static_cast<std::size_t>(part.data() - text_.data());
+  written_.append(text_.substr(taken_, at - taken_)).append(by);
+  taken_ = at + part.size();
+}
+
+void XmlRewriting::insertAfter(const XmlTag& tag, std::string_view added) {
+  const std::string_view all = whole(tag);
+  replace(all.substr(all.size()), added);
+}
+
+std::vector<std::string_view> wordsIn(std::string_view text) {
+  constexpr std::string_view kBetween = " ,\t\r\n";
+  std::vector<std::string_view> words;
+  for (std::size_t at = 0; (at = text.find_first_not_of(kBetween, at)) != text.npos;) {
+    const std::size_t end = std::min(text.find_first_of(kBetween, at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = end;
+  }
+  return words;
 }
 
 std::string_view attributeIn(std::string_view inside, std::string_view name) {

@@ -1,8 +1,17 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
+#include <iterator>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "common/error/error.h"
 
 namespace haptics {
 
@@ -48,8 +57,53 @@ void eachTag(std::string_view text, const Take& take) {
   }
 }
 
+/// The text in UTF-8, as one of Assimp's readers takes it: without a byte order mark, comments, and the prefix that its first
+/// element has, if any, of each element that has the same. Refused: UTF-16 that is cut off or damaged.
+[[nodiscard]] Result<std::string> plainXml(std::string text);
+
 /// How many elements are within one another.
 [[nodiscard]] int deepestNestingOf(std::string_view text);
+
+/// A text part of which is written anew, in the text's order.
+class XmlRewriting {
+ public:
+  explicit XmlRewriting(std::string_view text) : text_(text) {}
+
+  [[nodiscard]] std::string_view text() const { return text_; }
+  /// From its '<' to the end of the tag that ends it.
+  [[nodiscard]] std::string_view element(const XmlTag& begin) const;
+  /// From its '<' to its '>'.
+  [[nodiscard]] std::string_view whole(const XmlTag& tag) const;
+  void replace(std::string_view part, std::string_view by);
+  void insertBefore(const XmlTag& tag, std::string_view added) { replace(whole(tag).substr(0, 0), added); }
+  void insertAfter(const XmlTag& tag, std::string_view added);
+  void replaceElement(const XmlTag& begin, std::string_view by) { replace(element(begin), by); }
+  /// Whether the tag is in what has been replaced.
+  [[nodiscard]] bool isReplaced(const XmlTag& tag) const { return tag.at < taken_; }
+  [[nodiscard]] std::string end() { return std::move(written_.append(text_.substr(taken_))); }
+
+ private:
+  std::string_view text_;
+  std::string written_;
+  std::size_t taken_ = 0;
+};
+
+template <std::size_t N>
+[[nodiscard]] bool isOneOf(const std::string_view (&those)[N], std::string_view name) {
+  return std::find(std::begin(those), std::end(those), name) != std::end(those);
+}
+
+/// Words between blanks and commas.
+[[nodiscard]] std::vector<std::string_view> wordsIn(std::string_view text);
+
+template <class T>
+std::optional<T> numberOf(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  T value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
 
 /// What an attribute says in a tag's XmlTag::inside; empty: it is not there. A name such as ":path" has any prefix.
 [[nodiscard]] std::string_view attributeIn(std::string_view inside, std::string_view name);

@@ -95,10 +95,10 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
                            std::to_string(soup.vertices.size()) + ')');
   }
   if (taken == 0 && soup.shapesSkipped > 0) {
-    return refused(
-        "",
-        "holds nothing but NURBS, texts, lines, points, unknown nodes, WWWInlines or files that are not beside it, "
-        "which are not read");
+    return refused("",
+                   "holds nothing but NURBS, splines, texts, lines, points, unknown nodes, WWWInlines or files that "
+                   "are not beside it, "
+                   "which are not read");
   }
   const LeftOut& left = soup.leftOut;
   if (taken == 0 && left.points + left.lines > 0) {

@@ -18,6 +18,8 @@ struct LeftOut {
   std::uint64_t points = 0, lines = 0;
   std::uint64_t skins = 0, morphs = 0;  ///< Meshes that a skeleton or targets move: they are as they are stored.
   std::uint64_t animations = 0;
+  std::uint64_t unshown = 0;    ///< Meshes that the scene does not show: hidden, of another scene, or placed nowhere.
+  std::uint64_t instances = 0;  ///< Copies of meshes that an extension places.
 };
 
 /// How far float32 may put a number of this size off.

@@ -196,8 +196,9 @@ std::string MeshReport::text() const {
   };
   mention(polygonsTriangulated, "polygons cut into triangles");
   mention(polygonsCrossing, "of them cross themselves, and have triangles that face back");
-  mention(shapesSkipped,
-          "parts skipped (NURBS, texts, lines, points, unknown nodes, or included files that are not beside it)");
+  mention(
+      shapesSkipped,
+      "parts skipped (NURBS, splines, texts, lines, points, unknown nodes, or included files that are not beside it)");
   mention(meshesTaken > 1 ? meshesTaken : 0, "meshes of the file as one");
   mention(meshesLeft, "meshes of the file that were not asked for");
   mention(leftOut.points, "points left out");
@@ -205,6 +206,8 @@ std::string MeshReport::text() const {
   mention(leftOut.skins, "meshes with a skin, as stored and not as posed");
   mention(leftOut.morphs, "meshes with morph targets, as stored");
   mention(leftOut.animations, "animations left out");
+  mention(leftOut.unshown, "meshes left out that the scene does not show");
+  mention(leftOut.instances, "copies of meshes left out that EXT_mesh_gpu_instancing places");
   mention(headerLinesSkipped, "header lines skipped that begin with no keyword");
   mention(linesSkipped, "lines, or ends of lines, skipped that the format does not have");
   mention(bytesAtEnd, "bytes after the last triangle left out");

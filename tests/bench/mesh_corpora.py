@@ -27,15 +27,14 @@ REFUSED = {
     "PLY/issue623.ply": "point cloud", "PLY/points.ply": "point cloud", "PLY/pond.0.ply": "point cloud",
     "invalid/OutOfMemory.off": "more than its length", "invalid/empty.obj": "empty", "invalid/empty.off": "empty",
     "invalid/empty.ply": "empty", "invalid/empty.3ds": "empty", "models/household/teapot.iv": "NURBS",
-    "X3D/ComputerKeyboard.x3d": "Extrusion", "Collada/cameras.dae": "no mesh", "Collada/lights.dae": "no mesh", "Collada/cube_UTF16LE.dae": "UTF-16",
-    "Collada/library_animation_clips.dae": "Cannot parse", "FBX/transparentTest.fbx": "out of range",
+    "Collada/cameras.dae": "no mesh", "Collada/lights.dae": "no mesh",
+    "FBX/transparentTest.fbx": "out of range",
     "glTF/BoxTextured-glTF-Binary/BoxTextured.glb": "version 1",
     "glTF2/BoxWithInfinites-glTF-Binary/BoxWithInfinites.glb": "not finite",
     "glTF2/IndexOutOfRange/AllIndicesOutOfRange.gltf": "no faces", "glTF2/MissingBin/BoxTextured.gltf": "BoxTextured0.bin",
     "glTF2/RecursiveNodes/RecursiveNodes.gltf": "of itself", "glTF2/SchemaFailures/sceneWrongType.gltf": "scene",
     "glTF2/TestNoRootNode/NoScene.gltf": "No scene", "glTF2/TestNoRootNode/SceneWithoutNodes.gltf": "no mesh",
-    "glTF2/issue_3269/texcoord_crash.gltf": "TEXCOORD_1",
-} | {f"glTF2/wrongTypes/bad{kind}.gltf": "was not of type" for kind in ("Array", "Extension", "Number", "Object", "String", "Uint")
+} | {f"glTF2/wrongTypes/bad{kind}.gltf": "was not of type" for kind in ("Array", "String")
 } | {f"glTF2/glTF-Asset-Generator/Mesh_PrimitiveMode/Mesh_PrimitiveMode_{n:02}.gltf": "holds no face"
      for n in (0, 1, 2, 3, 7, 8, 9, 10)}
 

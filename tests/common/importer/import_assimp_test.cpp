@@ -38,6 +38,13 @@ void expectBox(const Result<ImportedMesh>& imported, const Vec3& low, const Vec3
   EXPECT_GT(volume_m3(imported->mesh), 0);
 }
 
+/// Whatever corner a face begins with.
+void expectTetrahedron(const Result<ImportedMesh>& imported) {
+  expectBox(imported, {0, 0, 0}, {1, 1, 1});
+  EXPECT_EQ(imported->mesh.triangles.size(), 4U);
+  EXPECT_NEAR(volume_m3(imported->mesh), 1.0 / 6, 1e-6);
+}
+
 // The tetrahedron's four positions and twelve indices.
 
 std::string buffer() {
@@ -491,12 +498,129 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
   const auto both = import("t.x3d", scene(clockwise + "<Transform translation='4 0 0'>" + shape + "</Transform>"));
   expectBox(both, {0, 0, 0}, {5, 1, 1});
   EXPECT_EQ(both->report.insideOutParts, 0U);
-  EXPECT_THAT(
-      refusal("t.x3d",
-              scene("<Shape><ElevationGrid ccw='false' xDimension='2' zDimension='2' height='0 0 0 0'/></Shape>")),
-      HasSubstr("ccw=\"false\" in \"ElevationGrid\""));
+  const auto shapeOf = [&](const std::string& geometry) {
+    return import("t.x3d", scene("<Shape>" + geometry + "</Shape>"));
+  };
+  const std::string points = R"(<Coordinate point="0 0 0, 0 1 0, 1 0 0, 0 0 1, 0 1 0, 0 0 0, 0 0 1, 1 0 0"/>)";
+  expectTetrahedron(shapeOf("<TriangleStripSet stripCount='4 4'>" + points + "</TriangleStripSet>"));
+  const std::string four = R"(<Coordinate point="0 0 0, 1 0 0, 0 1 0, 0 0 1"/>)";
+  for (const auto& [set, index] : {std::pair{"IndexedTriangleSet", "0 1 2 0 3 1 1 3 2 2 3 0"},
+                                   {"IndexedTriangleStripSet", "0 1 2 3 -1 2 3 0 1"},
+                                   {"IndexedTriangleFanSet", "0 1 2 3 1 -1 1 3 2"}}) {
+    const std::string name = set;
+    expectTetrahedron(shapeOf("<" + name + " ccw='false' index='" + index + "'>" + four + "</" + name + ">"));
+  }
+  expectTetrahedron(
+      shapeOf("<TriangleSet ccw='false'><Coordinate point='0 0 0 1 0 0 0 1 0, 0 0 0 0 0 1 1 0 0, 1 0 0 0 0 1 0 1 0, 0 "
+              "1 0 0 0 1 0 0 0'/>"
+              "</TriangleSet>"));
+  EXPECT_THAT(refusal("t.x3d", scene("<Shape><TriangleSet ccw='false'><Coordinate USE='a'/></TriangleSet></Shape>")),
+              HasSubstr("without points of its own"));
+  for (const bool isClockwise : {false, true}) {
+    const auto extruded = shapeOf(isClockwise ? "<Extrusion ccw='false'/>" : "<Extrusion/>");
+    ASSERT_TRUE(extruded) << extruded.error().text();
+    EXPECT_NEAR(volume_m3(extruded->mesh), isClockwise ? -4 : 4, 1e-5);
+  }
+  EXPECT_THAT(refusal("t.x3d", scene("<Shape><TriangleStripSet stripCount='4000000000'/></Shape>")),
+              HasSubstr("has a stripCount of \"4000000000\""));
+  expectBox(shapeOf("<Cone bottomRadius='2' height='3'/>"), {-2, -1.5, -2}, {2, 1.5, 2});
+  const auto cylinder = shapeOf("<Cylinder height=' +4 '/>");
+  expectBox(cylinder, {-1, -2, -1}, {1, 2, 1});
+  EXPECT_NEAR(volume_m3(cylinder->mesh), 4 * 64 / 2.0 * std::sin(2 * 3.14159265358979 / 64), 1e-4);
+  EXPECT_THAT(refusal("t.x3d", scene("<Shape><Cone height='high'/></Shape>")),
+              HasSubstr("has a Cone whose height is \"high\""));
+  EXPECT_FALSE(shapeOf("<Cylinder top='false'></Cylinder>")->report.closed());
+
+  std::string earth = x3d("");
+  earth.replace(earth.find("Coordinate"), 10, "GeoCoordinate geoSystem='\"GC\"'");
+  EXPECT_EQ(import("t.x3d", earth)->mesh, tetrahedron());
+  earth.replace(earth.find("GC"), 2, "GD");
+  EXPECT_THAT(refusal("t.x3d", earth), HasSubstr("points in GeoCoordinate of geoSystem"));
+
+  const std::string far = "<Transform translation='5 0 0'>" + shape + "</Transform>";
+  for (const std::string& hidden :
+       {"<Switch whichChoice='1'>" + far + "<MetadataString name='a' value='b'/>" + shape + "</Switch>",
+        "<LOD>" + shape + far + "</LOD>", "<Group visible='false'>" + far + "</Group>" + shape}) {
+    const auto imported = import("t.x3d", scene(hidden));
+    ASSERT_TRUE(imported) << hidden << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << hidden;
+    EXPECT_EQ(imported->report.leftOut.unshown, 1U) << hidden;
+  }
   const std::string inches = "<head><unit category='length' name='inch' conversionFactor='0.0254'/></head>";
   EXPECT_NEAR(import("t.x3d", scene(shape, inches))->report.longestSide_m(), 0.0254, 1e-8);
+}
+
+/// In UTF-16, with a prefix and comments.
+std::string spelled(const std::string& text) {
+  std::string other;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '<' && text[i + 1] != '?' && text[i + 1] != '/' && other.size() < 3000) other += "<!-- < -->";
+    other += text[i];
+    const bool isName = std::isalpha(static_cast<unsigned char>(text[i + 1])) != 0;
+    if (isName && (text[i] == '<' || (text[i] == '/' && text[i - 1] == '<'))) other += "c:";
+  }
+  std::string wide = "\xff\xfe";
+  for (const char c : other) wide += std::string{c, '\0'};
+  return wide;
+}
+
+TEST_F(ImportAssimp, ReadsXmlInAnySpelling) {
+  std::string points = collada("", "<node>" + kInstance + "</node>");
+  points.insert(points.find(" 0 1 0 0 0 1"), "<!-- the second half -->");
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"t.dae", spelled(collada("", "<node>" + kInstance + "</node>"))},
+      {"u.dae", points},
+      {"t.x3d", spelled(x3d(""))},
+      {"t.3mf", archive3mf({{"3D/3dmodel.model", spelled(model3mf("unit='meter'"))}})}};
+  for (const auto& [name, bytes] : files) {
+    const auto imported = import(name, bytes);
+    ASSERT_TRUE(imported) << name << ": " << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << name;
+  }
+}
+
+TEST_F(ImportAssimp, ReadsWhatColladaHasBesideMeshes) {
+  const auto placed = [](const std::string& transform, const std::string& instance = kInstance) {
+    return "<node>" + transform + instance + "</node>";
+  };
+  // Points along y go towards x: (0, 1, 0) comes to (1, 1, 0).
+  const auto skewed = import("t.dae", collada("", placed("<skew>45 0 1 0 1 0 0</skew><scale>1 2 1</scale>")));
+  expectBox(skewed, {0, 0, 0}, {2, 2, 1});
+  EXPECT_NEAR(volume_m3(skewed->mesh), 1.0 / 3, 1e-6);
+  expectBox(import("t.dae", collada("", placed("<skew>20 1 1 0 1 0 0</skew>"))), {0, 0, 0}, {1.1445069, 1, 1});
+  EXPECT_THAT(refusal("t.dae", collada("", placed("<skew>90 0 1 0 1 0 0</skew>"))), HasSubstr("has a <skew> of"));
+
+  std::string fans = collada("", placed(""));
+  const std::string list = "<polylist count=\"4\"",
+                    faces = "<vcount>3 3 3 3</vcount>\n<p>0 2 1 0 1 3 1 2 3 2 0 3</p></polylist>";
+  std::string uncounted = fans;
+  uncounted.replace(uncounted.find(list), list.size(), "<polylist");
+  EXPECT_THAT(refusal("t.dae", uncounted), HasSubstr("has <polylist> with indices and without a count"));
+  fans.replace(fans.find(list), list.size(), "<trifans count=\"2\"");
+  fans.replace(fans.find(faces), faces.size(), "<p>0 2 1 3 2</p><p>1 2 3</p></trifans>");
+  expectTetrahedron(import("t.dae", fans));
+
+  const std::string skin =
+      "<library_controllers><controller id='m'><morph source='#g'/></controller>"
+      "<controller id='k'><skin source='#m'/></controller></library_controllers>"
+      "<library_effects><effect id='e'><color>  1 1 1 1 </color></effect></library_effects>";
+  const auto moved = import("t.dae", collada("", placed("", "<instance_controller url='#k'/>"), skin));
+  ASSERT_TRUE(moved) << moved.error().text();
+  EXPECT_EQ(moved->mesh, tetrahedron());
+  EXPECT_EQ(moved->report.leftOut.skins, 1U);
+  EXPECT_EQ(moved->report.leftOut.morphs, 1U);
+
+  const std::string spline = "<library_geometries><geometry id='line'><spline/></geometry></library_geometries>";
+  const auto beside = import("t.dae", collada("",
+                                              placed("", kInstance + R"(<instance_geometry url="#line"/>
+<instance_geometry url="other.dae#g"/><instance_node url="#none"/>)") +
+                                                  "</visual_scene><visual_scene id='other'>" + placed(""),
+                                              spline));
+  ASSERT_TRUE(beside) << beside.error().text();
+  EXPECT_EQ(beside->mesh, tetrahedron());
+  EXPECT_EQ(beside->report.shapesSkipped, 3U);
+  EXPECT_EQ(beside->report.leftOut.unshown, 1U);
+  EXPECT_THAT(beside->report.text(), HasSubstr("1 meshes left out that the scene does not show"));
 }
 
 TEST_F(ImportAssimp, LooksAtNothingThatCannotBeFelt) {
@@ -539,6 +663,16 @@ TEST_F(ImportAssimp, JoinsTheModelsOfA3mf) {
                                         {"3D/Objects/two.model", through},
                                         {"3D/Objects/part.model", part}})),
             {0, 0, 0}, {1, 1, 5});
+  std::string lattice = model3mf("unit='meter'");
+  lattice.insert(lattice.find("</mesh>"), "<b:beamlattice><b:beams><b:beam v1='0' v2='1'/></b:beams></b:beamlattice>");
+  lattice.insert(lattice.find("</resources>"),
+                 "<object id='2'><mesh><vertices><vertex x='0' y='0' z='0'/></vertices>"
+                 "<triangles><triangle v1='0' v2='0' v3='0'/></triangles></mesh></object>");
+  const auto unbuilt = import("t.3mf", archive3mf({{"3D/3dmodel.model", lattice}}));
+  ASSERT_TRUE(unbuilt) << unbuilt.error().text();
+  EXPECT_EQ(unbuilt->mesh, tetrahedron());
+  EXPECT_EQ(unbuilt->report.leftOut.lines, 1U);
+  EXPECT_EQ(unbuilt->report.leftOut.unshown, 1U);
   EXPECT_THAT(
       refusal("t.3mf", archive3mf({{"3D/Objects/part.model", part}, {"3D/3dmodel.model", naming("/3D/else.model")}})),
       HasSubstr("names an object of \"3D/else.model\", a model that its archive does not have"));
@@ -546,6 +680,61 @@ TEST_F(ImportAssimp, JoinsTheModelsOfA3mf) {
               HasSubstr("has models in meter and in millimeter; one unit is read"));
   EXPECT_THAT(refusal("t.3mf", archive3mf({{"a.model", part}, {"b.model", part}})),
               HasSubstr("has no model \"3D/3dmodel.model\""));
+}
+
+TEST_F(ImportAssimp, ReadsQuantizedPositions) {
+  const std::string required = R"(, "extensionsRequired": ["KHR_mesh_quantization"])";
+  const auto of = [&](std::uint64_t type, const std::string& more) {
+    return Gltf{.uri = "t.bin",
+                .more = required,
+                .positions = "\"componentType\": " + std::to_string(type) + ", \"count\": 4" + more}
+        .text();
+  };
+  std::string shorts, bytes;
+  for (const int x : {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}) {
+    shorts += raw(static_cast<std::int16_t>(32767 * x));
+    bytes += static_cast<char>(x);
+  }
+  const std::string indices = buffer().substr(48);
+  for (const auto& [type, points, more] : {std::tuple{5122, shorts, ", \"normalized\": true"}, {5121, bytes, ""}}) {
+    std::string held = points;
+    held.resize(48, '\0');
+    write("t.bin", held + indices);
+    const auto imported = import("t.gltf", of(static_cast<std::uint64_t>(type), more));
+    ASSERT_TRUE(imported) << type << ": " << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << type;
+  }
+  EXPECT_THAT(refusal("t.gltf", of(5121, R"(, "sparse": {"count": 1})")),
+              HasSubstr("accessor 0 has quantized positions that are sparse"));
+}
+
+TEST_F(ImportAssimp, ShowsWhatAGltfShows) {
+  const std::string hidden = R"({"mesh": 0, "translation": [5, 0, 0])";
+  for (const auto& [nodes, roots] :
+       {std::pair{R"([{"mesh": 0}, )" + hidden + "}]", "[0]"},
+        {R"([{"mesh": 0}, )" + hidden + R"(, "extensions": {"KHR_node_visibility": {"visible": false}}}])", "[0, 1]"},
+        {R"([{"mesh": 0}, {"children": [2], "extensions": {"KHR_node_visibility": {"visible": false}}}, )" + hidden +
+             "}]",
+         "[0, 1]"}}) {
+    const auto imported = import("t.glb", Gltf{.nodes = nodes, .sceneNodes = roots}.glb());
+    ASSERT_TRUE(imported) << nodes << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << nodes;
+    EXPECT_EQ(imported->report.leftOut.unshown, 1U) << nodes;
+  }
+  const std::string copied =
+      R"([{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}])";
+  EXPECT_EQ(import("t.glb", Gltf{.nodes = copied}.glb())->report.leftOut.instances, 4U);
+
+  const std::string faces =
+      R"({"attributes": {"POSITION": 0, "NORMAL": 7, "TEXCOORD_1": 0}, "material": 9, "indices": 1})";
+  const auto imported =
+      import("t.gltf", "\xef\xbb\xbf" + Gltf{.primitives = "[" + faces + R"(, {"attributes": {"NORMAL": 0}}])",
+                                             .uri = "data:application/octet-stream;base64," + kBase64,
+                                             .more = R"(, "materials": [{"pbrMetallicRoughness": 3}])"}
+                                            .text());
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_EQ(imported->report.shapesSkipped, 1U);
 }
 
 TEST_F(ImportAssimp, SaysWhereTheReaderPutsAnotherVertexOrLeavesAMeshOut) {
@@ -573,7 +762,7 @@ TEST_F(ImportAssimp, RefusesNumbersThatTheFileCannotStandFor) {
        "accessor 0 claims 4000000000 values; there are bytes for 4"},
       {{.positions = R"("componentType": 5126, "count": 4, "byteOffset": 40)"}, "there are bytes for 0"},
       {{.indices = R"("count": 13)"}, "accessor 1 claims 13 values; there are bytes for 12"},
-      {{.positions = R"("componentType": 5122, "count": 4)"}, "quantized"},
+      {{.positions = R"("componentType": 5125, "count": 4)"}, "positions of component type 5125"},
       {{.more = R"(, "extensionsRequired": ["EXT_meshopt_compression"])"}, "EXT_meshopt_compression"}};
   for (const auto& [gltf, reason] : files) EXPECT_THAT(refusal("t.glb", gltf.glb()), HasSubstr(reason));
   EXPECT_TRUE(import("t.glb", Gltf{.more = R"(, "extensionsRequired": ["KHR_materials_unlit"])"}.glb()));
@@ -619,7 +808,8 @@ TEST_F(ImportAssimp, RefusesFewBytesThatRepeatThemselves) {
 
 TEST_F(ImportAssimp, GivesTheReadersWords) {
   EXPECT_THAT(refusal("t.dae", "<COLLADA"), HasSubstr("cannot be read as COLLADA: Assimp says"));
-  EXPECT_THAT(refusal("t.dae", "\xff\xfe<"), HasSubstr("UTF-16"));
+  EXPECT_THAT(refusal("t.dae", "\xff\xfe<"), HasSubstr("UTF-16 that is cut off"));
+  EXPECT_THAT(refusal("t.gltf", "\xff\xfe<"), HasSubstr("UTF-16"));
   EXPECT_THAT(refusal("t.fbx", "no"), HasSubstr("cannot be read as FBX"));
   EXPECT_THAT(refusal("t.glb", "glTF\1"), HasSubstr("cut off"));
 }

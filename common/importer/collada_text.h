@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/mesh/polygon_soup.h"
+
+namespace haptics {
+
+/// A COLLADA file's text as Assimp reads it rightly.
+struct ColladaText {
+  std::string text;
+  std::uint64_t skipped =
+      0;  ///< Places of meshes or nodes of other files, or that are not there, and of splines and other shapes.
+  LeftOut leftOut;  ///< Skins, morphs, and meshes of scenes that are not shown.
+};
+
+/// Puts the mesh of a skin or morph in its place, a matrix in that of a skew, at which Assimp ends, and triangles in that of
+/// fans, which it takes for polygons. What cannot be felt and has to be right for it is left out: materials, pictures, lights,
+/// cameras, physics. Refused: primitives without a count, which it leaves out; a skew that is none.
+/// @param file  See plainXml().
+[[nodiscard]] Result<ColladaText> preparedCollada(std::string file);
+
+}  // namespace haptics
