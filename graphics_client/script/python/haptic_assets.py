@@ -53,7 +53,7 @@ class Upload:
     def __init__(self, kind, data):
         self.kind, self.data = envelope_pb2.AssetChunk(kind=kind).kind, bytes(data)
         self.hash = hashlib.sha256(self.data).digest()
-        self.sent = self.again = False
+        self.sent_bytes, self.again = 0, False
         self.put_off_since = None
         self.held = concurrent.futures.Future()
 
@@ -75,16 +75,20 @@ class UploadQueue:
             self._uploads.append(upload)
         return upload
 
-    def take_unsent(self):
-        """All of the first upload's chunks, one by one, unless they are sent already."""
-        if not self._uploads or self._uploads[0].sent or time.monotonic() < self._waiting_until:
-            return
-        upload = self._uploads[0]
-        upload.sent = True
-        for at in range(0, len(upload.data), CHUNK_BYTES):
-            yield envelope_pb2.AssetUpload(chunk=envelope_pb2.AssetChunk(
-                hash=upload.hash, kind=upload.kind, total_size=len(upload.data), offset=at,
-                data=upload.data[at:at + CHUNK_BYTES]))
+    def sends(self):
+        """Whether there is a chunk to send now."""
+        return (bool(self._uploads) and self._uploads[0].sent_bytes < len(self._uploads[0].data) and
+                time.monotonic() >= self._waiting_until)
+
+    def take_chunk(self):
+        """The first upload's next one; None where there is none to send now."""
+        if not self.sends():
+            return None
+        upload, at = self._uploads[0], self._uploads[0].sent_bytes
+        data = upload.data[at:at + CHUNK_BYTES]
+        upload.sent_bytes += len(data)
+        return envelope_pb2.AssetUpload(chunk=envelope_pb2.AssetChunk(
+            hash=upload.hash, kind=upload.kind, total_size=len(upload.data), offset=at, data=data))
 
     def connection_lost(self):
         self._waiting_until = 0.0
@@ -92,7 +96,7 @@ class UploadQueue:
             upload.again = True
         self._uploads, self._unnamed = self._unnamed + self._uploads, []
         for upload in self._uploads:
-            upload.sent = False
+            upload.sent_bytes = 0
 
     def sends_again(self):
         """Edits have to wait: what they name may be among what the server is to get once more."""
@@ -117,7 +121,7 @@ class UploadQueue:
         upload, now = self._uploads[0], time.monotonic()
         upload.put_off_since = upload.put_off_since or now
         if reply.retry_after_ms and now - upload.put_off_since < PATIENCE_S:
-            upload.sent = False
+            upload.sent_bytes = 0
             self._waiting_until = now + min(1e-3 * reply.retry_after_ms, PATIENCE_S)
             return
         self._uploads.pop(0)

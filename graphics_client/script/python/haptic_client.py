@@ -76,6 +76,7 @@ class Client:
                                 lambda: bool(self._welcome and self._welcome.second_device))
                        for hand in range(2)]
         self._scene = Scene()
+        self._epoch = 0  # of the server that was live last
         self._live = self._closing = False
         self._end = None  # why there is no more to wait for
         self._trouble = f"nothing has come from {address}"  # since it was live
@@ -309,7 +310,9 @@ class Client:
         while not self._closing:
             pending = isinstance(connection, ssl.SSLSocket) and connection.pending()
             wait_s = 0 if pending else REPEAT_S if any(hand.leader for hand in self._hands) else 0.1
-            ready = select.select([connection, self._wake_receiver], [], [], wait_s)[0]
+            with self._changed:
+                uploads = self._phase != "hello" and self._uploads.sends()
+            ready, writable, _ = select.select([connection, self._wake_receiver], [connection] if uploads else [], [], wait_s)
             if self._wake_receiver in ready:
                 self._wake_receiver.recv(4096)
             now = time.monotonic()
@@ -328,6 +331,8 @@ class Client:
                 self._send(connection, heartbeat=envelope_pb2.Heartbeat(
                     epoch=self._scene.epoch, revision=self._scene.revision, root=self._scene.root))
             self._send_edits(connection)
+            if writable:
+                self._send_chunk(connection)
 
     def _take(self, connection, envelope):
         body = envelope.WhichOneof("body")  # None: of a kind that only a newer server knows
@@ -365,7 +370,8 @@ class Client:
         self._phase, self._refused, self._welcome = "syncing", False, welcome
         self._whole = welcome.resumed  # the scene can take commits
         self.connections += 1
-        if welcome.epoch != self._scene.epoch:
+        if welcome.epoch != self._epoch:
+            self._epoch = welcome.epoch
             self._bodies.clear()
             self._changed_at.clear()
             self._edits.state_lost()
@@ -462,14 +468,16 @@ class Client:
         with self._changed:
             bodies = [body for hand in self._hands for body in hand.take_unsent()]
             requests = [] if self._uploads.sends_again() else self._edits.take_unsent()
-            chunks = self._uploads.take_unsent()
         for body in bodies:
             self._send(connection, **body)
         for request in requests:
             self._send(connection, edit_request=request)
-        for chunk in chunks:
-            if self._closing:
-                return
+
+    def _send_chunk(self, connection):
+        """One, so that what comes meanwhile is read."""
+        with self._changed:
+            chunk = self._uploads.take_chunk()
+        if chunk:
             self._send(connection, asset_upload=chunk)
 
     def _send(self, connection, **body):

@@ -51,6 +51,8 @@ class HandLead:
             self._request, self._asks, self.leader, self._target = lead, lead, None, None
             self._wake()
             answered = self._changed.wait_for(lambda: self.leader or self._end() or not self._state()[0], timeout_s)
+            if lead and not self.leader:  # nobody waits for the lead any more
+                self._request, self._asks = (False, False) if self._state()[0] else (None, None)
             if not lead:
                 return
             if self._end():
@@ -103,7 +105,7 @@ class HandLead:
             self._target = None
 
     def connection_lost(self):
-        self.leader = self._target = self._wrench = None
+        self.leader = self._target = self._wrench = self._request = self._asks = None
 
     def take_unsent(self):
         """Bodies of envelopes."""

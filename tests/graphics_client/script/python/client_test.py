@@ -317,6 +317,46 @@ class Waits(ClientTest):
         self.until(lambda: len(heard) > 2)
         self.assertEqual(heard[:3], ["asset_upload", "asset_upload", "edit_request"])
 
+    def test_what_comes_during_an_upload_is_read(self):
+        data = bytes(16 << 20)
+        flood = framed(say(asset_chunk=envelope_pb2.AssetChunk(data=bytes(1_000_000)))) * 16
+
+        def answer(envelope):
+            if envelope.WhichOneof("body") != "asset_upload":
+                return b""
+            chunk = envelope.asset_upload.chunk
+            held = envelope_pb2.AssetUploadReply(hash=chunk.hash, accepted=True)
+            if not chunk.offset:
+                return flood  # more than lies between the two
+            return framed(say(asset_upload_reply=held)) if chunk.offset + len(chunk.data) == len(data) else b""
+        server = self.server(*greeting(), answer=answer)
+        with Client(server.address) as client:
+            client.upload(haptic_assets.FIELD, data, SOON_S)
+            self.assertEqual(client.connections, 1)
+
+    def test_an_accepted_edit_is_not_lost_where_the_scene_is_asked_for_anew(self):
+        server = self.server(*greeting(), answer=accept(2))
+        with Client(server.address) as client:
+            edit = client.submit(scene_pb2.Transaction())
+            edit.result(SOON_S)
+            server.send(framed(say(heartbeat=envelope_pb2.Heartbeat(revision=0, root=b"x" * 32))))
+            self.until(lambda: client.resyncs and client.connections == 2)
+            server.send(framed(say(edit_live=envelope_pb2.EditLive(client_seq=edit.request.client_seq, tick=7))))
+            self.assertEqual(edit.live_since_tick(SOON_S), 7)
+
+    def test_a_hand_that_nobody_waits_for_is_not_asked_for_after_a_reconnect(self):
+        server = self.server(*greeting())
+        with Client(server.address, telemetry_hz=100) as client:
+            self.patch(haptic_client, "RECONNECT_S", (0.5, 0.5))
+            server.hang_up()
+            self.until(lambda: not client._live)
+            with self.assertRaises(haptic_client.NotLeading), client.hand():
+                pass
+            self.until(lambda: client._live)
+            client.submit(scene_pb2.Transaction())  # goes after whatever is said of the hand
+            self.until(lambda: any(each.HasField("edit_request") for each in server.heard))
+            self.assertFalse(any(each.HasField("lead_hand") for each in server.heard))
+
     def test_what_cannot_be_sent_is_the_callers_error(self):
         server, client = self.live(*greeting())
         with self.assertRaises((TypeError, ValueError)):
