@@ -55,7 +55,7 @@ install_packages() {
   local offline="apt could not fetch its lists (is there no network, or does another apt run?); its messages are above"
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null && sudo true || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
-    as_root=(sudo)
+    as_root=(sudo env DEBIAN_FRONTEND=noninteractive)  # sudo keeps nothing of the environment
   fi
   say "Installing ${#missing[@]} packages: ${missing[*]}"
   export DEBIAN_FRONTEND=noninteractive
