@@ -28,6 +28,7 @@ class Advisor : public QWidget {
   /// On all objects of the view; one that is under way already goes on.
   void ask(const std::shared_ptr<const MirrorView>& view);
   void cancel();
+  [[nodiscard]] bool isBusy() const { return asked_ != nullptr; }
   void finish();
   /// Empty: nobody asked, or the object is another one by now.
   [[nodiscard]] QString adviceOn(const ObjectRecord& object) const;

@@ -91,6 +91,7 @@ bool GizmoTool::press(const Pixel& pointer) {
   const auto handle = gizmo.handleAt(placeOf(pointer));
   if (!handle) return false;
   finishSteps();
+  this->begin(*begin);
   drag_.emplace(*handle, gizmo, *begin, camera, placeOf(pointer));
   draggedTo_ = pointer;
   return true;
@@ -106,8 +107,11 @@ bool GizmoTool::release() {
 /// By so many metres along the picture's right, its up and the line of sight. Nothing while it is off.
 void GizmoTool::step(Vec3 inPicture_m) {
   if (drag_) return;
-  if (!stepped_) stepped_ = pose();
-  if (!stepped_) return;
+  if (!stepped_) {
+    stepped_ = pose();
+    if (!stepped_) return;
+    begin(*stepped_);
+  }
   const PictureCamera camera = scene_.cameras().picture();
   stepped_->position += camera.right * inPicture_m.x + camera.up * inPicture_m.y + camera.into * inPicture_m.z;
   lastStep_ = Clock::now();
@@ -118,22 +122,38 @@ void GizmoTool::finishSteps() {
   if (std::exchange(stepped_, std::nullopt)) editor_.finishDrag();
 }
 
+void GizmoTool::begin(const Pose& pose) {
+  begin_ = pose;
+  beganAt_ = std::make_shared<std::optional<Pose>>();
+}
+
+/// By as much as it is moved and turned in the picture, from where edits that are under way have it.
 void GizmoTool::submit(const char* verb, const Pose& pose, bool turns) {
-  v1::Transaction transaction;
-  v1::SetPose& edit = *transaction.add_operations()->mutable_set_pose();
-  edit.mutable_object()->set_name(object_);
-  v1::Vector3& position = *edit.mutable_pose()->mutable_position();
-  position.set_x(pose.position.x);
-  position.set_y(pose.position.y);
-  position.set_z(pose.position.z);
-  if (turns) {
+  const Vec3 by_m = pose.position - begin_.position;
+  const Quat turn = pose.rotation * glm::conjugate(begin_.rotation);
+  const Composer compose = [object = object_, by_m, turn, turns,
+                            from = beganAt_](const MirrorView& view) -> Result<v1::Transaction> {
+    const auto record = view.scene->find(object);
+    if (!record) return refused("object \"" + object + "\"", "is not there any more");
+    if (!*from) *from = view.poseOf(*record);
+    v1::Transaction transaction;
+    v1::SetPose& edit = *transaction.add_operations()->mutable_set_pose();
+    edit.mutable_object()->set_name(object);
+    const Vec3 place = (*from)->position + by_m;
+    v1::Vector3& position = *edit.mutable_pose()->mutable_position();
+    position.set_x(place.x);
+    position.set_y(place.y);
+    position.set_z(place.z);
+    if (!turns) return transaction;
+    const Quat turned = turn * (*from)->rotation;
     v1::Quaternion& rotation = *edit.mutable_pose()->mutable_rotation();
-    rotation.set_w(pose.rotation.w);
-    rotation.set_x(pose.rotation.x);
-    rotation.set_y(pose.rotation.y);
-    rotation.set_z(pose.rotation.z);
-  }
-  editor_.drag(verb + QString::fromStdString(printable(object_)), transaction);
+    rotation.set_w(turned.w);
+    rotation.set_x(turned.x);
+    rotation.set_y(turned.y);
+    rotation.set_z(turned.z);
+    return transaction;
+  };
+  editor_.drag(verb + QString::fromStdString(printable(object_)), {.compose = compose, .of = {object_}});
 }
 
 /// Of the object that has the gizmo.

@@ -48,12 +48,16 @@ class GizmoTool {
   std::string object_;  // empty: there is no gizmo
   Vec3 centre_{0};      // of the box around it
   std::optional<GizmoDrag> drag_;
+  Pose begin_;  // what the drag or the steps began with
+  std::shared_ptr<std::optional<Pose>>
+      beganAt_;  // where the object was by then, which the picture may have shown later
   std::optional<Pixel> draggedTo_;
   std::optional<Pose> stepped_;  // where the steps have the object
   Clock::time_point lastStep_;
   std::optional<GizmoPicture> shown_;
 
   void step(Vec3 inPicture_m);
+  void begin(const Pose& pose);
   void submit(const char* verb, const Pose& pose, bool turns);
   [[nodiscard]] std::optional<Pose> pose() const;
 };

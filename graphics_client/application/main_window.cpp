@@ -128,16 +128,14 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(view_, &ViewWidget::turned, [this](double right_px, double up_px) { hand_.turn(right_px, up_px); });
   connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
-          [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
+          [this](const QString& edit, const Edit& value) { editor_.drag(edit, value); });
   connect(properties_, &PropertyPanel::renamed, [this](const QString& object, const QString& wanted) {
     editor_.rename(object.toStdString(), wanted.toStdString(), [this, object, wanted] {
       if (selected_ == object || selected_.isEmpty()) select(wanted);
     });
   });
   connect(properties_, &PropertyPanel::uploaded,
-          [this](const QString& edit, const v1::Transaction& change, const AssetContent& asset) {
-            editor_.submit(edit, change, asset);
-          });
+          [this](const QString& edit, const Edit& change) { editor_.submit(edit, change); });
   connect(objects_, &ObjectList::selected, [this](const QString& name) { select(name); });
   connect(objects_, &ObjectList::hiddenChanged, [this](const std::set<std::string>& names) {
     scene_.hide(names);
@@ -189,7 +187,8 @@ void MainWindow::frame() {
   framed_s_ = now_s;
   const bool gizmoChanged =
       gizmo_.update(*view, replay_->isShown() ? std::string() : selected_.toStdString(), view_->pointer());
-  editor_.turnAsked();
+  editor_.goOn();
+  enableActions();
   lead(*view, now_s - drawn_s_);
   const bool dirty = view_->takeDirty() || gizmoChanged || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
@@ -217,6 +216,15 @@ void MainWindow::plot(const MirrorView& view, double now_s) {
   if (!view.sample || view.sample->tick == plottedTick_) return;
   plottedTick_ = view.sample->tick;
   plots_->add(plotted(*view.sample, now_s));
+}
+
+/// What can be done now. Undo also where it is refused: it says why.
+void MainWindow::enableActions() {
+  const bool mayEdit = !replay_->isShown(), isBusy = editor_.isBusy();
+  undo_->setEnabled(mayEdit && (isBusy || editor_.undoOffer()));
+  redo_->setEnabled(mayEdit && (isBusy || editor_.redoOffer()));
+  cancelImport_->setEnabled(importer_->canCancel());
+  cancelAdvice_->setEnabled(advisor_->isBusy());
 }
 
 /// Whether the picture would be another one.
@@ -267,7 +275,6 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   }
   for (const auto& [action, verb, offer] :
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
-    action->setEnabled(!replay_->isShown());  // also without an offer: an edit may be on its way
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
   const bool isReplay = replay_->isShown();

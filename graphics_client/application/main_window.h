@@ -88,6 +88,7 @@ class MainWindow : public QMainWindow {
   QString report_;                          // of the import that is selected, until its object is here
   bool ending_ = false;
   QAction *undo_ = nullptr, *redo_ = nullptr, *pausePlots_ = nullptr;
+  QAction *cancelImport_ = nullptr, *cancelAdvice_ = nullptr;
   QList<QAction*> ofSelected_;  // actions on the selected object
 
   void makeDocks();
@@ -104,6 +105,7 @@ class MainWindow : public QMainWindow {
   void addHiding(QMenu* menu);
   void makeSessionMenu();
   void frame();
+  void enableActions();
   void lead(const MirrorView& view, double dt_s);
   void plot(const MirrorView& view, double now_s);
   [[nodiscard]] bool changed(const MirrorView& view) const;

@@ -99,8 +99,8 @@ void MainWindow::makeEditMenu() {
       edit, "Ask for ad&vice", QKeySequence("Ctrl+Shift+A"),
       "Tries fewer triangles and other features, some minutes long, and says beside each object what feels the same",
       [this] { askForAdvice(); });
-  addAction(edit, "&Cancel advice", QKeySequence("Ctrl+Alt+A"), "Ends the trials that are under way",
-            [this] { advisor_->cancel(); });
+  cancelAdvice_ = addAction(edit, "&Cancel advice", QKeySequence("Ctrl+Alt+A"), "Ends the trials that are under way",
+                            [this] { advisor_->cancel(); });
 }
 
 void MainWindow::addHiding(QMenu* menu) {
@@ -121,8 +121,8 @@ void MainWindow::makeFileMenu() {
       "Shows what a server recorded, on a time line, in place of the server", [this] { replay_->open(); });
   add(file, "&Import mesh...", QKeySequence("Ctrl+I"), "Adds the mesh of a file to the scene; or drop files here",
       [this] { importMesh(); });
-  add(file, "&Cancel import", QKeySequence("Ctrl+Shift+I"),
-      "Ends the imports that are under way; the scene stays as it is", [this] { importer_->cancel(); });
+  cancelImport_ = add(file, "&Cancel import", QKeySequence("Ctrl+Shift+I"),
+                      "Ends the imports that are under way; the scene stays as it is", [this] { importer_->cancel(); });
   add(file, "Sa&ve scene", QKeySequence("Ctrl+S"), "Writes the scene to the file that was opened or saved last",
       [this] { files_.save(); });
   add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",

@@ -117,8 +117,10 @@ void MeshImporter::add() {
       });
 }
 
+bool MeshImporter::canCancel() const { return !imports_.empty() && cancel_->isEnabled(); }
+
 void MeshImporter::cancel() {
-  if (imports_.empty() || !cancel_->isEnabled()) return;
+  if (!canCancel()) return;
   const auto import = imports_.front();
   import->stop.request_stop();
   if (!import->mesh.isZero()) link_.cancelUpload(import->mesh);

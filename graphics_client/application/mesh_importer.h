@@ -30,6 +30,7 @@ class MeshImporter : public QWidget {
   void import(const QString& file, std::function<Vec3(Vec3 size_m)> foot);
   /// Ends it and those that wait; nothing is changed. Not what the server has begun to add, which undo takes back.
   void cancel();
+  [[nodiscard]] bool canCancel() const;
   void startAnew();  ///< The link is to another server: what is under way ends without a word.
   /// Waits until nothing uses the link any more.
   void finish();

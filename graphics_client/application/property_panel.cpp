@@ -35,6 +35,31 @@ QString titleOf(const SceneVersion::Object& object, const MirrorView* view) {
                                          : " (this connection may look, not edit)");
 }
 
+/// Those that stay where they are and are closed stop what moves.
+void addOthersMeet(const MirrorView& view, const ObjectRecord& object, v1::Transaction& transaction) {
+  for (const SceneVersion::Object& other : view.scene->objects()) {
+    const auto mesh = view.meshes.find(other->mesh);
+    if (other->id == object.id || other->motion || mesh == view.meshes.end() || !isClosed(*mesh->second)) continue;
+    v1::Operation& operation = *transaction.add_operations();
+    setMeetsOthers(*other, true, operation);
+    setObject(operation, other->name);
+  }
+}
+
+Composer composerOf(const std::string& name,
+                    const std::function<Result<void>(const ObjectRecord&, v1::Operation&)>& set, bool othersMeet) {
+  return [name, set, othersMeet](const MirrorView& view) -> Result<v1::Transaction> {
+    const auto object = view.scene->find(name);
+    if (!object) return refused("object \"" + name + "\"", "is not there any more");
+    v1::Transaction transaction;
+    v1::Operation& operation = *transaction.add_operations();
+    if (auto done = set(*object, operation); !done) return tl::unexpected(std::move(done).error());
+    setObject(operation, name);
+    if (othersMeet) addOthersMeet(view, *object, transaction);
+    return transaction;
+  };
+}
+
 }  // namespace
 
 PropertyPanel::PropertyPanel()
@@ -101,20 +126,22 @@ void PropertyPanel::addRows(const PropertyGroup& group) {
   if (group.isTexture) addGallery();
   for (const SwitchProperty& property : group.switches) {
     rows_.push_back(std::make_unique<SwitchRow>(property, form_, [this, &property](bool on) {
-      if (!shown_) return;
-      v1::Operation operation;
-      property.set(*shown_, on, floor_m_, operation);
-      change(property.label, std::move(operation),
-             on && property.isOfAll ? othersMeet() : std::vector<v1::Operation>());
+      const auto set = [&property, on, floor_m = floor_m_](const ObjectRecord& object,
+                                                           v1::Operation& operation) -> Result<void> {
+        property.set(object, on, floor_m, operation);
+        return {};
+      };
+      change(property.label, set, on && property.isOfAll);
       emit finished();
     }));
   }
   for (const NumberProperty& number : group.numbers) {
     const auto set = [this, &number](double value) {
-      if (!shown_) return;
-      v1::Operation operation;
-      number.set(*shown_, value, operation);
-      change(number.label, std::move(operation));
+      change(number.label, [&number, value](const ObjectRecord& object, v1::Operation& operation) -> Result<void> {
+        if (!number.get(object)) return refused(number.label, "the object has none any more");
+        number.set(object, value, operation);
+        return {};
+      });
     };
     rows_.push_back(std::make_unique<NumberRow>(number, form_, set, [this] { emit finished(); }));
   }
@@ -128,10 +155,10 @@ void PropertyPanel::addIdentity() {
       },
       [this](double longest_m) { scale(longest_m); }));
   rows_.push_back(std::make_unique<ColorRow>(form_, [this](std::array<int, 3> color) {
-    if (!shown_) return;
-    v1::Operation operation;
-    setShownColor(color, operation);
-    change("colour", std::move(operation));
+    change("colour", [color](const ObjectRecord& /*object*/, v1::Operation& operation) -> Result<void> {
+      setShownColor(color, operation);
+      return {};
+    });
     emit finished();
   }));
 }
@@ -148,35 +175,22 @@ void PropertyPanel::scale(double longest_m) {
       canonicalise({mesh.vertices.begin(), mesh.vertices.end()}, mesh.triangles, {.unit_m = longest_m / side_m});
   if (!scaled) return say("size: " + text(scaled.error().text()), true);
   const AssetContent content = std::make_shared<const TriMesh>(std::move(scaled->mesh));
-  v1::Transaction transaction;
-  v1::RemeshObject& remesh = *transaction.add_operations()->mutable_remesh();
+  Edit edit{.uploads = {content}};
+  v1::RemeshObject& remesh = *edit.transaction.add_operations()->mutable_remesh();
   remesh.mutable_object()->set_name(shown_->name);
   remesh.mutable_mesh()->set_asset(canonicalBytes(content).hash().asBytes());
-  emit uploaded("size of " + text(shown_->name), transaction, content);
-}
-
-/// Those that stay where they are and are closed stop what moves.
-std::vector<v1::Operation> PropertyPanel::othersMeet() const {
-  std::vector<v1::Operation> operations;
-  for (const SceneVersion::Object& other : view_->scene->objects()) {
-    const auto mesh = view_->meshes.find(other->mesh);
-    if (other->id == shown_->id || other->motion || mesh == view_->meshes.end() || !isClosed(*mesh->second)) continue;
-    setMeetsOthers(*other, true, operations.emplace_back());
-    setObject(operations.back(), other->name);
-  }
-  return operations;
+  emit uploaded("size of " + text(shown_->name), edit);
 }
 
 void PropertyPanel::addGallery() {
   const auto choose = [this](const TextureFamily* family) {
-    if (!shown_) return;
-    v1::Operation operation;
-    v1::Texture& texture = *operation.mutable_set_material()->mutable_material()->mutable_texture();
-    if (family != nullptr) {
-      texture = textureOf(shown_->material.surface);
+    change("texture", [family](const ObjectRecord& object, v1::Operation& operation) -> Result<void> {
+      v1::Texture& texture = *operation.mutable_set_material()->mutable_material()->mutable_texture();
+      if (family == nullptr) return {};
+      texture = textureOf(object.material.surface);
       *texture.mutable_field() = family->make();
-    }
-    change("texture", std::move(operation));
+      return {};
+    });
     emit finished();
   };
   auto gallery = std::make_unique<TextureGallery>(form_, choose, [this] { chooseImage(); });
@@ -202,17 +216,16 @@ void PropertyPanel::setImage(const QString& file) {
 
 void PropertyPanel::takeImage(const std::string& object, const QString& file, const Result<AssetContent>& image) {
   if (!image) return say(text(image.error().text()), true);
-  const SceneVersion::Object record = view_ ? view_->scene->find(object) : nullptr;
-  if (!record) return say(text(object) + " is not there any more", true);
-  v1::Transaction transaction;
-  v1::Operation& operation = *transaction.add_operations();
-  v1::Texture& texture = *operation.mutable_set_material()->mutable_material()->mutable_texture();
-  texture = textureOf(record->material.surface);
   const ContentHash field = canonicalBytes(*image).hash();
-  *texture.mutable_field() = imageField(field);
   gallery_->name(field, QFileInfo(file).fileName());
-  setObject(operation, object);
-  emit uploaded("texture of " + text(object), transaction, *image);
+  const auto set = [field](const ObjectRecord& record, v1::Operation& operation) -> Result<void> {
+    v1::Texture& texture = *operation.mutable_set_material()->mutable_material()->mutable_texture();
+    texture = textureOf(record.material.surface);
+    *texture.mutable_field() = imageField(field);
+    return {};
+  };
+  emit uploaded("texture of " + text(object),
+                {.uploads = {*image}, .compose = composerOf(object, set, false), .of = {object}});
 }
 
 void PropertyPanel::show(const SceneVersion::Object& object, const std::shared_ptr<const MirrorView>& view,
@@ -267,12 +280,13 @@ bool PropertyPanel::eventFilter(QObject* watched, QEvent* event) {
   return QWidget::eventFilter(watched, event);
 }
 
-void PropertyPanel::change(const QString& property, v1::Operation operation, std::vector<v1::Operation> others) {
-  setObject(operation, shown_->name);
-  v1::Transaction transaction;
-  *transaction.add_operations() = std::move(operation);
-  for (v1::Operation& other : others) *transaction.add_operations() = std::move(other);
-  emit edited(property + " of " + text(shown_->name), transaction);
+void PropertyPanel::change(const QString& property, const SetProperty& set, bool othersMeet) {
+  if (!shown_) return;
+  Edit edit{.compose = composerOf(shown_->name, set, othersMeet), .of = {shown_->name}};
+  if (othersMeet) {
+    for (const SceneVersion::Object& other : view_->scene->objects()) edit.of.insert(other->name);
+  }
+  emit edited(property + " of " + text(shown_->name), edit);
 }
 
 }  // namespace haptics

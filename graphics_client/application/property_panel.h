@@ -8,6 +8,7 @@
 #include "common/assets/asset_content.h"
 #include "common/scene/scene.h"
 #include "graphics_client/application/property_rows.h"
+#include "graphics_client/editing/edit_history.h"
 #include "graphics_client/mirror/mirror_view.h"
 #include "haptics/v1/scene.pb.h"
 
@@ -38,12 +39,12 @@ class PropertyPanel : public QWidget {
 
  signals:
   /// @param property  "stiffness of torus".
-  void edited(const QString& property, const haptics::v1::Transaction& change);
+  void edited(const QString& property, const haptics::Edit& change);
   /// The slider or field is let go of.
   void finished();
   void renamed(const QString& object, const QString& wanted);
   /// An edit with an asset that the server may not hold.
-  void uploaded(const QString& edit, const haptics::v1::Transaction& change, const haptics::AssetContent& asset);
+  void uploaded(const QString& edit, const haptics::Edit& change);
 
  protected:
   /// The wheel scrolls the panel unless the row has the focus. A key that moves a slider ends its edit. Space is the row's,
@@ -68,12 +69,12 @@ class PropertyPanel : public QWidget {
   void addIdentity();
   void addRows(const PropertyGroup& group);
   void scale(double longest_m);
-  [[nodiscard]] std::vector<v1::Operation> othersMeet() const;
   void addGallery();
   void chooseImage();
   void takeImage(const std::string& object, const QString& file, const Result<AssetContent>& image);
   void showRows(bool withHeld);
-  void change(const QString& property, v1::Operation operation, std::vector<v1::Operation> others = {});
+  using SetProperty = std::function<Result<void>(const ObjectRecord&, v1::Operation&)>;
+  void change(const QString& property, const SetProperty& set, bool othersMeet = false);
 };
 
 }  // namespace haptics

@@ -94,7 +94,7 @@ EditDone SceneEditor::said(const QString& edit) {
   };
 }
 
-void SceneEditor::drag(const QString& edit, const v1::Transaction& value) {
+void SceneEditor::drag(const QString& edit, const Edit& value) {
   if (!drag_ || dragged_ != edit) {
     dragged_ = edit;
     drag_.emplace(history_, edit.toStdString(), said(edit));
@@ -103,13 +103,14 @@ void SceneEditor::drag(const QString& edit, const v1::Transaction& value) {
 }
 
 void SceneEditor::submit(const QString& edit, v1::Operation operation) {
-  Edit made{.transaction = {}, .text = edit.toStdString()};
+  Edit made;
   *made.transaction.add_operations() = std::move(operation);
-  history_.submit(std::move(made), said(edit));
+  submit(edit, std::move(made));
 }
 
-void SceneEditor::submit(const QString& edit, const v1::Transaction& transaction, const AssetContent& asset) {
-  history_.submit({.transaction = transaction, .text = edit.toStdString(), .uploads = {asset}}, said(edit));
+void SceneEditor::submit(const QString& edit, Edit made) {
+  made.text = edit.toStdString();
+  history_.submit(std::move(made), said(edit));
 }
 
 std::string SceneEditor::freeName(const SceneVersion& scene, const std::string& wanted) {
@@ -152,15 +153,19 @@ void SceneEditor::addMesh(const std::string& wantedName, const ContentHash& mesh
 }
 
 void SceneEditor::duplicate(const std::string& object) {
-  const auto view = link_.latest();
-  const QString edit = "duplicate " + QString::fromStdString(printable(object));
-  auto parsed = parseSceneText(sceneText(*view->scene, object), object);
-  if (!parsed || parsed->operations().empty()) return say_(edit, "there is no such object", true);
-  v1::Operation operation = parsed->operations(0);
-  operation.mutable_add()->set_name(freeName(*view->scene, object));
-  v1::Vector3& position = *operation.mutable_add()->mutable_pose()->mutable_position();
-  position.set_x(position.x() + kSize_m);
-  submit(edit, std::move(operation));
+  const std::string name = freeName(*link_.latest()->scene, object);
+  const Composer compose = [object, name](const MirrorView& view) -> Result<v1::Transaction> {
+    const auto record = view.scene->find(object);
+    if (!record) return refused("", "there is no such object");
+    v1::Transaction transaction;
+    v1::AddObject& add = *transaction.add_operations()->mutable_add();
+    add = additionOf(*record);
+    add.set_name(name);
+    v1::Vector3& position = *add.mutable_pose()->mutable_position();
+    position.set_x(position.x() + kSize_m);
+    return transaction;
+  };
+  submit("duplicate " + QString::fromStdString(printable(object)), {.compose = compose, .of = {object, name}});
 }
 
 void SceneEditor::remove(const std::string& object) {
@@ -170,15 +175,18 @@ void SceneEditor::remove(const std::string& object) {
 }
 
 void SceneEditor::rename(const std::string& object, const std::string& wanted, const std::function<void()>& done) {
-  const auto view = link_.latest();
   const QString edit = "rename " + QString::fromStdString(printable(object));
-  auto parsed = parseSceneText(sceneText(*view->scene, object), object);
-  if (!parsed || parsed->operations().empty()) return say_(edit, "there is no such object", true);
-  Edit made{.transaction = {}, .text = edit.toStdString()};
-  made.transaction.add_operations()->mutable_remove()->mutable_object()->set_name(object);
-  v1::Operation& added = *made.transaction.add_operations();
-  added = parsed->operations(0);
-  added.mutable_add()->set_name(wanted);
+  const Composer compose = [object, wanted](const MirrorView& view) -> Result<v1::Transaction> {
+    const auto record = view.scene->find(object);
+    if (!record) return refused("", "there is no such object");
+    v1::Transaction transaction;
+    transaction.add_operations()->mutable_remove()->mutable_object()->set_name(object);
+    v1::AddObject& add = *transaction.add_operations()->mutable_add();
+    add = additionOf(*record);
+    add.set_name(wanted);
+    return transaction;
+  };
+  Edit made{.text = edit.toStdString(), .compose = compose, .of = {object, wanted}};
   history_.submit(std::move(made), [done, say = said(edit)](const Result<v1::Accepted>& outcome) {
     if (outcome) done();
     say(outcome);
@@ -196,26 +204,12 @@ void SceneEditor::open(Edit edit, const std::function<void()>& done) {
   });
 }
 
-void SceneEditor::ask(bool redo) {
-  if (asked_.size() < EditHistory::kMaxEntries) asked_.push_back(redo);
-  turnAsked();
-}
-
-void SceneEditor::turnAsked() {
-  if (!history_.isSettled()) return;
-  given_.clear();
-  if (asked_.empty()) return;
-  const bool redo = asked_.front();
-  asked_.pop_front();
-  if (redo) {
-    history_.redo(said("redo"));
-  } else {
-    history_.undo(said("undo"));
-  }
+void SceneEditor::goOn() {
+  history_.goOn();
+  if (history_.isSettled()) given_.clear();
 }
 
 void SceneEditor::startAnew() {
-  asked_.clear();
   given_.clear();
   server_ = std::make_shared<int>();
   finishDrag();

@@ -3,7 +3,6 @@
 #include <QObject>
 #include <QString>
 #include <QThreadPool>
-#include <deque>
 #include <functional>
 #include <optional>
 #include <set>
@@ -26,10 +25,10 @@ class SceneEditor {
   SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted);
 
   /// A value of a property that is being dragged; the values until finishDrag() are one edit.
-  void drag(const QString& edit, const v1::Transaction& value);
+  /// @param value  Its text is `edit`.
+  void drag(const QString& edit, const Edit& value);
   void finishDrag() { drag_.reset(); }
-  /// An edit with an asset that the server may not hold.
-  void submit(const QString& edit, const v1::Transaction& transaction, const AssetContent& asset);
+  void submit(const QString& edit, Edit made);
   /// A generated object, 50 mm large.
   /// @param kind  "sphere", "box", "cylinder" or "torus".
   /// @param foot  Where the middle of its lower side goes, world frame.
@@ -63,11 +62,13 @@ class SceneEditor {
   /// Waits until nothing uses the link any more.
   void finish() { encoding_.waitForDone(); }
 
-  /// As soon as the last edit is answered; see turnAsked().
-  void undo() { ask(false); }
-  void redo() { ask(true); }
-  /// Undoes or redoes the next that was asked for, once that can be done. To be called again and again.
-  void turnAsked();
+  /// As EditHistory's.
+  void undo() { history_.undo(said("undo")); }
+  void redo() { history_.redo(said("redo")); }
+  /// To be called again and again: does what can be done by now.
+  void goOn();
+  /// Something is under way that undo may take back.
+  [[nodiscard]] bool isBusy() const { return !history_.isSettled(); }
   [[nodiscard]] std::optional<EditHistory::Offer> undoOffer() const { return history_.undoOffer(); }
   [[nodiscard]] std::optional<EditHistory::Offer> redoOffer() const { return history_.redoOffer(); }
 
@@ -82,10 +83,8 @@ class SceneEditor {
   std::string refusal_;
   std::shared_ptr<int> server_ = std::make_shared<int>();  // its lifetime is that of the present server's callbacks
   QThreadPool encoding_;
-  std::deque<bool> asked_;       // redo, or undo
   std::set<std::string> given_;  // names of objects that are on their way to the server
 
-  void ask(bool redo);
   /// "cup", or "cup-2", "cup-3" ... where there is one.
   [[nodiscard]] std::string freeName(const SceneVersion& scene, const std::string& wanted);
   [[nodiscard]] EditPort port();

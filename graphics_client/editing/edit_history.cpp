@@ -48,21 +48,100 @@ std::optional<SceneVersion::Object> objectAfter(const EditedObject& edited, cons
 }  // namespace
 
 void EditHistory::submit(Edit edit, EditDone done) {
-  forgetMirrored();
-  auto submittedAt = port_.view();
-  auto objects = objectsEditedBy(edit.transaction, *submittedAt->scene);
   auto entry = std::make_shared<Entry>();
   entry->text = edit.text;
   entry->group = edit.group;
-  send(std::move(edit), [this, submittedAt = std::move(submittedAt), objects = std::move(objects), entry,
-                         done = std::move(done)](const Result<v1::Accepted>& outcome) {
-    if (outcome) {
-      entry->changes = take(objects, *submittedAt, *outcome);
-      gather(*submittedAt, changedAssets(entry->changes), entry->assets);
-      add(entry);
-    }
-    if (done) done(outcome);
+  unanswered_.push_back(entry);
+  Waiting waiting{.go = {}, .of = edit.of, .isComposed = edit.compose != nullptr, .group = edit.group};
+  for (const EditedObject& object : objectsEditedBy(edit.transaction, *port_.view()->scene)) {
+    waiting.of.insert(object.name);
+  }
+  waiting.go = [this, edit = std::move(edit), of = waiting.of, entry, done = std::move(done)] {
+    begin(edit, of, entry, done);
+  };
+  // Further values of a drag that is to be undone are part of what is undone.
+  const auto before = std::ranges::find_if(waiting_, [&edit = waiting](const Waiting& other) {
+    return other.isTurn && edit.group != 0 && other.group == edit.group;
   });
+  waiting_.insert(before, std::move(waiting));
+  goOn();
+}
+
+/// Edits of other objects pass.
+bool EditHistory::mayGo(std::deque<Waiting>::const_iterator waiting) const {
+  const auto first = waiting_.begin();
+  if (waiting->isTurn) return waiting == first && inFlight_ == 0 && isMirrored();
+  const bool isBlocked = std::any_of(first, waiting, [&](const Waiting& before) {
+    return before.isTurn ||
+           std::ranges::any_of(before.of, [&](const std::string& name) { return waiting->of.contains(name); });
+  });
+  if (isBlocked || !waiting->isComposed) return !isBlocked;
+  return std::ranges::none_of(waiting->of, [&](const std::string& name) { return edited_.contains(name); });
+}
+
+void EditHistory::goOn() {
+  if (std::exchange(isGoingOn_, true)) return;
+  for (auto at = waiting_.begin(); at != waiting_.end();) {
+    if (!mayGo(at)) {
+      ++at;
+      continue;
+    }
+    const auto go = std::move(at->go);
+    waiting_.erase(at);
+    go();
+    at = waiting_.begin();
+  }
+  isGoingOn_ = false;
+}
+
+void EditHistory::begin(Edit edit, const std::set<std::string>& of, const std::shared_ptr<Entry>& entry,
+                        const EditDone& done) {
+  forgetMirrored();
+  const auto submittedAt = port_.view();
+  if (edit.compose) {
+    auto made = edit.compose(*edited());
+    if (!made) {
+      std::erase(unanswered_, entry);
+      if (done) done(tl::unexpected(std::move(made).error()));
+      return;
+    }
+    edit.transaction = *std::move(made);
+  }
+  auto objects = objectsEditedBy(edit.transaction, *submittedAt->scene);
+  edited_.insert(of.begin(), of.end());
+  send(std::move(edit),
+       [this, submittedAt, objects = std::move(objects), of, entry, done](const Result<v1::Accepted>& outcome) {
+         std::erase(unanswered_, entry);
+         for (const std::string& name : of) edited_.erase(edited_.find(name));
+         if (outcome) {
+           entry->changes = take(objects, *submittedAt, *outcome);
+           gather(*submittedAt, changedAssets(entry->changes), entry->assets);
+           add(entry);
+         }
+         if (done) done(outcome);
+       });
+}
+
+/// The newest view, with what edits were answered with and the mirror may lack.
+std::shared_ptr<const MirrorView> EditHistory::edited() const {
+  const auto view = port_.view();
+  if (view->epoch != epoch_ || view->scene->revision() >= revision_) return view;
+  std::vector<ObjectRecord> objects;
+  auto changed = std::make_shared<MirrorView>(*view);
+  const auto isNewer = [&](const Known& known) { return known.revision > view->scene->revision(); };
+  for (const auto& object : view->scene->objects()) {
+    const auto known = known_.find(object->name);
+    if (known == known_.end() || !isNewer(known->second)) objects.push_back(*object);
+  }
+  for (const auto& [name, known] : known_) {
+    if (!isNewer(known) || !known.object) continue;
+    objects.push_back(*known.object);
+    if (!known.object->movesByItself()) changed->bodies.erase(known.object->id);  // it is where the edit has put it
+  }
+  auto scene = SceneVersion::fromSnapshot(view->scene->revision(), std::move(objects));
+  if (!scene) return view;
+  changed->scene = std::make_shared<const SceneVersion>(*std::move(scene));
+  return changed;
 }
 
 /// Uploads first, one refused upload refuses the edit.
@@ -80,10 +159,12 @@ void EditHistory::send(Edit edit, EditDone done) {
   const auto finish = [this, sending](const Result<v1::Accepted>& outcome) {
     --inFlight_;
     if (outcome) {
+      forgetOtherScene();
       epoch_ = port_.view()->epoch;
       revision_ = std::max(revision_, outcome->revision());
     }
     if (sending->done) sending->done(outcome);
+    goOn();
   };
   const auto go = [this, sending, finish] {
     if (sending->failure) return finish(tl::unexpected(*sending->failure));
@@ -146,13 +227,23 @@ void EditHistory::add(std::shared_ptr<Entry> entry) {
 
 /// Known objects that the mirror has by now: edits are submitted from its scene.
 void EditHistory::forgetMirrored() {
+  forgetOtherScene();
   const auto view = port_.view();
-  if (view->epoch != epoch_) {
-    known_.clear();
-    revision_ = 0;
-  }
   if (inFlight_ > 0) return;
   std::erase_if(known_, [&](const auto& known) { return known.second.revision <= view->scene->revision(); });
+}
+
+/// A server that has lost its state begins another scene, in which nothing of before can be undone.
+void EditHistory::forgetOtherScene() {
+  if (port_.view()->epoch == epoch_) return;
+  known_.clear();
+  revision_ = 0;
+  if (epoch_ == 0) return;
+  undo_.clear();
+  redo_.clear();
+  skipped_.clear();
+  oldest_ = ++lastNumber_;
+  markSaved(oldest_);
 }
 
 EditHistory::Step EditHistory::undone(bool redo) const {
@@ -162,24 +253,58 @@ EditHistory::Step EditHistory::undone(bool redo) const {
 
 std::optional<EditHistory::Offer> EditHistory::offer(const Step& step) const {
   if (!step.entry) return std::nullopt;
-  Offer offer{step.entry->text, std::nullopt};
-  if (auto applies = check(step); !applies) offer.refusal = std::move(applies).error();
-  return offer;
+  auto applies = checkSettled();
+  if (applies) applies = check(step);
+  return Offer{step.entry->text, applies ? std::nullopt : std::optional(std::move(applies).error())};
 }
 
 Result<void> EditHistory::check(const Step& step) const {
   if (!step.entry) return refused("", step.redo ? "there is nothing to redo" : "there is nothing to undo");
-  if (auto settled = checkSettled(); !settled) return settled;
-  return checkApplies(step.changes(), *port_.view()->scene, skipped_);
+  const auto view = port_.view();
+  if (view->epoch != epoch_) {
+    return refused("", std::string("the server has begun another scene since; there is nothing to ") +
+                           (step.redo ? "redo" : "undo") + " in it");
+  }
+  return checkApplies(step.changes(), *view->scene, skipped_);
 }
 
 Result<void> EditHistory::checkSettled() const {
-  if (inFlight_ > 0) return refused("", "an edit is on its way to the server; wait for its answer");
-  const auto view = port_.view();
-  if (view->epoch == epoch_ && view->scene->revision() < revision_) {
-    return refused("", "the last edit has not come back from the server yet; wait for it");
+  if (inFlight_ > 0 || !waiting_.empty()) {
+    return refused("", "an edit is on its way to the server; wait for its answer");
   }
+  if (!isMirrored()) return refused("", "the last edit has not come back from the server yet; wait for it");
   return {};
+}
+
+bool EditHistory::isMirrored() const {
+  const auto view = port_.view();
+  return view->epoch != epoch_ || view->scene->revision() >= revision_;
+}
+
+void EditHistory::ask(bool redo, EditDone done) {
+  if (std::ranges::count(waiting_, true, &Waiting::isTurn) >= std::ptrdiff_t{kMaxEntries}) return;
+  std::shared_ptr<Entry> undone;  // null: the newest by then
+  if (!redo && !unanswered_.empty()) {
+    undone = unanswered_.back();
+    std::erase_if(unanswered_, [&](const auto& entry) {
+      return entry == undone || (entry->group != 0 && entry->group == undone->group);
+    });
+  }
+  const auto isThere = [this, undone] {
+    if (!undone) return true;
+    if (undo_.empty()) return false;
+    return undo_.back() == undone || (undone->group != 0 && undo_.back()->group == undone->group);
+  };
+  const auto turned = [this, done = std::move(done)](const Result<v1::Accepted>& outcome) {
+    if (!outcome) std::erase_if(waiting_, [](const Waiting& waiting) { return waiting.isTurn; });
+    if (done) done(outcome);
+  };
+  const auto go = [this, redo, isThere, turned] {
+    if (isThere()) return turn(redo, turned);
+    turned(refused("", "the edit that it was to take back has changed nothing"));
+  };
+  waiting_.push_back({.go = go, .isTurn = true, .group = undone ? undone->group : 0});
+  goOn();
 }
 
 void EditHistory::turn(bool redo, EditDone done) {
@@ -200,8 +325,10 @@ void EditHistory::turn(bool redo, EditDone done) {
     if (!held.contains(name) && asset != step.entry->assets.end()) uploads.push_back(asset->second);
   }
   auto objects = objectsEditedBy(transaction, scene);
+  for (const EditedObject& object : objects) edited_.insert(object.name);
   send({transaction, {}, std::move(uploads)},
        [this, step, view, objects = std::move(objects), done = std::move(done)](const Result<v1::Accepted>& outcome) {
+         for (const EditedObject& object : objects) edited_.erase(edited_.find(object.name));
          if (outcome) {
            take(objects, *view, *outcome);
            turned(step);
@@ -237,6 +364,9 @@ void EditHistory::clear() {
   known_.clear();
   skipped_.clear();
   inFlight_ = 0;
+  waiting_.clear();
+  edited_.clear();
+  unanswered_.clear();
   epoch_ = revision_ = 0;
   oldest_ = ++lastNumber_;
   markSaved(oldest_);

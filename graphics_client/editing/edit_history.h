@@ -28,19 +28,27 @@ struct EditPort {
   std::function<void(AssetContent, UploadCallbacks)> upload;
 };
 
+/// Makes an edit of what the scene is. Refused: it cannot be made of that.
+using Composer = std::function<Result<v1::Transaction>(const MirrorView&)>;
+
 struct Edit {
-  v1::Transaction transaction;
-  std::string text;  ///< For a menu: "Move cup".
+  v1::Transaction transaction = {};
+  std::string text = {};  ///< For a menu: "Move cup".
   /// Named by the transaction and perhaps not held by the server: they are sent before it.
   std::vector<AssetContent> uploads = {};
   std::uint64_t group = 0;  ///< Not 0: one entry of the history together with the newest, if that is of the same group.
   /// Of an edit that takes the server long.
   std::function<void(const v1::EditProgress&)> progress = nullptr;
+  /// Makes the transaction, which is empty, once all earlier edits of the objects `of` are answered, from the view as they
+  /// have left it: the mirror may hear of them later, and what it has until then would take them back.
+  Composer compose = nullptr;
+  std::set<std::string> of = {};
 };
 
 /// Submits this user's edits and undoes them. An entry holds, for each object that its edit changed, the record before
 /// and after. It is undone by one transaction, provided that the objects still have the content that the edit left:
-/// what others did since is not overwritten. One thread, on which the port's callbacks come too; none of them comes
+/// what others did since is not overwritten. Edits, undo and redo count in the order in which they were asked for; what has
+/// to wait for an answer waits here. One thread, on which the port's callbacks come too; none of them comes
 /// after this is gone.
 class EditHistory {
  public:
@@ -62,12 +70,15 @@ class EditHistory {
   /// Of the newest entry, by the port's view. Nothing: there is no entry.
   [[nodiscard]] std::optional<Offer> undoOffer() const { return offer(undone(false)); }
   [[nodiscard]] std::optional<Offer> redoOffer() const { return offer(undone(true)); }
-  /// The last edit is answered, and the view has it: until then nothing can be undone or redone.
+  /// The last edit is answered, and the view has it: until then nothing is undone or redone.
   [[nodiscard]] bool isSettled() const { return checkSettled().has_value(); }
-  /// The entry changes sides when the server accepts; in conflict or rejected it stays. `done` is told why, also when
-  /// the offer is a refusal.
-  void undo(EditDone done = {}) { turn(false, std::move(done)); }
-  void redo(EditDone done = {}) { turn(true, std::move(done)); }
+  /// As soon as the history is settled: takes back the edit that was submitted last before this, if that was accepted. The
+  /// entry changes sides when the server accepts; in conflict or rejected it stays, and what was asked of undo and redo
+  /// behind it is dropped. `done` is told why, also when the offer is a refusal.
+  void undo(EditDone done = {}) { ask(false, std::move(done)); }
+  void redo(EditDone done = {}) { ask(true, std::move(done)); }
+  /// Does what waits and need not any more. To be called now and then, as the mirror follows.
+  void goOn();
   /// Skips the newest entry, so that those before it can be undone or redone, unless they are of the same objects.
   void dropUndo() { drop(undo_); }
   void dropRedo() { drop(redo_); }
@@ -77,7 +88,7 @@ class EditHistory {
   /// The scene of this state is in a file.
   void markSaved(std::uint64_t state) { saved_ = state; }
   /// Nothing is lost when the scene is: there is no edit since markSaved(), none under way, or they were undone.
-  [[nodiscard]] bool isSaved() const { return inFlight_ == 0 && saved_ == state(); }
+  [[nodiscard]] bool isSaved() const { return inFlight_ == 0 && waiting_.empty() && saved_ == state(); }
   /// The scene is another server's: there is nothing to undo in it. Outcomes of before must not come any more.
   void clear();
 
@@ -99,6 +110,14 @@ class EditHistory {
     bool redo = false;
     [[nodiscard]] Changes changes() const { return redo ? entry->changes : reversed(entry->changes); }
   };
+  /// An edit, or a turn: an undo or redo.
+  struct Waiting {
+    std::function<void()> go;
+    std::set<std::string> of = {};  // objects of the edit
+    bool isComposed = false;
+    bool isTurn = false;
+    std::uint64_t group = 0;  // of the edit; of the one that is to be undone
+  };
 
   EditPort port_;
   Entries undo_, redo_;
@@ -107,18 +126,28 @@ class EditHistory {
   std::optional<std::uint64_t> saved_ = 0;
   std::set<std::string> skipped_;  // objects of dropped entries
   std::size_t inFlight_ = 0;
+  std::deque<Waiting> waiting_;
+  bool isGoingOn_ = false;
+  std::multiset<std::string> edited_;               // objects of edits that are in flight
+  std::vector<std::shared_ptr<Entry>> unanswered_;  // and no undo was asked for; the newest last
   // Of the newest accepted transaction. The mirror may hear of it after the reply.
   std::uint64_t epoch_ = 0, revision_ = 0;
   std::map<std::string, Known> known_;  // by accepted transactions that the mirror may lack, by name
 
+  [[nodiscard]] bool mayGo(std::deque<Waiting>::const_iterator waiting) const;
+  void begin(Edit edit, const std::set<std::string>& of, const std::shared_ptr<Entry>& entry, const EditDone& done);
   void send(Edit edit, EditDone done);
+  void ask(bool redo, EditDone done);
   void turn(bool redo, EditDone done);
   void turned(const Step& step);
   [[nodiscard]] Step undone(bool redo) const;
   [[nodiscard]] std::optional<Offer> offer(const Step& step) const;
   [[nodiscard]] Result<void> check(const Step& step) const;
   [[nodiscard]] Result<void> checkSettled() const;
+  [[nodiscard]] bool isMirrored() const;
   void forgetMirrored();
+  void forgetOtherScene();
+  [[nodiscard]] std::shared_ptr<const MirrorView> edited() const;
   Changes take(const std::vector<EditedObject>& objects, const MirrorView& submittedAt, const v1::Accepted& accepted);
   void add(std::shared_ptr<Entry> entry);
   void drop(Entries& entries);

@@ -10,14 +10,16 @@ struct LatestEdit::Drag {
   std::string text;
   EditDone done;
   std::uint64_t group;
-  std::optional<v1::Transaction> waiting = std::nullopt;
+  std::optional<Edit> waiting = std::nullopt;
   bool inFlight = false;
 };
 
 LatestEdit::LatestEdit(EditHistory& history, std::string text, EditDone done)
     : drag_(std::make_shared<Drag>(Drag{history, std::move(text), std::move(done), history.newGroup()})) {}
 
-void LatestEdit::set(v1::Transaction value) {
+void LatestEdit::set(Edit value) {
+  value.text = drag_->text;
+  value.group = drag_->group;
   drag_->waiting = std::move(value);
   send(drag_);
 }
@@ -25,7 +27,7 @@ void LatestEdit::set(v1::Transaction value) {
 void LatestEdit::send(const std::shared_ptr<Drag>& drag) {
   if (drag->inFlight || !drag->waiting) return;
   drag->inFlight = true;
-  Edit edit{*std::move(drag->waiting), drag->text, {}, drag->group};
+  Edit edit = *std::move(drag->waiting);
   drag->waiting.reset();
   drag->history.submit(std::move(edit), [drag](const Result<v1::Accepted>& outcome) {
     drag->inFlight = false;

@@ -17,7 +17,8 @@ class LatestEdit {
   /// \param done  Called for each value that was sent.
   LatestEdit(EditHistory& history, std::string text, EditDone done = {});
 
-  void set(v1::Transaction value);
+  /// @param value  Its text and group are those of the drag.
+  void set(Edit value);
 
  private:
   struct Drag;

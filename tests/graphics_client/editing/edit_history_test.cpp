@@ -121,8 +121,6 @@ TEST_F(EditHistoryTest, TakesBackNoPropertyThatSomebodyElseChangedWhileTheEditWa
 TEST_F(EditHistoryTest, UndoesEditsThatWereUnderWayTogetherOneByOne) {
   editor.history.submit({moveTo("cup", 1), "first"});
   editor.history.submit({moveTo("cup", 2), "second"});
-  EXPECT_EQ(refusalOf(editor.undo()), "there is nothing to undo");
-  editor.client.deliverAll();
   ASSERT_TRUE(editor.undo());
   EXPECT_EQ(position("cup"), 1);
   ASSERT_TRUE(editor.undo());
@@ -232,6 +230,90 @@ TEST_F(EditHistoryTest, AValueThatIsDraggedOnIsAnotherState) {
     EXPECT_FALSE(editor.history.isSaved());
     editor.history.markSaved(editor.history.state());
   }
+}
+
+/// One axis of a position, as a field of a panel sets it: the others are those of the view.
+Edit shift(const std::string& name, int axis, double to_m) {
+  const Composer compose = [=](const MirrorView& view) -> Result<v1::Transaction> {
+    const auto object = view.scene->find(name);
+    if (!object) return refused("object", "is not there any more");
+    Vec3 place = object->pose.position;
+    place[axis] = to_m;
+    v1::Transaction transaction = moveTo(name, place.x);
+    v1::Vector3& position = *transaction.mutable_operations(0)->mutable_set_pose()->mutable_pose()->mutable_position();
+    position.set_y(place.y);
+    position.set_z(place.z);
+    return transaction;
+  };
+  return {.text = "shift", .compose = compose, .of = {name}};
+}
+
+TEST_F(EditHistoryTest, AnEditIsMadeOfWhatTheEditsBeforeItHaveLeft) {
+  editor.client.holdMirror();
+  editor.history.submit(shift("cup", 0, 1));
+  editor.history.submit(shift("cup", 1, 2));
+  editor.history.submit(shift("ball", 2, 3));
+  EXPECT_EQ(editor.client.inFlight, 2U) << "another object's edit does not wait";
+  editor.client.deliverAll();
+  EXPECT_EQ(server.scene().find("cup")->pose.position, Vec3(1, 2, 0));
+  EXPECT_EQ(server.scene().find("ball")->pose.position, Vec3(0, 0, 3));
+  editor.history.submit(shift("cup", 2, 4));  // the mirror still has none of it
+  editor.client.deliverAll();
+  EXPECT_EQ(server.scene().find("cup")->pose.position, Vec3(1, 2, 4));
+  editor.client.releaseMirror();
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(server.scene().find("cup")->pose.position, Vec3(0));
+}
+
+TEST_F(EditHistoryTest, AnEditOfWhatIsGoneByThenIsRefused) {
+  std::vector<std::string> refusals;
+  editor.history.submit({removal("cup"), "remove"});
+  editor.history.submit(shift("cup", 0, 1),
+                        [&](const auto& outcome) { refusals.push_back(outcome ? "" : outcome.error().text()); });
+  editor.client.deliverAll();
+  EXPECT_EQ(refusals, std::vector<std::string>{"object: is not there any more"});
+  EXPECT_TRUE(editor.history.isSettled());
+}
+
+TEST_F(EditHistoryTest, UndoIsOfTheEditThatIsUnderWayNotOfTheOneBefore) {
+  ASSERT_TRUE(editor.submit(moveTo("ball", 1)));
+  editor.history.submit({setStiffness("cup", -1), "refused"});
+  EXPECT_THAT(refusalOf(editor.undo()), HasSubstr("changed nothing"));
+  EXPECT_EQ(position("ball"), 1);
+  EXPECT_EQ(editor.history.undoOffer()->text, "edit");
+}
+
+TEST_F(EditHistoryTest, UndoIsOfTheEditBeforeItNotOfOneAfterIt) {
+  editor.history.submit({moveTo("cup", 1), "first"});
+  editor.history.undo();
+  editor.history.submit({moveTo("ball", 2), "second"});
+  editor.client.deliverAll();
+  EXPECT_EQ(position("cup"), 0);
+  EXPECT_EQ(position("ball"), 2);
+  EXPECT_EQ(editor.history.undoOffer()->text, "second");
+  EXPECT_FALSE(editor.history.redoOffer());
+}
+
+TEST_F(EditHistoryTest, AnUndoThatIsInVainTakesTheRedoBehindItAlong) {
+  ASSERT_TRUE(editor.submit(moveTo("ball", 1)));
+  ASSERT_TRUE(editor.undo());
+  editor.history.submit({setStiffness("cup", -1), "refused"});
+  editor.history.undo();
+  editor.history.redo();
+  editor.client.deliverAll();
+  EXPECT_EQ(position("ball"), 0);
+  EXPECT_TRUE(editor.history.isSettled());
+}
+
+TEST_F(EditHistoryTest, NothingIsUndoneInTheSceneThatARestartedServerBegins) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  const EditServer restarted({}, 8);
+  ASSERT_TRUE(restarted.scene().objects().empty());
+  editor.client.showMirror(restarted.mirrored());
+  EXPECT_EQ(undoRefusal(), "the server has begun another scene since; there is nothing to undo in it");
+  EXPECT_EQ(refusalOf(editor.undo()), undoRefusal());
+  editor.history.submit({addBox("cup"), "add"});
+  EXPECT_FALSE(editor.history.undoOffer());
 }
 
 TEST_F(EditHistoryTest, ForgetsEverythingWithAnotherServer) {

@@ -18,7 +18,8 @@ namespace haptics::test {
 class EditServer {
  public:
   /// @param folders  Of its own files.
-  explicit EditServer(std::vector<std::filesystem::path> folders = {}) : library_(std::move(folders), store_) {}
+  explicit EditServer(std::vector<std::filesystem::path> folders = {}, std::uint64_t epoch = 7)
+      : library_(std::move(folders), store_), sequencer_(epoch, library_) {}
   v1::EditReply decide(SessionId session, const v1::EditRequest& request);
   /// Holds it for the next edit that is accepted.
   Result<void> upload(const AssetContent& content);
@@ -33,7 +34,7 @@ class EditServer {
  private:
   AssetStore store_;
   AssetLibrary library_;
-  Sequencer sequencer_{7, library_};
+  Sequencer sequencer_;
   std::vector<std::shared_ptr<const Asset>> uploaded_;
 };
 
@@ -53,7 +54,8 @@ class EditClient {
   void loseConnection();
   void reconnect() { isConnected_ = true; }
   /// The view stays as it is until the next call.
-  void holdMirror() { held_ = server_.mirrored(); }
+  void holdMirror() { showMirror(server_.mirrored()); }
+  void showMirror(std::shared_ptr<const MirrorView> view) { held_ = std::move(view); }
   void releaseMirror() { held_ = nullptr; }
   std::size_t submitted = 0, inFlight = 0, mostInFlight = 0;
 

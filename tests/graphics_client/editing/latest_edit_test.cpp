@@ -32,7 +32,7 @@ class LatestEditTest : public ::testing::Test {
   /// 401, 402, ... with a reply now and then.
   void burst(LatestEdit& edit) {
     for (int i = 1; i <= kValues; ++i) {
-      edit.set(setStiffness("cup", 400 + i));
+      edit.set({setStiffness("cup", 400 + i)});
       if (i % kValuesPerReply == 0) editor.client.deliver();
     }
   }
@@ -58,11 +58,23 @@ TEST_F(LatestEditTest, BurstHasOneTransactionInFlightAndItsLastValueArrives) {
   EXPECT_EQ(stiffness(), 400 + kValues);
 }
 
+TEST_F(LatestEditTest, UndoThatIsPressedWhileTheLastValueWaitsIsOfTheDrag) {
+  auto edit = std::optional(drag());
+  edit->set({setStiffness("cup", 500)});
+  edit->set({setStiffness("cup", 600)});
+  edit.reset();
+  editor.history.undo();
+  editor.client.deliverAll();
+  EXPECT_EQ(stiffness(), 400);
+  ASSERT_TRUE(editor.redo());
+  EXPECT_EQ(stiffness(), 600);
+}
+
 TEST_F(LatestEditTest, TwoDragsAreTwoEntries) {
   auto first = drag(), second = drag();
-  first.set(setStiffness("cup", 500));
+  first.set({setStiffness("cup", 500)});
   editor.client.deliverAll();
-  second.set(setStiffness("cup", 600));
+  second.set({setStiffness("cup", 600)});
   editor.client.deliverAll();
   ASSERT_TRUE(editor.undo());
   EXPECT_EQ(stiffness(), 500);
@@ -71,7 +83,7 @@ TEST_F(LatestEditTest, TwoDragsAreTwoEntries) {
 TEST_F(LatestEditTest, DragBackToWhereItBeganIsNoEntry) {
   auto edit = drag();
   for (const double value : {500, 600, 400}) {
-    edit.set(setStiffness("cup", value));
+    edit.set({setStiffness("cup", value)});
     editor.client.deliverAll();
   }
   ASSERT_TRUE(editor.undo());
@@ -80,10 +92,10 @@ TEST_F(LatestEditTest, DragBackToWhereItBeganIsNoEntry) {
 
 TEST_F(LatestEditTest, RejectedValueIsReportedWithItsFieldAndTheLastOneArrives) {
   auto edit = drag();
-  edit.set(setStiffness("cup", 450));
+  edit.set({setStiffness("cup", 450)});
   editor.client.deliverAll();
-  edit.set(setStiffness("cup", -1));
-  edit.set(setStiffness("cup", 500));
+  edit.set({setStiffness("cup", -1)});
+  edit.set({setStiffness("cup", 500)});
   editor.client.deliverAll();
   EXPECT_EQ(errors, std::vector<std::string>{"operations[0].set_material.material.stiffness_N_per_m"});
   EXPECT_EQ(stiffness(), 500);
@@ -93,8 +105,8 @@ TEST_F(LatestEditTest, RejectedValueIsReportedWithItsFieldAndTheLastOneArrives) 
 
 TEST_F(LatestEditTest, RejectedLastValueLeavesTheLastAcceptedOneInTheHistory) {
   auto edit = drag();
-  edit.set(setStiffness("cup", 450));
-  edit.set(setStiffness("cup", -1));
+  edit.set({setStiffness("cup", 450)});
+  edit.set({setStiffness("cup", -1)});
   editor.client.deliverAll();
   EXPECT_EQ(errors.size(), 1U);
   ASSERT_TRUE(editor.undo());
@@ -106,7 +118,7 @@ TEST_F(LatestEditTest, RejectedLastValueLeavesTheLastAcceptedOneInTheHistory) {
 TEST_F(LatestEditTest, LastValueArrivesAfterALostConnection) {
   const std::size_t before = editor.client.submitted;
   auto edit = drag();
-  edit.set(setStiffness("cup", 401));
+  edit.set({setStiffness("cup", 401)});
   editor.client.loseConnection();  // with the reply to the first value
   burst(edit);
   EXPECT_EQ(stiffness(), 401);
@@ -122,10 +134,10 @@ TEST_F(LatestEditTest, LastValueArrivesAfterALostConnection) {
 
 TEST_F(LatestEditTest, UndoOfADragKeepsWhatSomebodyElseDidMeanwhile) {
   auto edit = drag();
-  edit.set(setStiffness("cup", 450));
+  edit.set({setStiffness("cup", 450)});
   editor.client.deliverAll();
   ASSERT_TRUE(other.submit(moveTo("cup", 3)));
-  edit.set(setStiffness("cup", 500));
+  edit.set({setStiffness("cup", 500)});
   editor.client.deliverAll();
   ASSERT_TRUE(editor.undo());
   EXPECT_EQ(stiffness(), 400);
