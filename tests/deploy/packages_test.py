@@ -136,6 +136,27 @@ class Refusals(unittest.TestCase):
             with self.subTest(command):
                 self.assertIn("apt knows no package libnats-dev;", self.refusal(command))
 
+    def test_apt_asks_nothing_under_sudo(self):
+        self.fake("id", "echo 1000")
+        self.fake("sudo", 'exec env -i PATH="$PATH" "$@"')  # as sudo does by default
+        self.fake("apt-get", f"echo apt-get frontend $DEBIAN_FRONTEND >>{self.log}")
+        self.start("test").communicate(timeout=60)
+        asked = [line for line in self.log.read_text().splitlines() if line.startswith("apt-get frontend")]
+        self.assertEqual(asked[-1], "apt-get frontend noninteractive")
+
+    def test_a_link_in_the_place_of_the_build(self):
+        source = Path("/tmp/haptics-package")
+        if source.exists() or source.is_symlink():
+            self.skipTest(f"{source} is in use")
+        self.installed(*missing())
+        theirs = self.folder / "theirs"
+        theirs.mkdir()
+        (theirs / "kept").touch()
+        source.symlink_to(theirs)
+        self.addCleanup(source.unlink, missing_ok=True)
+        self.assertIn("another build runs in", self.refusal(["package"]))
+        self.assertTrue((theirs / "kept").exists())
+
     def test_no_network(self):
         self.fake("apt-get", 'echo "E: Temporary failure resolving" >&2; exit 100')
         for command in self.COMMANDS:
