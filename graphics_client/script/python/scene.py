@@ -115,7 +115,10 @@ class Scene:
             elif not filecmp.cmp(found, copy, shallow=False):
                 raise FileExistsError(f"{reference.field}: {copy} is there already and holds something else")
         partial = file.with_name(file.name + ".part")
-        partial.write_text(str(self), encoding="utf-8")
+        with open(partial, "w", encoding="utf-8") as text:
+            text.write(str(self))
+            text.flush()
+            os.fsync(text.fileno())
         partial.replace(file)
 
     def references(self) -> "Iterator[Reference]":

@@ -1,6 +1,7 @@
 """The command line of an experiment: main(EXPERIMENT, __doc__)."""
 import argparse
 import re
+import shlex
 import sys
 from pathlib import Path
 
@@ -140,7 +141,7 @@ class Session:
     def _how_to_resume(self):
         if not self._log_path.exists():
             return ""
-        command = " ".join([Path(sys.argv[0]).name, *(word for word in sys.argv[1:] if word != "--resume"), "--resume"])
+        command = shlex.join([Path(sys.argv[0]).name, *(word for word in sys.argv[1:] if word != "--resume"), "--resume"])
         return f" {len(read(self._log_path)[1])} answered trials are in {self._log_path}; go on with: {command}"
 
     def _fail(self, status, why):

@@ -14,6 +14,7 @@ from unittest import mock
 import numpy
 
 from haptic_client import NotLeading
+from haptic_experiment import command_line
 from haptic_experiment.design import Experiment, Press, Sequence, percent_above
 from haptic_experiment.felt import Felt, NothingFelt, friction_coefficient, stiffness_N_per_m, wavelength_m
 from haptic_experiment.methods import METHODS, ConstantStimuli, Interleaved, Quest, Staircase, draw, method_named
@@ -368,6 +369,18 @@ class Report(unittest.TestCase):
                                      r"No threshold: ")
             self.assertEqual({unit for name, unit, *_ in results.columns() if name.endswith("force_N")}, {"N"})
             self.assertEqual(json.loads(path.read_text().splitlines()[0])["simulated"]["what"], SIMULATED)
+
+
+class CommandLine(unittest.TestCase):
+    def test_the_command_that_goes_on_is_one_for_a_shell(self):
+        with tempfile.TemporaryDirectory() as folder:
+            given, experiment = mock.Mock(out=folder, participant="p1"), mock.Mock()
+            experiment.name = "study"
+            Path(folder, "study-p1.jsonl").touch()
+            with mock.patch.object(command_line.sys, "argv", ["/x/study.py", "--out", "my results", "--resume"]), \
+                    mock.patch.object(command_line, "read", return_value=(None, [])):
+                said = command_line.Session(experiment, given, None, None)._how_to_resume()
+        self.assertTrue(said.endswith("go on with: study.py --out 'my results' --resume"), said)
 
 
 if __name__ == "__main__":
