@@ -204,15 +204,16 @@ export class Picture {
     });
     new ResizeObserver(() => this.resize()).observe(container);
     this.resize();
+    document.addEventListener('visibilitychange', () => { this.judged = undefined; });
     const draw = () => {
       requestAnimationFrame(draw);
+      this.keepUp();
       if (!this.isChanged) return;
       this.isChanged = false;
       this.renderer.resetCameraClippingRange();
       this.window.render();
       this.placeNames();
       this.count();
-      this.keepUp();
     };
     draw();
   }
@@ -228,13 +229,18 @@ export class Picture {
     return this.frames.length / 2;
   }
 
-  /** A machine that draws too slowly gets fewer pixels. */
+  /** A machine that draws too slowly gets fewer pixels. A page that is hidden, or where nothing changes, is not slow. */
   keepUp() {
     const now = performance.now();
-    this.judged ??= now + SETTLED_MS;
+    if (this.judged === undefined) {
+      this.judged = now + SETTLED_MS;
+      this.turns = 0;
+    }
+    ++this.turns;
     if (now < this.judged) return;
-    this.judged = now + SETTLED_MS;
-    if (this.fps() >= LEAST_FPS || this.scale <= LEAST_SCALE) return;
+    const perSecond = 1000 * this.turns / (now - this.judged + SETTLED_MS);
+    this.judged = undefined;
+    if (perSecond >= LEAST_FPS || this.scale <= LEAST_SCALE) return;
     this.scale = Math.max(LEAST_SCALE, 0.75 * this.scale);
     this.resize();
   }
