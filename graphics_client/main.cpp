@@ -12,6 +12,7 @@
 
 #include "common/command_line/command_line.h"
 #include "common/log/log.h"
+#include "common/mesh/file_bytes.h"
 #include "common/text/printable.h"
 #include "common/wire/endpoint.h"
 #include "graphics_client/application/application.h"
@@ -269,8 +270,9 @@ int main(int argc, char** argv) {
   app.flag("--udp", arguments.udp,
            "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
   app.flag("--displacement", arguments.displacement, "Colour soft objects by how far they are displaced (the d key)");
-  app.flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)")
-      .excludes(recording);
+  const auto offscreen =
+      app.flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)")
+          .excludes(recording);
   const auto seconds = app.option("--seconds", arguments.seconds, "End by itself after this long")
                            .typeName("S")
                            .moreThanZero()
@@ -281,8 +283,11 @@ int main(int argc, char** argv) {
       .excludes(video);
   app.option("--sheet", arguments.sheet, "Write six small pictures of the run there at the end, on one sheet (PNG)")
       .typeName("FILE")
-      .needs(seconds);
-  app.option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)").typeName("FILE");
+      .needs(seconds)
+      .needs(offscreen);
+  app.option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")
+      .typeName("FILE")
+      .excludes(video);
   const auto size =
       app.option("--size", arguments.size,
                  "Of the picture, or the window, in pixels; a window without it fits the screen, and is as it was left")

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstddef>
+#include <cstdio>
 #include <cstring>
 #include <system_error>
 
@@ -16,6 +17,17 @@ tl::unexpected<Error> unreadable(int error) {
   if (error == ENOENT || error == ENOTDIR) return refused("", "there is no such file");
   if (error == EACCES || error == EPERM) return refused("", "cannot be read; check its permissions");
   return refused("", std::string("cannot be read: ") + std::strerror(error));
+}
+
+/// Waits for the disk.
+bool writeAll(const FileHandle& file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(file.descriptor(), bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return fsync(file.descriptor()) == 0;
 }
 
 /// Size of a file; refused when it is too large to be read.
@@ -67,6 +79,23 @@ Result<std::string> readAssetFile(const std::filesystem::path& path) {
     if (const auto size = sizeOf(file, kMaxAssetFileSize); !size) return tl::unexpected(size.error());
     return readFile(file);
   });
+}
+
+Result<void> writeFile(const std::filesystem::path& path, std::string_view bytes) {
+  constexpr int kPermissions = 0666;  // less the umask
+  const std::filesystem::path partial = path.string() + ".part";
+  const FileHandle file(open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
+  const bool isOnDisk = file && writeAll(file, bytes);
+  if (!isOnDisk || rename(partial.c_str(), path.c_str()) != 0) {
+    const std::string why = std::strerror(errno);
+    if (file) unlink(partial.c_str());
+    return refused(path.string(),
+                   "cannot be written: " + why + "; name a file in an existing folder that you may write to");
+  }
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const FileHandle names(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (names) (void)fsync(names.descriptor());  // a file system that cannot has written the bytes all the same
+  return {};
 }
 
 }  // namespace haptics

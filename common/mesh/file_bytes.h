@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "common/error/error.h"
 #include "common/process/file_handle.h"
@@ -35,5 +36,9 @@ struct FileStamp {
 inline constexpr std::uintmax_t kMaxAssetFileSize = 512U << 20;
 /// All of it, likewise; refused as well: larger than that.
 [[nodiscard]] Result<std::string> readAssetFile(const std::filesystem::path& path);
+
+/// Whole or not at all, also where the machine stops or the disk is full: the bytes are on the disk before the file, as
+/// PATH.part until then, has its name. Errors name the file.
+[[nodiscard]] Result<void> writeFile(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace haptics

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <map>
 #include <set>
 #include <string>
@@ -20,22 +19,6 @@ namespace haptics {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Whole or not at all.
-Result<void> write(const fs::path& file, const std::string& bytes) {
-  const fs::path partial = file.string() + ".part";
-  std::ofstream out(partial, std::ios::binary);
-  out << bytes;
-  out.close();
-  std::error_code why;
-  if (!out) {
-    fs::remove(partial, why);
-    return refused(file.string(), "cannot be written; name a file in an existing folder that you may write to");
-  }
-  fs::rename(partial, file, why);
-  if (why) return refused(file.string(), why.message());
-  return {};
-}
 
 /// The files beside a scene file.
 class AssetFiles {
@@ -56,7 +39,7 @@ class AssetFiles {
       const fs::path file = folder_ / name;
       std::error_code error;
       if (!fs::exists(file, error)) {
-        if (auto written = write(file, bytes); !written) return tl::unexpected(written.error());
+        if (auto written = writeFile(file, bytes); !written) return tl::unexpected(written.error());
       } else if (fs::file_size(file, error) != bytes.size() || readAssetFile(file).value_or("") != bytes) {
         continue;
       }
@@ -107,7 +90,7 @@ Result<void> saveScene(const MirrorView& view, const fs::path& file) {
   if (view.epoch == 0 && !view.isReplay) return refused(file.string(), "no scene has come from a server yet");
   auto text = sceneFor(file.parent_path(), view);
   if (!text) return refused(file.string(), text.error().text());
-  return write(file, *text);
+  return writeFile(file, *text);
 }
 
 Result<void> takeFilesBeside(const fs::path& scene, v1::Transaction& transaction,

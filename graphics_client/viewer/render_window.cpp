@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <string>
 
+#include "common/mesh/file_bytes.h"
 #include "graphics_client/viewer/palette.h"
 
 namespace haptics {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include "common/json/json.h"
@@ -83,18 +81,6 @@ std::string RunSummary::json() const {
     summary.set("client_dents", newestLive_->dents.size());
   }
   return summary.indented() + "\n";
-}
-
-Result<void> writeFile(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path partial = file.string() + ".part";
-  std::ofstream out(partial, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) return refused(file.string(), "cannot be written; name a file in an existing folder that you may write to");
-  std::error_code why;
-  std::filesystem::rename(partial, file, why);
-  if (why) return refused(file.string(), why.message());
-  return {};
 }
 
 }  // namespace haptics

@@ -52,7 +52,4 @@ class RunSummary {
   std::shared_ptr<const MirrorView> newest_, newestLive_;
 };
 
-/// Writes `text` to the file, whole or not at all. Errors name the file.
-[[nodiscard]] Result<void> writeFile(const std::filesystem::path& file, const std::string& text);
-
 }  // namespace haptics

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/clock/monotonic.h"
+#include "common/mesh/file_bytes.h"
 #include "graphics_client/mirror/playback.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/run_summary.h"

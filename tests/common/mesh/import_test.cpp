@@ -5,11 +5,15 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <random>
 
+#include "common/mesh/file_bytes.h"
 #include "common/mesh/mesh_asset.h"
 #include "mesh_files.h"
+#include "tests/common/temporary_folder.h"
 
 namespace haptics::import_test {
 namespace {
@@ -311,6 +315,36 @@ TEST_F(ImportOff, CountsFacesThatNameVerticesThatAreNotThere) {
   EXPECT_EQ(imported->report.droppedOutOfRange, 2U);
   EXPECT_EQ(imported->report.droppedDegenerate, 1U);
   EXPECT_EQ(imported->report.verticesUnused, 1U);
+}
+
+TEST(WriteFile, NamesTheFileThatCannotBeWritten) {
+  const Result<void> written = writeFile("no/such/folder/summary.json", "{}");
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().text(), HasSubstr("no/such/folder/summary.json"));
+}
+
+TEST(WriteFile, ReplacesWhatWasThere) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "summary.json";
+  ASSERT_TRUE(writeFile(file, "long old text"));
+  ASSERT_TRUE(writeFile(file, "new"));
+  std::string text;
+  std::getline(std::ifstream(file), text);
+  EXPECT_EQ(text, "new");
+}
+
+/// As of a full disk: the device takes nothing.
+TEST(WriteFile, LeavesWhatWasThereWhereItCannotBeReplaced) {
+  if (!std::ofstream("/dev/full")) GTEST_SKIP() << "no /dev/full";
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "summary.json", partial = folder / "summary.json.part";
+  ASSERT_TRUE(writeFile(file, "earlier"));
+  std::filesystem::create_symlink("/dev/full", partial);
+  const Result<void> written = writeFile(file, "new");
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().text(), HasSubstr("No space left"));
+  EXPECT_EQ(readFile(file).value(), "earlier");
+  EXPECT_FALSE(std::filesystem::is_symlink(partial));
 }
 
 }  // namespace

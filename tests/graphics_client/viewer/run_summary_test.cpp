@@ -113,21 +113,5 @@ TEST_F(WithScene, AMissingMeshIsNotEqual) {
   EXPECT_EQ(parsed(summary).at("client_scene_hash"), "");
 }
 
-TEST(WriteFile, NamesTheFileThatCannotBeWritten) {
-  const Result<void> written = writeFile("no/such/folder/summary.json", "{}");
-  ASSERT_FALSE(written);
-  EXPECT_THAT(written.error().text(), HasSubstr("no/such/folder/summary.json"));
-}
-
-TEST(WriteFile, ReplacesWhatWasThere) {
-  const test::TemporaryFolder folder;
-  const std::filesystem::path file = folder / "summary.json";
-  ASSERT_TRUE(writeFile(file, "long old text"));
-  ASSERT_TRUE(writeFile(file, "new"));
-  std::string text;
-  std::getline(std::ifstream(file), text);
-  EXPECT_EQ(text, "new");
-}
-
 }  // namespace
 }  // namespace haptics::run_summary_test
