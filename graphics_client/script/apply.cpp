@@ -102,7 +102,7 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
   if (!opened) return fail(kNoConnection, opened.error());
   auto sent = uploadFiles(connection, options.uploads, *transaction);
   if (sent && options.scene != "-") sent = uploadBeside(connection, options.scene, *transaction, *(*opened)->scene);
-  if (!sent) return fail(Interrupt::interrupted() ? kInterrupted : kRefused, sent.error());
+  if (!sent) return fail(Interrupt::interrupted() ? kInterrupted : codeOf(sent.error()), sent.error());
 
   const auto answers = std::make_shared<Answers>();
   connection.link().submit(std::move(*transaction),

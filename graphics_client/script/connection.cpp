@@ -9,6 +9,14 @@
 
 namespace haptics {
 
+namespace {
+
+constexpr const char* kConnect = "--connect ";
+
+}  // namespace
+
+ExitCode codeOf(const Error& error) { return error.field.starts_with(kConnect) ? kNoConnection : kRefused; }
+
 int fail(ExitCode code, const Error& error) {
   std::fprintf(stderr, "hapticctl: %s\n", printable(error.text()).c_str());
   return code;
@@ -32,7 +40,7 @@ Result<std::shared_ptr<const MirrorView>> Connection::open() {
 }
 
 tl::unexpected<Error> Connection::noConnection(const MirrorView& view) const {
-  return refused("--connect " + options_.server.text(), "no connection: " + view.linkText);
+  return refused(kConnect + options_.server.text(), "no connection: " + view.linkText);
 }
 
 tl::unexpected<Error> Connection::noAnswer() const {
@@ -40,7 +48,7 @@ tl::unexpected<Error> Connection::noAnswer() const {
   if (view->link != LinkState::kLive) return noConnection(*view);
   std::ostringstream seconds;
   seconds << options_.timeout_s;
-  return refused("--connect " + options_.server.text(),
+  return refused(kConnect + options_.server.text(),
                  "no answer within " + seconds.str() + " s; --timeout gives it longer");
 }
 

@@ -24,6 +24,8 @@ struct CommonOptions {
 /// What hapticctl exits with; scripts rely on it.
 enum ExitCode : int { kDone = 0, kRefused = 1, kUsage = 2, kNoConnection = 3, kInterrupted = 130 };
 
+/// Of what a Connection, or what is done over one, was refused for: kNoConnection, or kRefused.
+[[nodiscard]] ExitCode codeOf(const Error& error);
 /// Prints "hapticctl: ..." on standard error and returns the code.
 int fail(ExitCode code, const Error& error);
 

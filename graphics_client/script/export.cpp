@@ -17,47 +17,70 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::chrono::milliseconds kLook{100};  // whether there is news
+
+bool isLive(const MirrorView& view) { return view.link == LinkState::kLive; }
+
 /// Hands the ticks of a running server to a sink.
 class LiveTicks {
  public:
-  LiveTicks(Connection& connection, SessionSink& sink) : connection_(connection), sink_(sink) {}
+  LiveTicks(Connection& connection, SessionSink& sink)
+      : connection_(connection), sink_(sink), epoch_(connection.link().latest()->epoch) {}
 
-  [[nodiscard]] Result<void> add(const TickQueue::Tick& tick) {
+  /// False: what came before is all that can be written, and the end says why.
+  [[nodiscard]] Result<bool> add(const TickQueue::Tick& tick) {
     const TelemetrySample sample = fromWire(tick.sample);
+    if (ticks_ > 0 && sample.tick <= tick_) return endWith("the server restarted");
     if (const auto gap = gaps_.next(sample.tick, sample.missedTicks)) {
-      if (auto written = sink_.gap(*gap); !written) return written;
+      if (auto written = sink_.gap(*gap); !written) return tl::unexpected(std::move(written).error());
     }
     if (ticks_ == 0 || sample.sceneRevision > revision_) {
-      if (auto written = addScene(sample); !written) return written;
+      if (auto added = addScene(sample); !added || !*added) return added;
     }
     const auto second = secondHandFromWire(tick.sample);
     const std::vector<BodyState> moved = bodiesFromWire(tick.sample);
     const bool dentsChanged = tick.tellsAll && takeDents(tick.sample);
     if (const auto tool = toolFromWire(tick.sample); tool || tick.tellsAll) tool_ = tool.value_or(ToolState{});
     ++ticks_;
-    return sink_.add({sample, second ? &*second : nullptr, tool_, moved, dentsChanged ? &dents_ : nullptr});
+    tick_ = sample.tick;
+    return sink_.add({sample, second ? &*second : nullptr, tool_, moved, dentsChanged ? &dents_ : nullptr}).map([] {
+      return true;
+    });
+  }
+  /// After the last tick nothing is known any more. False, so that add() can return it.
+  bool endWith(const std::string& why) {
+    note_ = why + "; it ends after tick " + std::to_string(tick_);
+    return false;
   }
 
-  [[nodiscard]] SessionEnd end() const { return {ticks_, gaps_.missed(), gaps_.lost(), {}}; }
+  [[nodiscard]] SessionEnd end() const { return {ticks_, gaps_.missed(), gaps_.lost(), note_}; }
 
  private:
   Connection& connection_;
   SessionSink& sink_;
+  const std::uint64_t epoch_;
   TickGaps gaps_;
-  std::uint64_t ticks_ = 0, revision_ = 0;
+  std::uint64_t ticks_ = 0, revision_ = 0, tick_ = 0;
+  std::string note_;
   ToolState tool_;
   MotionState dents_;
 
-  /// What this client holds by now may be a later revision than the tick's, never an earlier one.
-  [[nodiscard]] Result<void> addScene(const TelemetrySample& sample) {
+  /// What this client holds by now may be a later revision than the tick's, never an earlier one. A large mesh takes its
+  /// time to come: it is waited for as long as the server is there.
+  [[nodiscard]] Result<bool> addScene(const TelemetrySample& sample) {
     const auto holds = [&](const MirrorView& v) {
       return v.scene->revision() >= sample.sceneRevision &&
              std::ranges::all_of(v.scene->objects(), [&](const auto& object) { return v.isComplete(*object); });
     };
-    const auto view = connection_.link().waitUntil(holds, connection_.timeout());
-    if (!view) return connection_.noConnection(*connection_.link().latest());
+    const ServerLink& link = connection_.link();
+    std::shared_ptr<const MirrorView> view;
+    for (bool isThere = true; !view && isThere && !Interrupt::interrupted();) {
+      view = link.waitUntil(holds, kLook);
+      isThere = view || (link.latest()->epoch == epoch_ && link.waitUntil(isLive, connection_.timeout()));
+    }
+    if (!view) return endWith("revision " + std::to_string(sample.sceneRevision) + " of the scene has not come whole");
     revision_ = view->scene->revision();
-    return sink_.scene(sample.tick, *view);
+    return sink_.scene(sample.tick, *view).map([] { return true; });
   }
 
   [[nodiscard]] bool takeDents(const v1::Telemetry& message) {
@@ -86,18 +109,26 @@ class LiveTicks {
   LiveTicks ticks(connection, file->sink());
   const auto began = Clock::now();
   double elapsed_s = 0;
-  while (elapsed_s < options.duration_s && !Interrupt::interrupted()) {
-    const auto taken = queue.take(std::chrono::milliseconds(100));
+  auto heard = began;
+  while (elapsed_s < options.duration_s && !Interrupt::interrupted() && ticks.end().note.empty()) {
+    const auto taken = queue.take(kLook);
     for (const TickQueue::Tick& tick : taken) {
-      if (auto written = ticks.add(tick); !written) return tl::unexpected(std::move(written).error());
+      const auto added = ticks.add(tick);
+      if (!added) return tl::unexpected(added.error());
+      if (!*added) break;
     }
     const auto latest = connection.link().latest();
-    if (taken.empty() && latest->link == LinkState::kRefused) return connection.noConnection(*latest);
+    if (!taken.empty() || isLive(*latest)) heard = Clock::now();
+    const bool isGone = latest->link == LinkState::kRefused || Clock::now() - heard > connection.timeout();
+    if (taken.empty() && isGone) ticks.endWith(connection.noConnection(*latest).value().text());
     elapsed_s = std::chrono::duration<double>(Clock::now() - began).count();
     showProgress("exporting", elapsed_s / options.duration_s, std::to_string(ticks.end().ticks) + " ticks");
   }
   endProgress();
+  const auto last = connection.link().latest();
+  if (ticks.end().note.empty() && !isLive(*last)) ticks.endWith(connection.noConnection(*last).value().text());
   const SessionEnd end = ticks.end();
+  if (end.ticks == 0 && !isLive(*last)) return connection.noConnection(*last);
   if (end.ticks == 0) return refused("--live", "no tick has come from " + common.server.text());
   if (auto finished = file->finish(end); !finished) return tl::unexpected(std::move(finished).error());
   return end;
@@ -135,10 +166,10 @@ int exportSession(const CommonOptions& common, const ExportOptions& options) {
   const auto end = options.live ? exportLive(common, options) : exportRecorded(options);
   if (!end) {
     if (Interrupt::interrupted()) return kInterrupted;
-    return fail(options.live && end.error().field.starts_with("--connect") ? kNoConnection : kRefused, end.error());
+    return fail(codeOf(end.error()), end.error());
   }
   print(common, options.out, *end);
-  return kDone;
+  return options.live && !end->note.empty() ? kNoConnection : kDone;
 }
 
 }  // namespace haptics

@@ -169,7 +169,8 @@ Command addExport(Command& app, ExportOptions& options) {
   });
   verb.footer(
       "A file is whole or is not there: it is written as FILE.part. Ticks that are missing are counted, and in HDF5 "
-      "listed.\n\n"
+      "listed. Where the server of a live session goes away or restarts, the file ends there and notes why; the exit "
+      "status is then 3.\n\n"
       "Examples:\n"
       "  hapticctl export session.recording --out session.h5\n"
       "  hapticctl export session.recording --out session.mcap\n"

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "common/process/spawn.h"
 #include "graphics_client/script/interrupt.h"
@@ -19,20 +20,25 @@ namespace {
 /// Made, and removed with what is in it.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::string made = (std::filesystem::temp_directory_path() / "hapticctl-XXXXXX").string();
-    if (mkdtemp(made.data()) == nullptr) throw std::system_error(errno, std::generic_category(), made);
-    path_ = made;
+  [[nodiscard]] static Result<TemporaryFolder> make() {
+    std::error_code failure;
+    const auto where = std::filesystem::temp_directory_path(failure);
+    std::string made = (where / "hapticctl-XXXXXX").string();
+    if (!failure && mkdtemp(made.data()) == nullptr) failure.assign(errno, std::generic_category());
+    if (failure) return refused("TMPDIR", "no folder can be made there: " + failure.message());
+    return TemporaryFolder(made);
   }
   ~TemporaryFolder() {
     std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
   }
+  TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
  private:
+  explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {}
   std::filesystem::path path_;
 };
 
@@ -60,7 +66,9 @@ int plot(const CommonOptions& /*common*/, const PlotOptions& options) {
   std::filesystem::path session = options.recording;
   std::optional<TemporaryFolder> folder;
   if (options.recording.extension() != ".h5" && options.recording.extension() != ".hdf5") {
-    session = folder.emplace().path() / "session.h5";
+    auto made = TemporaryFolder::make();
+    if (!made) return fail(kRefused, made.error());
+    session = folder.emplace(*std::move(made)).path() / "session.h5";
     const auto end = exportRecording(options.recording, session, ExportFormat::kHdf5, [](double share) {
       showProgress("reading", share);
       return !Interrupt::interrupted();

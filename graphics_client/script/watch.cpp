@@ -142,6 +142,7 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
                                                   std::min<Clock::duration>(end - Clock::now(), connection.timeout()));
     if (!next) {
       if (Clock::now() >= end) break;
+      if (connection.link().latest()->link == LinkState::kLive) continue;  // samples may come seldom
       return fail(kNoConnection, connection.noConnection(*connection.link().latest()).value());
     }
     seen = next->samplesReceived;

@@ -8,7 +8,7 @@ import unittest
 import harness
 
 SIDE = 300  # squares; some 6 MB of mesh, so that the upload takes a while
-EXIT_INTERRUPTED = 130
+EXIT_INTERRUPTED, EXIT_NO_CONNECTION = 130, 3
 SCENE = 'operations { add { name: "large" mesh { file: "large" } } }'
 
 
@@ -51,8 +51,8 @@ class Terminal:
 
 
 class CancelledUpload(harness.EndToEnd):
-    def apply(self, server):
-        terminal = Terminal([harness.BIN / "hapticctl", "--connect", server.address, "apply", "-", "--upload",
+    def apply(self, server, *options):
+        terminal = Terminal([harness.BIN / "hapticctl", "--connect", server.address, *options, "apply", "-", "--upload",
                              f"large={self.folder / 'large.off'}"], SCENE)
         self.addCleanup(terminal.close)
         return terminal
@@ -75,6 +75,15 @@ class CancelledUpload(harness.EndToEnd):
         self.assertEqual(terminal.process.wait(harness.STOP_TIMEOUT_S), 0, terminal.shown)
         self.assertEqual(int(server.status()["revision"]), int(before["revision"]) + 1)
         self.stop_and_check(server)
+
+    def test_a_lost_connection_is_no_refusal(self):
+        write_grid(self.folder / "large.off")
+        server = self.start_server()
+        terminal = self.apply(server, "--timeout", "1")
+        terminal.read_until("uploading large [")
+        server.kill()
+        terminal.read_until("no connection")
+        self.assertEqual(terminal.process.wait(60), EXIT_NO_CONNECTION, terminal.shown)
 
 
 if __name__ == "__main__":

@@ -226,6 +226,18 @@ class Session(harness.EndToEnd):
         self.assertRegex(said, "short.h5: [0-9]+ ticks")
         self.assertGreater(len(self.h5(out)["ticks/tick"]), 100)
 
+    def test_a_server_that_goes_away_is_told_of_and_what_came_is_kept(self):
+        server = self.start_server(scene=SCENE)
+        out = self.folder / "cut.h5"
+        exporter = subprocess.Popen([harness.BIN / "hapticctl", "--connect", server.address, "--timeout", "1", "export", "--live",
+                                     "--seconds", "60", "--out", out], stdout=subprocess.PIPE, text=True)
+        time.sleep(2)
+        server.kill()
+        said = exporter.communicate(timeout=30)[0]
+        self.assertEqual(exporter.returncode, 3, said)
+        self.assertRegex(said, "note: .*no connection.*it ends after tick [1-9]")
+        self.assertGreater(len(self.h5(out)["ticks/tick"]), 100)
+
     def test_without_a_server(self):
         done = subprocess.run([harness.BIN / "hapticctl", "--connect", "127.0.0.1:1", "--timeout", "0.5", "export", "--live",
                                "--out", self.folder / "none.h5"], capture_output=True, text=True)

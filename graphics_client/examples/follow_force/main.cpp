@@ -21,6 +21,10 @@ int main(int argc, char** argv) try {
   for (int left = static_cast<int>(10 * std::atof(argv[2])); left > 0; --left) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     const haptics::Client::State state = client.state();
+    if (!state.connected) {
+      std::printf("%s\n", state.connection.c_str());
+      continue;
+    }
     const char* touched = "nothing";
     for (const auto& body : state.bodies) touched = body.number == state.touched ? body.name.c_str() : touched;
     std::printf("%.3f %.3f %.3f N, touches %s\n", state.force_N[0], state.force_N[1], state.force_N[2], touched);
