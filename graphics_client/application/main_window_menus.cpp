@@ -6,6 +6,7 @@
 
 #include "graphics_client/application/help.h"
 #include "graphics_client/application/main_window.h"
+#include "graphics_client/application/printable_text.h"
 #include "graphics_client/application/theme.h"
 
 namespace haptics {
@@ -128,8 +129,11 @@ void MainWindow::makeFileMenu() {
   add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
       [this] { files_.saveAs(); });
   pictures_->addActions(file, add);
-  add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
-      [this] { plots_->save("haptic_plots.pdf"); });
+  add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder", [this] {
+    const QString file = "haptic_plots.pdf";
+    const Result<void> saved = plots_->save(file);
+    say("plots", saved ? file + " is written" : text(saved.error().text()), !saved);
+  });
   add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
 }
 

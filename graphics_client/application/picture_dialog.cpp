@@ -2,8 +2,10 @@
 
 #include <QDialogButtonBox>
 #include <QFileDialog>
+#include <QFileInfo>
 #include <QFormLayout>
 #include <QHBoxLayout>
+#include <QMessageBox>
 #include <QPushButton>
 
 namespace haptics {
@@ -37,7 +39,9 @@ PictureDialog::PictureDialog(QWidget* parent, const Kind& kind, QSize size_px)
   browse->setAutoDefault(false);
   connect(browse, &QPushButton::clicked, [this, kind] {
     const QString chosen = QFileDialog::getSaveFileName(this, kind.title, file(), kind.filter);
-    if (!chosen.isEmpty()) file_->setText(chosen);
+    if (chosen.isEmpty()) return;
+    file_->setText(chosen);
+    chosen_ = file();
   });
   auto* place = new QHBoxLayout;
   place->addWidget(file_, 1);
@@ -57,6 +61,19 @@ PictureDialog::PictureDialog(QWidget* parent, const Kind& kind, QSize size_px)
   file_->setFocus();
   file_->selectAll();
   resize(460, 0);
+}
+
+void PictureDialog::accept() {
+  if (!QFileInfo::exists(file()) || file() == chosen_) return QDialog::accept();
+  auto* question = new QMessageBox(QMessageBox::Question, windowTitle(), file() + " is there already. Replace it?",
+                                   QMessageBox::Yes | QMessageBox::No, this);
+  question->setAttribute(Qt::WA_DeleteOnClose);
+  question->setTextFormat(Qt::PlainText);
+  question->setDefaultButton(QMessageBox::No);
+  connect(question, &QMessageBox::finished, this, [this](int answer) {
+    if (answer == QMessageBox::Yes) QDialog::accept();
+  });
+  question->open();
 }
 
 }  // namespace haptics

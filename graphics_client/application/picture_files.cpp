@@ -133,7 +133,6 @@ void PictureFiles::endVideo(const QString& words, bool isError) {
 void PictureFiles::cancel() {
   if (!video_) return;
   endVideo("cancelled", false);
-  QFile::remove(videoFile_);
 }
 
 void PictureFiles::setFilming(bool on) {

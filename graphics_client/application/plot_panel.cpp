@@ -10,7 +10,11 @@
 
 #include <QEvent>
 #include <QHBoxLayout>
+#include <QPageSize>
+#include <QPainter>
 #include <QPalette>
+#include <QPdfWriter>
+#include <QSaveFile>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -27,6 +31,8 @@ const QColor kBlack(0, 0, 0), kWhite(240, 240, 240), kBlue(0, 90, 160), kSkyBlue
     kOrange(240, 165, 40), kDarkGreen(0, 115, 85), kGreen(40, 195, 150);
 
 constexpr double kGap_s = 1;
+/// Of a plot in a file.
+constexpr QSizeF kSaved_mm(200, 120);
 /// What the ends of an axis are apart at least, and as a part of its numbers: six digits then tell its marks apart.
 constexpr double kMinSpan = 0.01, kMinPart = 1e-4;
 
@@ -143,9 +149,26 @@ void PlotPanel::refresh() {
   }
 }
 
-void PlotPanel::save(const QString& file) {
+Result<void> PlotPanel::save(const QString& file) {
+  QSaveFile to(file);
+  const auto failed = [&] {
+    return refused(file.toStdString(), "cannot be written: " + to.errorString().toStdString());
+  };
+  if (!to.open(QIODevice::WriteOnly)) return failed();
+  QPdfWriter pdf(&to);
+  const auto count = static_cast<double>(plots_.size());
+  pdf.setPageSize(QPageSize(QSizeF(kSaved_mm.width(), count * kSaved_mm.height()), QPageSize::Millimeter));
+  pdf.setPageMargins({});
+  QPainter painter(&pdf);
+  const QSizeF page(pdf.width(), pdf.height() / count);
   QwtPlotRenderer renderer;
-  renderer.renderDocument(plots_.front().plot, file, QSizeF(200, 120));
+  double top = 0;
+  for (const Plot& plot : plots_) {
+    renderer.render(plot.plot, &painter, QRectF(QPointF(0, top), page));
+    top += page.height();
+  }
+  painter.end();
+  return to.commit() ? Result<void>() : failed();
 }
 
 }  // namespace haptics

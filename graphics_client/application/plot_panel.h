@@ -5,6 +5,8 @@
 #include <deque>
 #include <vector>
 
+#include "common/error/error.h"
+
 class QwtPlot;
 class QwtPlotCurve;
 class QwtPlotZoomer;
@@ -31,8 +33,8 @@ class PlotPanel : public QWidget {
   void setPaused(bool paused) { paused_ = paused; }
   /// Draws what has been added.
   void refresh();
-  /// As a picture, by its ending: .png, .svg, .pdf.
-  void save(const QString& file);
+  /// All of them, below each other, as PDF. Refused: the file cannot be written; one that is there stays then.
+  [[nodiscard]] Result<void> save(const QString& file);
 
  protected:
   /// Another theme has other colours.

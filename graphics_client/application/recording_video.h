@@ -33,7 +33,7 @@ class RecordingVideo {
  public:
   static constexpr int kMinWidth_px = 640, kMinHeight_px = 400;  ///< So that words can be read.
 
-  /// Replaces the file. Refused: it cannot be written, or the picture is too small.
+  /// The file is replaced once it is finished. Refused: it cannot be written, or the picture is too small.
   /// @param look  Nothing: all objects are shown.
   [[nodiscard]] static Result<std::unique_ptr<RecordingVideo>> begin(std::shared_ptr<const RecordedSession> session,
                                                                      const VideoOptions& options,

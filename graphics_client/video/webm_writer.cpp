@@ -4,8 +4,10 @@
 #include <gst/gst.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "common/text/printable.h"
@@ -13,10 +15,14 @@
 namespace haptics {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 /// Frames that wait for the encoder, at most.
 constexpr std::size_t kWaiting = 4;
 /// Between two looks whether one of them is through.
 constexpr GstClockTime kPause_ns = 5 * GST_MSECOND;
+/// For one of them, or for what is written at the end.
+constexpr std::chrono::seconds kLongest{60};
 /// Between frames that can be sought (seconds).
 constexpr double kSeekable_s = 1;
 /// Bits for a pixel of a frame, beyond which quality is given up.
@@ -35,10 +41,14 @@ std::string take(GError* error) {
   return words;
 }
 
+tl::unexpected<Error> stalled(const std::string& file) {
+  return refused(file, "the encoder or the disk has stood still for " + std::to_string(kLongest.count()) + " s");
+}
+
 }  // namespace
 
 struct WebmWriter::Pipeline {
-  std::string file;
+  std::string file, part;  // the video, and what it is written as
   Owned<GstElement> all, in;
   Owned<GstBus> bus;
   GstClockTime frame_ns = 0;  // how long each is shown, as far as is known
@@ -46,6 +56,8 @@ struct WebmWriter::Pipeline {
 
   ~Pipeline() {
     if (all) gst_element_set_state(all.get(), GST_STATE_NULL);
+    std::error_code ignored;
+    if (!part.empty()) std::filesystem::remove(part, ignored);
   }
 
   /// Waits for a message of that kind or of an error, so long.
@@ -67,6 +79,7 @@ Result<WebmWriter> WebmWriter::create(const std::filesystem::path& file, int wid
   if (gst_init_check(nullptr, nullptr, &error) == 0) return refused(file.string(), take(error));
   auto pipeline = std::make_unique<Pipeline>();
   pipeline->file = file.string();
+  pipeline->part = file.string() + ".part";
   // BT.601, which players take VP8 to be in.
   pipeline->all.reset(gst_parse_launch_full(
       "appsrc name=in format=time ! videoconvert ! video/x-raw,format=I420,colorimetry=bt601 ! "
@@ -91,7 +104,7 @@ Result<WebmWriter> WebmWriter::create(const std::filesystem::path& file, int wid
   g_object_set(part("encoder").get(), "cq-level", kQuality, "keyframe-max-dist",
                std::max(1, static_cast<int>(kSeekable_s * rate_Hz)), "target-bitrate",
                static_cast<int>(std::min(kMaxBits * width_px * height_px * rate_Hz, 2e9)), nullptr);
-  g_object_set(part("out").get(), "location", file.c_str(), nullptr);
+  g_object_set(part("out").get(), "location", pipeline->part.c_str(), nullptr);
   pipeline->frame_ns = static_cast<GstClockTime>(GST_SECOND / rate_Hz);
   pipeline->frame_bytes = static_cast<std::size_t>(GST_ROUND_UP_4(3 * width_px)) * static_cast<std::size_t>(height_px);
   if (gst_element_set_state(all, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
@@ -114,7 +127,9 @@ Result<void> WebmWriter::add(std::span<const std::uint8_t> rgb, double time_s) {
   GST_BUFFER_DURATION(buffer) = pipeline_->frame_ns;
   gst_app_src_push_buffer(in, buffer);
   GstClockTime pause_ns = 0;
+  const auto began = Clock::now();
   do {
+    if (Clock::now() - began > kLongest) return stalled(pipeline_->file);
     if (const auto failed = pipeline_->await(GST_MESSAGE_ERROR, pause_ns); !failed)
       return tl::unexpected(failed.error());
     pause_ns = kPause_ns;
@@ -124,9 +139,14 @@ Result<void> WebmWriter::add(std::span<const std::uint8_t> rgb, double time_s) {
 
 Result<void> WebmWriter::finish() {
   gst_app_src_end_of_stream(GST_APP_SRC(pipeline_->in.get()));
-  const auto ended = pipeline_->await(GST_MESSAGE_EOS, GST_CLOCK_TIME_NONE);
+  const auto ended = pipeline_->await(GST_MESSAGE_EOS, std::chrono::nanoseconds(kLongest).count());
+  if (ended && !*ended) return stalled(pipeline_->file);
   gst_element_set_state(pipeline_->all.get(), GST_STATE_NULL);
   if (!ended) return tl::unexpected(ended.error());
+  std::error_code failure;
+  std::filesystem::rename(pipeline_->part, pipeline_->file, failure);
+  if (failure) return refused(pipeline_->file, "cannot be written: " + failure.message());
+  pipeline_->part.clear();
   return {};
 }
 

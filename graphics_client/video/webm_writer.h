@@ -15,20 +15,20 @@ class WebmWriter {
   /// Of lines and words on plain ground: some 40 dB, and 1 to 4 Mbit/s at 1280 x 800.
   static constexpr int kQuality = 10;  ///< 0 (best) to 63.
 
-  /// Replaces the file. Refused: it cannot be written, or GStreamer or its part for VP8 or WebM is not here.
+  /// As FILE.part: the file, perhaps of another video, is replaced by finish(). Refused: it cannot be written, or GStreamer or its part for VP8 or WebM is not here.
   /// @param rate_Hz  Of the frames, as the file says it; they may come at other times.
   [[nodiscard]] static Result<WebmWriter> create(const std::filesystem::path& file, int width_px, int height_px,
                                                  double rate_Hz);
   WebmWriter(WebmWriter&&) noexcept;
   WebmWriter& operator=(WebmWriter&&) noexcept;
-  /// Without finish() before: what is written plays, but cannot be sought in.
+  /// Without finish() before, nothing of it stays.
   ~WebmWriter();
 
-  /// Waits while several frames are not encoded yet. Refused: the file cannot be written on.
+  /// Waits while several frames are not encoded yet. Refused: the file cannot be written on, or that takes a minute.
   /// @param rgb     Three bytes a pixel, rows from the top, each filled up to a multiple of four bytes.
   /// @param time_s  From the beginning of the video; after that of the frame before.
   [[nodiscard]] Result<void> add(std::span<const std::uint8_t> rgb, double time_s);
-  /// Writes the rest, and what seeking needs.
+  /// Writes the rest, and what seeking needs, and gives the file its name. Refused: likewise.
   [[nodiscard]] Result<void> finish();
 
  private:

@@ -125,16 +125,34 @@ TEST(WebmWriter, AFrameOfAnotherSizeIsRefused) {
   EXPECT_FALSE(writer->add(std::vector<std::uint8_t>(100), 0));
 }
 
+TEST(WebmWriter, AVideoThatIsGivenUpLeavesTheEarlierOne) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "video.webm";
+  std::ofstream(file) << "earlier";
+  {
+    auto writer = WebmWriter::create(file, kWidth_px, kHeight_px, 25);
+    ASSERT_TRUE(writer) << writer.error().text();
+    ASSERT_TRUE(writer->add(frameOf(1), 0));
+  }
+  std::string held;
+  std::getline(std::ifstream(file), held);
+  EXPECT_EQ(held, "earlier");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "nothing of the other stays";
+}
+
 /// As of a disk that is full: the device takes nothing.
 TEST(WebmWriter, WhatCannotBeWrittenOnIsSaidAndDoesNotWait) {
   if (!std::ofstream("/dev/full")) GTEST_SKIP() << "no /dev/full";
-  auto writer = WebmWriter::create("/dev/full", kWidth_px, kHeight_px, 25);
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "video.webm";
+  std::filesystem::create_symlink("/dev/full", file.string() + ".part");
+  auto writer = WebmWriter::create(file, kWidth_px, kHeight_px, 25);
   if (!writer) return;  // said already
   Result<void> written = {};
   for (unsigned i = 0; written && i < 2000; ++i) written = writer->add(frameOf(i), i / 25.0);
   if (written) written = writer->finish();
   ASSERT_FALSE(written);
-  EXPECT_THAT(written.error().text(), HasSubstr("/dev/full"));
+  EXPECT_THAT(written.error().text(), HasSubstr(file.string()));
 }
 
 }  // namespace
