@@ -130,9 +130,9 @@ void MainWindow::makeFileMenu() {
       [this] { files_.saveAs(); });
   pictures_->addActions(file, add);
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder", [this] {
-    const QString file = "haptic_plots.pdf";
-    const Result<void> saved = plots_->save(file);
-    say("plots", saved ? file + " is written" : text(saved.error().text()), !saved);
+    const QString pdf = "haptic_plots.pdf";
+    const Result<void> saved = plots_->save(pdf);
+    say("plots", saved ? pdf + " is written" : text(saved.error().text()), !saved);
   });
   add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
 }

@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kLook{100};  // whether there is news
+constexpr std::chrono::milliseconds kNews{100};  // whether there is news
 
 bool isLive(const MirrorView& view) { return view.link == LinkState::kLive; }
 
@@ -75,7 +75,7 @@ class LiveTicks {
     const ServerLink& link = connection_.link();
     std::shared_ptr<const MirrorView> view;
     for (bool isThere = true; !view && isThere && !Interrupt::interrupted();) {
-      view = link.waitUntil(holds, kLook);
+      view = link.waitUntil(holds, kNews);
       isThere = view || (link.latest()->epoch == epoch_ && link.waitUntil(isLive, connection_.timeout()));
     }
     if (!view) return endWith("revision " + std::to_string(sample.sceneRevision) + " of the scene has not come whole");
@@ -111,7 +111,7 @@ class LiveTicks {
   double elapsed_s = 0;
   auto heard = began;
   while (elapsed_s < options.duration_s && !Interrupt::interrupted() && ticks.end().note.empty()) {
-    const auto taken = queue.take(kLook);
+    const auto taken = queue.take(kNews);
     for (const TickQueue::Tick& tick : taken) {
       const auto added = ticks.add(tick);
       if (!added) return tl::unexpected(added.error());
