@@ -11,7 +11,7 @@
 #include "graphics_client/export/hdf5_sink.h"
 #include "graphics_client/export/mcap_sink.h"
 #include "graphics_client/session/replay_mirror.h"
-#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/recording/recording_reader.h"
 #include "haptic_server/recording/replay.h"
 
@@ -145,14 +145,14 @@ Result<SessionEnd> exportRecording(const std::filesystem::path& recording, const
   const auto within = [&](Error error) {
     return tl::unexpected(std::move(error).within(recording.string() + (error.field.empty() ? "" : ": ")));
   };
-  const auto mapped = MappedFile::open(recording);
-  if (!mapped) return within(mapped.error());
-  const auto reader = RecordingReader::open(mapped->bytes());
+  const auto bytes = RecordingBytes::open(recording);
+  if (!bytes) return within(bytes.error());
+  const auto reader = RecordingReader::open(*bytes);
   if (!reader) return within(reader.error());
   auto file = ExportFile::open(out, format, factsOf(recording, reader->facts()));
   if (!file) return tl::unexpected(std::move(file).error());
   ReplayedTicks ticks(file->sink(), progress);
-  const auto outcome = replay(mapped->bytes(), [&](const ReplayedTick& tick) { return ticks.take(tick); });
+  const auto outcome = replay(*bytes, [&](const ReplayedTick& tick) { return ticks.take(tick); });
   if (!outcome) return within(outcome.error());
   if (ticks.failure()) return tl::unexpected(*ticks.failure());
   SessionEnd end = ticks.end();

@@ -10,7 +10,7 @@
 #include "common/telemetry/fault_words.h"
 #include "common/text/printable.h"
 #include "graphics_client/session/replay_mirror.h"
-#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/recording/recording_reader.h"
 
 namespace haptics {
@@ -126,9 +126,9 @@ Result<RecordedSession> RecordedSession::read(const std::filesystem::path& file,
   const auto within = [&](Error error) {
     return tl::unexpected(std::move(error).within(file.string() + (error.field.empty() ? "" : ": ")));
   };
-  const auto mapped = MappedFile::open(file);
-  if (!mapped) return within(mapped.error());
-  const auto reader = RecordingReader::open(mapped->bytes());
+  const auto bytes = RecordingBytes::open(file);
+  if (!bytes) return within(bytes.error());
+  const auto reader = RecordingReader::open(*bytes);
   if (!reader) return within(reader.error());
   RecordedSession session;
   session.name_ = printable(file.filename().string());
@@ -136,7 +136,7 @@ Result<RecordedSession> RecordedSession::read(const std::filesystem::path& file,
   ticks.setPeriod(1 / reader->facts().rate_Hz);
   try {
     const Interruptible work(stop);
-    auto outcome = replay(mapped->bytes(), [&](const ReplayedTick& tick) { return ticks.take(tick); });
+    auto outcome = replay(*bytes, [&](const ReplayedTick& tick) { return ticks.take(tick); });
     if (!outcome) return within(outcome.error());
     session.outcome_ = *std::move(outcome);
   } catch (const Interrupted&) {

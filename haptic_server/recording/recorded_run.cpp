@@ -16,8 +16,8 @@ namespace {
 
 }  // namespace
 
-Result<std::unique_ptr<RecordedRun>> RecordedRun::open(std::string_view bytes, AssetStore& store) {
-  auto reader = RecordingReader::open(bytes);
+Result<std::unique_ptr<RecordedRun>> RecordedRun::open(RecordingBytes bytes, AssetStore& store) {
+  auto reader = RecordingReader::open(std::move(bytes));
   if (!reader) return tl::unexpected(std::move(reader.error()));
   return std::make_unique<RecordedRun>(std::make_unique<RecordingReader>(*std::move(reader)), store);
 }

@@ -34,8 +34,8 @@ struct RecordedRunTick {
 /// Untrusted bytes are welcome.
 class RecordedRun {
  public:
-  /// Bytes and store outlive it. Refused: no recording of this version.
-  [[nodiscard]] static Result<std::unique_ptr<RecordedRun>> open(std::string_view bytes, AssetStore& store);
+  /// The store outlives it. Refused: no recording of this version.
+  [[nodiscard]] static Result<std::unique_ptr<RecordedRun>> open(RecordingBytes bytes, AssetStore& store);
   /// The store outlives it.
   RecordedRun(std::unique_ptr<RecordingSource> source, AssetStore& store)
       : source_(std::move(source)), scenes_(store, source_->facts()) {}

@@ -17,8 +17,8 @@ constexpr std::chrono::milliseconds kLookEvery{5};
 
 }  // namespace
 
-RecordingPlayer::RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts)
-    : path_(std::move(path)), file_(std::move(file)), facts_(std::move(facts)) {
+RecordingPlayer::RecordingPlayer(std::filesystem::path path, RecordingBytes bytes, RecordingFacts facts)
+    : path_(std::move(path)), bytes_(std::move(bytes)), facts_(std::move(facts)) {
   devices_.emplace_back(facts_.device, facts_.config, *this, 0);
   if (facts_.secondHand) devices_.emplace_back(facts_.secondHand->device, facts_.secondHand->config, *this, 1);
 }
@@ -32,15 +32,15 @@ RecordingPlayer::RecordedDevice::RecordedDevice(const std::string& name, const S
 }
 
 Result<std::unique_ptr<RecordingPlayer>> RecordingPlayer::open(const std::filesystem::path& path) {
-  auto file = MappedFile::open(path);
-  if (!file) return within(path, file.error());
-  const auto reader = RecordingReader::open(file->bytes());
+  auto bytes = RecordingBytes::open(path);
+  if (!bytes) return within(path, bytes.error());
+  const auto reader = RecordingReader::open(*bytes);
   if (!reader) return within(path, reader.error());
-  return std::unique_ptr<RecordingPlayer>(new RecordingPlayer(path, *std::move(file), reader->facts()));
+  return std::unique_ptr<RecordingPlayer>(new RecordingPlayer(path, *std::move(bytes), reader->facts()));
 }
 
 Result<void> RecordingPlayer::prepare(AssetStore& store, Show show) {
-  auto run = RecordedRun::open(file_.bytes(), store);
+  auto run = RecordedRun::open(bytes_, store);
   if (!run) return tl::unexpected(std::move(run.error()));
   run_ = *std::move(run);
   show_ = std::move(show);

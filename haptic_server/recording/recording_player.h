@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "haptic_server/device/device.h"
-#include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/recording/recorded_run.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/servo/replay_source.h"
 
 namespace haptics {
@@ -93,7 +93,7 @@ class RecordingPlayer final : public ReplaySource {
   /// Ticks that lie ready for the servo: 4 s at 1 kHz, in which a large mesh is built.
   static constexpr std::size_t kAhead = 4096;
 
-  RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts);
+  RecordingPlayer(std::filesystem::path path, RecordingBytes bytes, RecordingFacts facts);
   void compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm) noexcept;
   void run();
   void playOn();
@@ -102,7 +102,7 @@ class RecordingPlayer final : public ReplaySource {
   void showTaken(std::uint64_t ticks);
 
   std::filesystem::path path_;
-  MappedFile file_;
+  RecordingBytes bytes_;
   RecordingFacts facts_;
   std::deque<RecordedDevice> devices_;  // of each hand
   PlayedSoFar played_;

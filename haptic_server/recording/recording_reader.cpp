@@ -6,13 +6,23 @@
 #include "haptic_server/recording/state_image.h"
 
 namespace haptics {
+namespace {
 
-Result<RecordingReader> RecordingReader::open(std::string_view bytes) {
-  if (!bytes.starts_with(kRecordingHead)) {
+/// That are read at once, at least.
+constexpr std::size_t kWindow_bytes = 1U << 20;
+
+}  // namespace
+
+Result<RecordingReader> RecordingReader::open(RecordingBytes bytes) {
+  std::string head;
+  if (auto read = bytes.read(0, kRecordingHead.size(), head); !read) return tl::unexpected(std::move(read).error());
+  if (head != kRecordingHead) {
     return refused("", "does not begin with \"" + std::string(kRecordingHead.substr(0, kRecordingHead.size() - 1)) +
                            "\": it is no recording of this version (haptic_server --record makes one)");
   }
-  RecordingReader reader(bytes);
+  RecordingReader reader(std::move(bytes));
+  reader.offset_ = head.size();
+  reader.chain_ = RecordReader(head, head).chain();
   auto first = reader.next();
   if (!first) return tl::unexpected(std::move(first.error()));
   if (*first == nullptr || !(*first)->has_head())
@@ -25,10 +35,12 @@ Result<RecordingReader> RecordingReader::open(std::string_view bytes) {
 }
 
 Result<const v1::RecordingPart*> RecordingReader::next() {
-  const std::size_t at = records_.offset();
-  const auto payload = records_.next();
+  const std::size_t at = offset_;
+  const auto record = nextRecord();
+  if (!record) return tl::unexpected(Error(record.error()).within("byte " + std::to_string(at)));
+  const auto& payload = *record;
   if (!payload) {
-    if (records_.end() == LogEnd::kDamaged)
+    if (end_ == LogEnd::kDamaged)
       return refused("byte " + std::to_string(at), "is damaged: what follows is not what was written");
     return nullptr;
   }
@@ -37,6 +49,26 @@ Result<const v1::RecordingPart*> RecordingReader::next() {
   if (!parsed || part_.part_case() == v1::RecordingPart::PART_NOT_SET)
     return refused("byte " + std::to_string(at), "holds no part that this version knows");
   return &part_;
+}
+
+/// A record may seem to be torn because the window ends in it.
+Result<std::optional<std::string_view>> RecordingReader::nextRecord() {
+  for (std::size_t more = kWindow_bytes;; more *= 2) {
+    RecordReader records(std::string_view(window_).substr(inWindow_), chain_);
+    const auto payload = records.next();
+    if (payload) {
+      offset_ += records.offset();
+      inWindow_ += records.offset();
+      chain_ = records.chain();
+      return payload;
+    }
+    end_ = records.end();
+    if (end_ == LogEnd::kDamaged) return std::nullopt;
+    window_.erase(0, std::exchange(inWindow_, 0));
+    const std::size_t had = window_.size();
+    if (auto read = bytes_.read(offset_ + had, more, window_); !read) return tl::unexpected(std::move(read).error());
+    if (window_.size() == had) return std::nullopt;
+  }
 }
 
 }  // namespace haptics

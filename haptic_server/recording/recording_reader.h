@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/recording/recording_format.h"
 #include "haptic_server/state/record_chain.h"
 
@@ -34,23 +38,27 @@ class RecordingSource {
 /// Reads a recording's parts in order, as far as they are what was written.
 class RecordingReader final : public RecordingSource {
  public:
-  /// The bytes outlive the reader. Refused: no recording, one of another version, or damaged in its first part.
-  [[nodiscard]] static Result<RecordingReader> open(std::string_view bytes);
+  /// Refused: no recording, one of another version, or damaged in its first part.
+  [[nodiscard]] static Result<RecordingReader> open(RecordingBytes bytes);
 
   /// Refused: the bytes are damaged from here on.
   [[nodiscard]] Result<const v1::RecordingPart*> next() override;
   [[nodiscard]] bool sameLayout() const noexcept override { return sameLayout_; }
-  [[nodiscard]] bool cutOff() const noexcept override { return records_.end() == LogEnd::kTorn; }
+  [[nodiscard]] bool cutOff() const noexcept override { return end_ == LogEnd::kTorn; }
   [[nodiscard]] double share() const noexcept override {
-    return static_cast<double>(records_.offset()) / static_cast<double>(size_);
+    return static_cast<double>(offset_) / static_cast<double>(bytes_.size());
   }
 
  private:
-  explicit RecordingReader(std::string_view bytes)
-      : RecordingSource({}), size_(bytes.size()), records_(bytes, kRecordingHead) {}
+  explicit RecordingReader(RecordingBytes bytes) : RecordingSource({}), bytes_(std::move(bytes)) {}
+  [[nodiscard]] Result<std::optional<std::string_view>> nextRecord();
 
-  std::size_t size_;
-  RecordReader records_;
+  RecordingBytes bytes_;
+  std::string window_;        // of them
+  std::size_t offset_ = 0;    // of the next record
+  std::size_t inWindow_ = 0;  // likewise, in the window
+  ContentHash chain_;
+  LogEnd end_ = LogEnd::kWhole;
   v1::RecordingPart part_;
   bool sameLayout_ = false;
 };

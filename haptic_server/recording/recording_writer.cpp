@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <system_error>
 #include <utility>
 
@@ -22,14 +23,21 @@ constexpr std::size_t kMaxPending_bytes = 4U << 20;
 }  // namespace
 
 Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& file, const RecordingFacts& facts) {
-  FileHandle handle(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
+  // A file of its own, which has the name once its head is written: one that others read is not to be cut short.
+  std::error_code none;
+  const bool isFile = std::filesystem::is_regular_file(file, none) || !std::filesystem::exists(file, none);
+  const std::filesystem::path begun = isFile ? std::filesystem::path(file.string() + ".part") : file;
+  FileHandle handle(::open(begun.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
   if (!handle) return failed(file);
   RecordingWriter writer(file, std::move(handle));
   writer.pending_ = kRecordingHead;
   v1::RecordingPart part;
   *part.mutable_head() = toMessage(facts);
   writer.put(part);
-  if (auto written = writer.flush(); !written) return tl::unexpected(written.error());
+  auto written = writer.flush();
+  if (written && isFile && ::rename(begun.c_str(), file.c_str()) != 0) written = failed(file);
+  if (!written && isFile) ::unlink(begun.c_str());
+  if (!written) return tl::unexpected(std::move(written).error());
   return writer;
 }
 

@@ -68,7 +68,7 @@ class RecordingEncoder {
 /// the process; the system writes it to the disk in its own time. One thread, not the servo's.
 class RecordingWriter final : public RecordingEncoder {
  public:
-  /// Refused: a file that cannot be written.
+  /// In place of a recording that is there, whose readers keep what they read. Refused: a file that cannot be written.
   [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, const RecordingFacts& facts);
 
   /// A part of it as another process has encoded it.

@@ -361,9 +361,9 @@ std::string differenceIn(const ReplayOutcome& outcome) {
          outcome.differingField + " before tick " + std::to_string(outcome.firstDifferingState);
 }
 
-Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick) {
+Result<ReplayOutcome> replay(RecordingBytes recording, const OnReplayedTick& onTick) {
   AssetStore store;
-  const auto run = RecordedRun::open(recording, store);
+  const auto run = RecordedRun::open(std::move(recording), store);
   if (!run) return tl::unexpected(run.error());
   return replay(**run, onTick, {});
 }

@@ -66,7 +66,7 @@ using OnReplayedTick = std::function<bool(const ReplayedTick&)>;
 /// before them, and again where those do not come to that state. Untrusted bytes are welcome.
 /// @param onTick  In order, on the calling thread.
 /// Refused: no recording of this version.
-[[nodiscard]] Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick = {});
+[[nodiscard]] Result<ReplayOutcome> replay(RecordingBytes recording, const OnReplayedTick& onTick = {});
 /// Likewise, of a recording whose parts may be coming yet.
 /// @param onProgress  With what is replayed so far, after each part that begins with a state; false ends the replay.
 [[nodiscard]] ReplayOutcome replay(std::unique_ptr<RecordingSource> recording,

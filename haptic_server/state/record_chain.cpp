@@ -53,6 +53,7 @@ void RecordWriter::append(std::string& out, std::string_view payload) {
 
 RecordReader::RecordReader(std::string_view log, std::string_view head)
     : log_(log), offset_(std::min(log.size(), head.size())), chain_(hashOf(head)) {}
+RecordReader::RecordReader(std::string_view rest, const ContentHash& chain) : log_(rest), offset_(0), chain_(chain) {}
 
 std::optional<std::string_view> RecordReader::next() {
   const std::string_view rest = log_.substr(offset_);

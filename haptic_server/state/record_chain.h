@@ -41,11 +41,15 @@ class RecordReader {
  public:
   /// All of a log, its head included, which the caller has checked; outlives the reader.
   explicit RecordReader(std::string_view log, std::string_view head = kLogHead);
+  /// A log's bytes from a record on, where a reader is that has this chain.
+  RecordReader(std::string_view rest, const ContentHash& chain);
 
   /// The next record's payload; nothing at the end, whichever it is.
   [[nodiscard]] std::optional<std::string_view> next();
-  [[nodiscard]] LogEnd end() const noexcept { return end_; }             ///< Once next() has returned nothing.
-  [[nodiscard]] std::size_t offset() const noexcept { return offset_; }  ///< Bytes of the head and the records read.
+  [[nodiscard]] LogEnd end() const noexcept { return end_; }  ///< Once next() has returned nothing.
+  [[nodiscard]] std::size_t offset() const noexcept {
+    return offset_;
+  }  ///< Bytes of the head, where there is one, and the records read.
   [[nodiscard]] const ContentHash& chain() const noexcept { return chain_; }  ///< To append after them.
 
  private:

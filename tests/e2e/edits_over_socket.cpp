@@ -18,7 +18,7 @@
 #include "common/clock/monotonic.h"
 #include "common/log/log.h"
 #include "graphics_client/mirror/server_link.h"
-#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/server_app.h"
 #include "tests/e2e/led_device.h"
 #include "tests/e2e/recorded_rest.h"
@@ -151,7 +151,7 @@ class FuzzedSession {
       scenes_.push_back(std::make_unique<FuzzedEdits>(++seed_));
     }
     session.stop();
-    outcome_.verdict = judgeRest(orThrow(MappedFile::open(recording_)).bytes(), sent_);
+    outcome_.verdict = judgeRest(orThrow(RecordingBytes::open(recording_)), sent_);
     return outcome_;
   }
 

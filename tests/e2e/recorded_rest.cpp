@@ -144,7 +144,7 @@ class RestJudge {
 
 }  // namespace
 
-RestVerdict judgeRest(std::string_view recording, const std::vector<SentWindow>& windows) {
+RestVerdict judgeRest(const RecordingBytes& recording, const std::vector<SentWindow>& windows) {
   AssetStore store;
   const auto run = eval::orThrow(RecordedRun::open(recording, store));
   RestJudge judge(run->facts(), windows);

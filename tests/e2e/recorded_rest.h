@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "haptic_server/recording/recording_bytes.h"
 #include "tests/e2e/fuzzed_edits.h"
 
 namespace haptics::e2e {
@@ -34,6 +35,6 @@ struct RestVerdict {
 /// limit of the fuzzer a tick, across missed ticks as often as there are periods. When a window of edits is to be felt in
 /// full, its revision is adopted, the force is the one that the scene's own parameters say, and the IHIP is in no closed
 /// body. A fault, as of a machine that is too busy, is none of the edits': until the force has come back nothing is judged.
-[[nodiscard]] RestVerdict judgeRest(std::string_view recording, const std::vector<SentWindow>& windows);
+[[nodiscard]] RestVerdict judgeRest(const RecordingBytes& recording, const std::vector<SentWindow>& windows);
 
 }  // namespace haptics::e2e

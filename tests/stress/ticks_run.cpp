@@ -10,7 +10,7 @@
 
 #include "common/telemetry/tick_gaps.h"
 #include "common/wire/convert.h"
-#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/recording/replay.h"
 #include "tests/stress/run_files.h"
 
@@ -56,9 +56,9 @@ struct Stream {
 /// Of the recorded ticks from the stream's first to its last one.
 Json compared(const Stream& stream, const std::filesystem::path& recording) {
   std::uint64_t recorded = 0, equal = 0, named = 0, unexplained = 0;
-  const auto mapped = MappedFile::open(recording);
-  if (!mapped) throw std::runtime_error(mapped.error().text());
-  const auto outcome = replay(mapped->bytes(), [&](const ReplayedTick& tick) {
+  const auto bytes = RecordingBytes::open(recording);
+  if (!bytes) throw std::runtime_error(bytes.error().text());
+  const auto outcome = replay(*bytes, [&](const ReplayedTick& tick) {
     const std::uint64_t number = tick.sample.tick;
     if (number < stream.forces_N.begin()->first || number > stream.forces_N.rbegin()->first) return true;
     ++recorded;

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/recording/recording_player.h"
 #include "haptic_server/recording/replay.h"
 #include "haptic_server/servo/servo_loop.h"
@@ -66,8 +66,7 @@ struct Replayed {
               .hands = world.setup().hands,
               .wrong = {}};
   }
-  const auto mapped = orThrow(MappedFile::open(file));
-  result.wrong = verdictOn(replay(mapped.bytes()), result.ticks);
+  result.wrong = verdictOn(replay(orThrow(RecordingBytes::open(file))), result.ticks);
   if (seed % kPlayedOf == 0 && result.wrong.empty()) result.wrong = verdictOfPlayer(file, result.ticks);
   return result;
 }

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "common/text/printable.h"
-#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recording_bytes.h"
 #include "haptic_server/recording/replay.h"
 #include "tests/eval/replay/telemetry_file.h"
 #include "tests/eval/report.h"
@@ -69,7 +69,7 @@ void print(const ReplayOutcome& outcome, double seconds) {
 }  // namespace
 
 bool runReplay(const ReplayOptions& options, const std::filesystem::path& out) {
-  const auto file = MappedFile::open(options.recording);
+  const auto file = RecordingBytes::open(options.recording);
   if (!file) throw std::runtime_error(options.recording.string() + ": " + file.error().text());
   std::optional<TelemetryFile> telemetry;
   if (!options.telemetry.empty()) {
@@ -78,7 +78,7 @@ bool runReplay(const ReplayOptions& options, const std::filesystem::path& out) {
     telemetry = *std::move(opened);
   }
   const auto began = std::chrono::steady_clock::now();
-  const auto outcome = replay(file->bytes(), [&](const ReplayedTick& tick) {
+  const auto outcome = replay(*file, [&](const ReplayedTick& tick) {
     if (telemetry) telemetry->write(tick);
     return true;
   });

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "haptic_server/recording/recording_reader.h"
+#include "haptic_server/recording/recording_writer.h"
 #include "haptic_server/recording/state_image.h"
 #include "recorded_servo.h"
 
@@ -332,6 +333,36 @@ TEST(Replay, RefusesASceneThatIsOlderThanThatOfTheStateBefore) {
   ASSERT_TRUE(outcome) << outcome.error().text();
   ASSERT_TRUE(outcome->refusal);
   EXPECT_EQ(outcome->refusal->text(), "ticks.scene: 1 comes after 2");
+}
+
+TEST(Recording, OneThatIsBegunInItsPlaceIsNotWhatItsReadersRead) {
+  RecordedServo servo;
+  servo.run(100);
+  const std::string good = servo.recording();
+  const auto file = servo.folder() / "read";
+  std::ofstream(file, std::ios::binary) << good;
+  auto reader = RecordingReader::open(RecordingBytes::open(file).value()).value();
+  const auto facts = RecordingReader::open(good).value().facts();
+  ASSERT_TRUE(RecordingWriter::create(file, facts));
+  EXPECT_LT(bytesOf(file).size(), good.size());
+  while (reader.next().value() != nullptr) {
+  }
+  EXPECT_FALSE(reader.cutOff());
+  EXPECT_EQ(reader.share(), 1);
+}
+
+TEST(Recording, OneThatIsCutShortWhileItIsReadEndsThere) {
+  RecordedServo servo;
+  servo.run(10'000);
+  const std::string good = servo.recording();
+  const auto file = servo.folder() / "read";
+  std::ofstream(file, std::ios::binary) << good;
+  const auto bytes = RecordingBytes::open(file).value();
+  std::filesystem::resize_file(file, good.size() / 2);
+  const auto outcome = replay(bytes);
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_TRUE(outcome->cutOff);
+  EXPECT_LT(outcome->ticks, 10'000U);
 }
 
 TEST(Replay, SaysWhichForceDiffersFirstAndByHowMuch) {
