@@ -82,6 +82,7 @@ Result<void> writeVideo(const std::string& recording, const VideoOptions& option
       logInfo("video: " + std::to_string(video.drawn()) + " of " + std::to_string(video.pictures()) + " pictures");
     }
   }
+  if (stop) return refused(options.file, "was given up after " + std::to_string(video.drawn()) + " pictures");
   return video.finish();
 }
 

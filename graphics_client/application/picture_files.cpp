@@ -26,11 +26,11 @@ const QString kPicture = "picture", kVideo = "video", kFilm = "film";
 
 QString isWritten(const QString& file) { return QDir::current().absoluteFilePath(file) + " is written"; }
 
-/// The next one that is not there yet, also of an earlier run.
+/// The next one that is not there yet, also of an earlier run, and that nobody is writing.
 QString freeFile(const char* pattern, int& number) {
   QString file;
   do file = QString(pattern).arg(++number);
-  while (QFile::exists(file));
+  while (QFile::exists(file) || QFile::exists(file + ".part"));
   return file;
 }
 

@@ -1,5 +1,6 @@
 #include "haptic_server/recording/recording_reader.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -10,6 +11,8 @@ namespace {
 
 /// That are read at once, at least.
 constexpr std::size_t kWindow_bytes = 1U << 20;
+/// Protobuf reads no larger message.
+constexpr std::size_t kMaxRecord_bytes = std::numeric_limits<int>::max();
 
 }  // namespace
 
@@ -44,8 +47,7 @@ Result<const v1::RecordingPart*> RecordingReader::next() {
       return refused("byte " + std::to_string(at), "is damaged: what follows is not what was written");
     return nullptr;
   }
-  const bool parsed = payload->size() <= std::numeric_limits<int>::max() &&
-                      part_.ParseFromArray(payload->data(), static_cast<int>(payload->size()));
+  const bool parsed = part_.ParseFromArray(payload->data(), static_cast<int>(payload->size()));
   if (!parsed || part_.part_case() == v1::RecordingPart::PART_NOT_SET)
     return refused("byte " + std::to_string(at), "holds no part that this version knows");
   return &part_;
@@ -53,7 +55,7 @@ Result<const v1::RecordingPart*> RecordingReader::next() {
 
 /// A record may seem to be torn because the window ends in it.
 Result<std::optional<std::string_view>> RecordingReader::nextRecord() {
-  for (std::size_t more = kWindow_bytes;; more *= 2) {
+  while (true) {
     RecordReader records(std::string_view(window_).substr(inWindow_), chain_);
     const auto payload = records.next();
     if (payload) {
@@ -64,10 +66,26 @@ Result<std::optional<std::string_view>> RecordingReader::nextRecord() {
     }
     end_ = records.end();
     if (end_ == LogEnd::kDamaged) return std::nullopt;
-    window_.erase(0, std::exchange(inWindow_, 0));
+    window_ = window_.substr(std::exchange(inWindow_, 0));
     const std::size_t had = window_.size();
-    if (auto read = bytes_.read(offset_ + had, more, window_); !read) return tl::unexpected(std::move(read).error());
+    if (records.needed() > kMaxRecord_bytes) return refused("", "holds a part of more than 2 GiB");
+    if (had >= kWindow_bytes && records.needed() <= had) return endAtZeros();
+    const std::size_t wanted = std::max(kWindow_bytes, records.needed() + kWindow_bytes - had);
+    if (auto read = bytes_.read(offset_ + had, wanted, window_); !read) return tl::unexpected(std::move(read).error());
     if (window_.size() == had) return std::nullopt;
+  }
+}
+
+/// The record is damaged unless nothing but zeros follows.
+Result<std::optional<std::string_view>> RecordingReader::endAtZeros() {
+  std::string piece;
+  for (std::size_t at = offset_ + window_.size();; at += piece.size()) {
+    piece.clear();
+    if (auto read = bytes_.read(at, kWindow_bytes, piece); !read) return tl::unexpected(std::move(read).error());
+    if (piece.empty()) return std::nullopt;
+    if (piece.find_first_not_of('\0') == std::string::npos) continue;
+    end_ = LogEnd::kDamaged;
+    return std::nullopt;
   }
 }
 

@@ -52,6 +52,7 @@ class RecordingReader final : public RecordingSource {
  private:
   explicit RecordingReader(RecordingBytes bytes) : RecordingSource({}), bytes_(std::move(bytes)) {}
   [[nodiscard]] Result<std::optional<std::string_view>> nextRecord();
+  [[nodiscard]] Result<std::optional<std::string_view>> endAtZeros();
 
   RecordingBytes bytes_;
   std::string window_;        // of them

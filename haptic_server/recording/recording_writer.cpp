@@ -23,11 +23,18 @@ constexpr std::size_t kMaxPending_bytes = 4U << 20;
 }  // namespace
 
 Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& file, const RecordingFacts& facts) {
-  // A file of its own, which has the name once its head is written: one that others read is not to be cut short.
+  // A file of its own, which has the name once its head is written: one that others read is not to be cut short. Links are
+  // followed. Where there can be no other file beside it, it is written as it is.
   std::error_code none;
-  const bool isFile = std::filesystem::is_regular_file(file, none) || !std::filesystem::exists(file, none);
-  const std::filesystem::path begun = isFile ? std::filesystem::path(file.string() + ".part") : file;
-  FileHandle handle(::open(begun.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
+  const std::filesystem::path target = std::filesystem::weakly_canonical(file, none);
+  bool isFile = !none && (std::filesystem::is_regular_file(target, none) || !std::filesystem::exists(target, none));
+  const auto opened = [](const std::filesystem::path& path) {
+    return FileHandle(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
+  };
+  const std::filesystem::path begun = target.string() + ".part";
+  FileHandle handle = isFile ? opened(begun) : FileHandle();
+  isFile = static_cast<bool>(handle);
+  if (!isFile) handle = opened(file);
   if (!handle) return failed(file);
   RecordingWriter writer(file, std::move(handle));
   writer.pending_ = kRecordingHead;
@@ -35,7 +42,7 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fil
   *part.mutable_head() = toMessage(facts);
   writer.put(part);
   auto written = writer.flush();
-  if (written && isFile && ::rename(begun.c_str(), file.c_str()) != 0) written = failed(file);
+  if (written && isFile && ::rename(begun.c_str(), target.c_str()) != 0) written = failed(file);
   if (!written && isFile) ::unlink(begun.c_str());
   if (!written) return tl::unexpected(std::move(written).error());
   return writer;

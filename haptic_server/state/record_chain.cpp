@@ -59,12 +59,14 @@ std::optional<std::string_view> RecordReader::next() {
   const std::string_view rest = log_.substr(offset_);
   if (rest.empty()) return std::nullopt;
   end_ = LogEnd::kTorn;
-  if (rest.size() < kHeadBytes || isZero(rest.substr(kHeadBytes))) return std::nullopt;
+  needed_ = 0;
+  if (rest.size() < kHeadBytes) return std::nullopt;
 
   const std::size_t length = lengthIn(rest);
   const bool lengthIsRight = rest.starts_with(headOf(chain_, length));
   const std::size_t hashAt = kHeadBytes + length;
-  if (lengthIsRight && rest.size() < hashAt + kHashBytes) return std::nullopt;
+  if (lengthIsRight) needed_ = hashAt + kHashBytes;
+  if (isZero(rest.substr(kHeadBytes)) || rest.size() < needed_) return std::nullopt;
   end_ = LogEnd::kDamaged;
   if (!lengthIsRight) return std::nullopt;
   const ContentHash link = linkOf(chain_, rest.substr(0, hashAt));

@@ -47,6 +47,8 @@ class RecordReader {
   /// The next record's payload; nothing at the end, whichever it is.
   [[nodiscard]] std::optional<std::string_view> next();
   [[nodiscard]] LogEnd end() const noexcept { return end_; }  ///< Once next() has returned nothing.
+  /// Likewise: the bytes of the record that the end is in, 0 where its head is not whole or not right.
+  [[nodiscard]] std::size_t needed() const noexcept { return needed_; }
   [[nodiscard]] std::size_t offset() const noexcept {
     return offset_;
   }  ///< Bytes of the head, where there is one, and the records read.
@@ -55,6 +57,7 @@ class RecordReader {
  private:
   std::string_view log_;
   std::size_t offset_;
+  std::size_t needed_ = 0;
   ContentHash chain_;
   LogEnd end_ = LogEnd::kWhole;
 };

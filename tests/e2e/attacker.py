@@ -57,11 +57,14 @@ class Client(harness.WireClient):
         return self.answer("asset_upload_reply").asset_upload_reply
 
     def answer(self, kind):
+        deadline = time.monotonic() + harness.START_TIMEOUT_S
         while True:
             self.keep_connected()
-            if not (isinstance(self.socket, ssl.SSLSocket) and self.socket.pending()):
-                while not select.select([self.socket], [], [], HEARTBEAT_S)[0]:
-                    self.keep_connected()
+            is_there = isinstance(self.socket, ssl.SSLSocket) and self.socket.pending()
+            while not is_there and not select.select([self.socket], [], [], HEARTBEAT_S)[0]:
+                self.keep_connected()
+                if time.monotonic() > deadline:
+                    raise AssertionError(f"no {kind} came")
             envelope = self.receive_envelope()
             if envelope is None:
                 raise AssertionError(f"closed before a {kind} came")
