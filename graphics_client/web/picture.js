@@ -22,7 +22,7 @@ import {hex} from './scene.js';
 const BACKGROUND = [0.93, 0.94, 0.96], HIP = [0.86, 0.16, 0.2], IHIP = [0.05, 0.42, 0.9];
 const FORCES = [[0.1, 0.62, 0.3], [0.95, 0.6, 0.05], [0.85, 0.1, 0.1]], FLOOR = [0.74, 0.76, 0.785];
 const FLOOR_MARGIN = 0.12, MOST_LINES = 80, USUAL_FORCE_N = 5;
-const LEAST_FPS = 25, LEAST_SCALE = 0.4, SETTLED_MS = 2500;
+const LEAST_FPS = 25, LEAST_SCALE = 0.4, SETTLED_MS = 2500, PAUSE_MS = 500;
 const PIT_BRIGHTNESS = 0.72, PEAK_BRIGHTNESS = 1.06;  // of the viewer, too
 const BALL_M = 0.004, METRES_PER_NEWTON = 0.01, LEAST_FORCE_N = 0.02;
 
@@ -229,10 +229,12 @@ export class Picture {
     return this.frames.length / 2;
   }
 
-  /** A machine that draws too slowly gets fewer pixels. A page that is hidden, or where nothing changes, is not slow. */
+  /** A machine that draws too slowly gets fewer pixels. A page that is hidden or covered, or where nothing changes, is not slow. */
   keepUp() {
     const now = performance.now();
-    if (this.judged === undefined) {
+    const hasPaused = now - this.turned > PAUSE_MS;
+    this.turned = now;
+    if (this.judged === undefined || hasPaused) {
       this.judged = now + SETTLED_MS;
       this.turns = 0;
     }

@@ -62,6 +62,7 @@ Result<std::optional<std::string_view>> RecordingReader::nextRecord() {
       offset_ += records.offset();
       inWindow_ += records.offset();
       chain_ = records.chain();
+      end_ = LogEnd::kWhole;
       return payload;
     }
     end_ = records.end();

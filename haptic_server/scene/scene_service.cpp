@@ -158,8 +158,11 @@ EditOutcomes SceneService::apply(std::span<const Submission> submissions, AssetR
       publishToServo(ServoSceneBuilder::Plan::kKeep);
     }
   } catch (const std::exception& failure) {  // what was decided is decided
-    isBehind_ = true;
-    log(std::string("warning: not all have heard of an edit yet: ") + failure.what() + "; trying again");
+    isBehind_ = isUnheard_ = true;
+    try {
+      log(std::string("warning: not all have heard of an edit yet: ") + failure.what() + "; trying again");
+    } catch (const std::exception&) {  // nor is there memory to say so
+    }
   }
   return outcomes;
 }
@@ -261,6 +264,7 @@ void SceneService::publishHistory() {
     published_ = sequencer_.history();
   }
   if (listener_) listener_(sequencer_.history());
+  isUnheard_ = false;
 }
 
 void SceneService::publishDrivenShapes() {

@@ -183,6 +183,7 @@ class SceneService {
   DentWatermarks handled_;                                         // likewise
   std::uint64_t bakeAfter_ns_ = 0;                                 // likewise
   bool isBehind_ = false;                                          // the servo has an older scene; likewise
+  bool isUnheard_ = false;                                         // so has the listener; likewise
   std::uint64_t catchUpAfter_ns_ = 0;                              // likewise
 
   EditJournal* journal_ = nullptr;  // does not change once it runs, nor does the next

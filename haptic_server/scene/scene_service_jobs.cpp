@@ -192,6 +192,7 @@ void SceneService::runRound() {
     followServo();
     execute(jobs);
     bakeDents();
+    if (isUnheard_) publishHistory();
     const auto departure = servoScenes_.nextDeparture_ns();
     if ((departure && *departure <= options_.now_ns()) || isBehind_) {
       publishToServo(ServoSceneBuilder::Plan::kKeep);
@@ -302,11 +303,11 @@ bool SceneService::executeTogether(std::span<Job* const> jobs) {
   for (const Job* job : jobs) notes.emplace_back(notes_.get(), keyOf(*job));
   for (Job* job : jobs) submissions.push_back(std::move(std::get<Edit>(job->task).submission));
   Preparation nothing(library_);
-  const auto outcomes = apply(submissions, nothing);
+  auto outcomes = apply(submissions, nothing);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     auto& edit = std::get<Edit>(jobs[i]->task);
     if (outcomes) {
-      answer(edit, (*outcomes)[i]);
+      answer(edit, std::move((*outcomes)[i]));
     } else {
       edit.submission = std::move(submissions[i]);
     }

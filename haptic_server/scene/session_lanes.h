@@ -90,8 +90,10 @@ class SessionLanes {
   }
   /// The job that takeAside() gave takes long.
   void postpone(Job&& job) {
-    const auto behind = std::ranges::find_if(postponed_, [&](const Job& other) { return other.number > job.number; });
-    postponed_.insert(behind, std::move(job));
+    postponed_.push_back(std::move(job));  // else it would be moved from before there is room
+    const auto last = std::prev(postponed_.end());
+    const auto isLater = [&](const Job& other) { return other.number > last->number; };
+    std::rotate(std::find_if(postponed_.begin(), last, isLater), last, postponed_.end());
   }
   struct Queued {
     const Job* job;

@@ -152,7 +152,7 @@ class SystemFiles final : public FileSystem {
     refill();
     FileHandle file = tryOnce();
     if (!file && (errno == EMFILE || errno == ENFILE)) {
-      const std::lock_guard lock(mutex_);  // until it is open: nobody else takes what is given back
+      const std::lock_guard lock(mutex_);  // until it is open: no other of these takes what is given back
       spares_.clear();
       file = tryOnce();
     }

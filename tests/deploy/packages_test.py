@@ -154,7 +154,7 @@ class Refusals(unittest.TestCase):
         (theirs / "kept").touch()
         source.symlink_to(theirs)
         self.addCleanup(source.unlink, missing_ok=True)
-        self.assertIn("another build runs in", self.refusal(["package"]))
+        self.assertIn("is not a folder of this user's", self.refusal(["package"]))
         self.assertTrue((theirs / "kept").exists())
 
     def test_no_network(self):

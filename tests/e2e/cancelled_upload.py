@@ -81,6 +81,7 @@ class CancelledUpload(harness.EndToEnd):
         server = self.start_server()
         terminal = self.apply(server, "--timeout", "1")
         terminal.read_until("uploading large [")
+        server.send(signal.SIGSTOP)  # before it has all
         server.kill()
         terminal.read_until("no connection")
         self.assertEqual(terminal.process.wait(60), EXIT_NO_CONNECTION, terminal.shown)

@@ -231,6 +231,7 @@ class Session(harness.EndToEnd):
         out = self.folder / "cut.h5"
         exporter = subprocess.Popen([harness.BIN / "hapticctl", "--connect", server.address, "--timeout", "1", "export", "--live",
                                      "--seconds", "60", "--out", out], stdout=subprocess.PIPE, text=True)
+        harness.wait_until(lambda: any(part.stat().st_size > 0 for part in self.folder.glob("cut.h5*")), 60, "ticks come")
         time.sleep(2)
         server.kill()
         said = exporter.communicate(timeout=30)[0]

@@ -213,15 +213,18 @@ void ContactTick::carryWithBody() noexcept {
   state.reached = 1;
 }
 
-/// Do bodies that close in on the IHIP leave it no step, however short, while the HIP moves less than they do?
+/// Do bodies that close in on an IHIP that several surfaces hold leave it no step, however short, while the HIP moves less
+/// than they do?
 bool ContactTick::isOverrun() const noexcept {
   constexpr double kStuck = 0x1p-12;
   const ContactState& state = tick_.state;
-  if (state.stride > kStuck) return false;
+  const Corrections& corrections = tick_.corrections;
+  if (!corrections.containment || !corrections.objectFrameSegments) return false;
+  if (state.mode != Mode::kSeveralSurfaces || state.reached >= 1 || state.stride > kStuck) return false;
   double carried = 0;
   for (int i = 0; i < tick_.near.count(); ++i) {
     const Body& body = tick_.body(tick_.near[i].body);
-    if (!body.moving) continue;
+    if (!body.moving || body.pendingRemoval) continue;
     const Vec3 to = toWorld(body.current, toLocal(body.previous, state.ihip) + body.shift);
     carried = std::max(carried, glm::distance(to, state.ihip));
   }
@@ -232,6 +235,7 @@ bool ContactTick::isOverrun() const noexcept {
 void ContactTick::letBodiesPass() noexcept {
   ContactState& state = tick_.state;
   const ContactState before = state;
+  const Vec3 hip = tick_.hip;
   state.hip = tick_.hip = tick_.goal;
   state.reached = state.stride = 1;
   tick_.work.insideOf = enclosingBody(tick_);
@@ -240,7 +244,9 @@ void ContactTick::letBodiesPass() noexcept {
   const bool isKnown = isInside ? tick_.work.depenetrated : !tick_.work.allowance.isSpent();
   if (!isKnown) {
     state = before;
+    tick_.hip = hip;
     tick_.work.insideOf = -1;
+    tick_.setTime(state.reached / tick_.stride);
   }
   state.containmentUnchecked = true;
 }

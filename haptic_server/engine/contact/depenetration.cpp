@@ -218,8 +218,8 @@ std::optional<Vec3> throughBodies(DepenetrationQuery& query, Vec3 from, Vec3 out
     }
   }
   if (nearestInSight < reach) return placeInSight;
+  if (query.isSpent() && (query.isPassed() || nearest == reach)) return std::nullopt;
   if (nearest < reach) return place;
-  if (query.isSpent()) return std::nullopt;
   Vec3 farDirection = outward == Vec3(0) ? directions[1] : outward;
   for (const Vec3 direction : directions) {
     if (direction == Vec3(0) || !query.isOnContactSide(from + direction * reach)) continue;

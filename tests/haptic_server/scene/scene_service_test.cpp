@@ -439,16 +439,19 @@ TEST_F(SceneServiceTest, AnEditMayNameAnUploadThatSomeoneHolds) {
             "operations[0].add.mesh.asset");
 }
 
-TEST_F(SceneServiceTest, AnswersAndIsFeltThoughThereIsNoMemoryToTellOthers) {
-  bool fails = false;
-  sceneService.setListener([&fails](const std::shared_ptr<const SceneHistory>&) {
-    if (fails) throw std::bad_alloc();
+TEST_F(SceneServiceTest, AnswersAndIsFeltThoughThereIsNoMemoryToTellOthersWhoHearLater) {
+  std::atomic<int> failures = 0;
+  std::promise<void> heard;
+  sceneService.setListener([&](const std::shared_ptr<const SceneHistory>& history) {
+    if (failures > 0 && failures-- > 0) throw std::bad_alloc();
+    if (history->version.revision() == 1) heard.set_value();
   });
-  fails = true;
+  failures = 1;
   sceneService.start();
   EXPECT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
   EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.objects.size() == 1; }));
   EXPECT_EQ(sceneService.history()->version.revision(), 1U);
+  EXPECT_EQ(heard.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
 }
 
 TEST_F(SceneServiceTest, AFullQueueTakesNoMoreAndNeverAnswersWhatItDidNotTake) {
