@@ -28,7 +28,7 @@ import shutil
 import wave
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Callable, Generic, Iterator, NamedTuple, ParamSpec, TypeVar
+from typing import BinaryIO, Callable, Generic, Iterator, NamedTuple, ParamSpec, TypeVar
 
 from google.protobuf import text_format
 from google.protobuf.message import Message
@@ -111,19 +111,34 @@ class Scene:
             copy = file.parent / reference.file
             if not copy.exists():
                 copy.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(found, copy)
+                with open(found, "rb") as source:
+                    _write(copy, lambda part: shutil.copyfileobj(source, part))
             elif not filecmp.cmp(found, copy, shallow=False):
                 raise FileExistsError(f"{reference.field}: {copy} is there already and holds something else")
-        partial = file.with_name(file.name + ".part")
-        with open(partial, "w", encoding="utf-8") as text:
-            text.write(str(self))
-            text.flush()
-            os.fsync(text.fileno())
-        partial.replace(file)
+        _write(file, lambda part: part.write(str(self).encode()))
 
     def references(self) -> "Iterator[Reference]":
         """Each place that names a file."""
         return _references(self.transaction, "")
+
+
+def _write(file: Path, fill: "Callable[[BinaryIO], object]") -> None:
+    """At the file's name there is what was there before, or all of what `fill` writes, which outlasts a loss of power."""
+    part = file.with_name(file.name + ".part")
+    try:
+        with open(part, "wb") as stream:
+            fill(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(file)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+    folder = os.open(file.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
 
 
 def _effect(kind):

@@ -10,6 +10,7 @@ import tracemalloc
 import unittest
 import weakref
 from pathlib import Path
+from unittest import mock
 
 import numpy
 
@@ -327,6 +328,24 @@ class PythonScene(unittest.TestCase):
         (other / "parts/corner.obj").write_text("another")
         with self.assertRaisesRegex(FileExistsError, r"operations\[0\].add.mesh.file: .*corner.obj is there already"):
             haptics.Scene.load(self.folder / "a.scene").save(other / "a.scene")
+
+    def test_a_copy_that_fails_half_way_leaves_nothing(self):
+        def fill_disk(source, part):
+            part.write(source.read(2))
+            raise OSError("no space left")
+        (self.folder / "corner.obj").write_text("v 0 0 0")
+        self.scene.add(name="corner", mesh=MeshSource(file="corner.obj"))
+        self.scene.save(self.folder / "a.scene")
+        other = self.folder / "other"
+        other.mkdir()
+        loaded = haptics.Scene.load(self.folder / "a.scene")
+        with mock.patch("shutil.copyfileobj", fill_disk), self.assertRaisesRegex(OSError, "no space left"):
+            loaded.save(other / "a.scene")
+        self.assertEqual(list(other.iterdir()), [])
+        with mock.patch("os.fsync") as fsync:
+            loaded.save(other / "a.scene")
+        self.assertEqual(fsync.call_count, 4, "two files, and their folder after each")
+        self.assertEqual((other / "corner.obj").read_text(), "v 0 0 0")
 
     def test_what_it_cannot_take_is_named(self):
         self.scene.add(name="corner", mesh=MeshSource(file="../corner.obj"))
