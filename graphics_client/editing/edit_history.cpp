@@ -45,25 +45,36 @@ std::optional<SceneVersion::Object> objectAfter(const EditedObject& edited, cons
   return view.scene->find(edited.name);
 }
 
+/// An object that both change; null: there is none.
+const std::string* sharedObject(const Changes& changes, const Changes& others) {
+  const auto shared = std::ranges::find_if(changes, [&](const ObjectChange& change) {
+    return std::ranges::find(others, change.name, &ObjectChange::name) != others.end();
+  });
+  return shared == changes.end() ? nullptr : &shared->name;
+}
+
 }  // namespace
 
 void EditHistory::submit(Edit edit, EditDone done) {
   auto entry = std::make_shared<Entry>();
   entry->text = edit.text;
+  entry->of = edit.of;
   entry->group = edit.group;
-  unanswered_.push_back(entry);
-  Waiting waiting{.go = {}, .of = edit.of, .isComposed = edit.compose != nullptr, .group = edit.group};
   for (const EditedObject& object : objectsEditedBy(edit.transaction, *port_.view()->scene)) {
-    waiting.of.insert(object.name);
+    entry->of.insert(object.name);
   }
-  waiting.go = [this, edit = std::move(edit), of = waiting.of, entry, done = std::move(done)] {
-    begin(edit, of, entry, done);
-  };
   // Further values of a drag that is to be undone are part of what is undone.
-  const auto before = std::ranges::find_if(waiting_, [&edit = waiting](const Waiting& other) {
-    return other.isTurn && edit.group != 0 && other.group == edit.group;
-  });
-  waiting_.insert(before, std::move(waiting));
+  const auto before = std::ranges::find_if(
+      waiting_, [&](const Waiting& other) { return other.isTurn && other.entry && other.entry->isOneWith(*entry); });
+  if (before == waiting_.end()) {
+    entry->order = ++lastOrder_;
+    unanswered_.push_back(entry);
+  } else {
+    entry->order = before->entry->order;
+  }
+  const bool isComposed = edit.compose != nullptr;
+  auto go = [this, edit = std::move(edit), entry, done = std::move(done)] { begin(edit, entry, done); };
+  waiting_.insert(before, {.go = std::move(go), .entry = std::move(entry), .isComposed = isComposed});
   goOn();
 }
 
@@ -71,12 +82,13 @@ void EditHistory::submit(Edit edit, EditDone done) {
 bool EditHistory::mayGo(std::deque<Waiting>::const_iterator waiting) const {
   const auto first = waiting_.begin();
   if (waiting->isTurn) return waiting == first && inFlight_ == 0 && isMirrored();
+  const std::set<std::string>& of = waiting->entry->of;
   const bool isBlocked = std::any_of(first, waiting, [&](const Waiting& before) {
-    return before.isTurn ||
-           std::ranges::any_of(before.of, [&](const std::string& name) { return waiting->of.contains(name); });
+    return !before.entry ||
+           std::ranges::any_of(before.entry->of, [&](const std::string& name) { return of.contains(name); });
   });
   if (isBlocked || !waiting->isComposed) return !isBlocked;
-  return std::ranges::none_of(waiting->of, [&](const std::string& name) { return edited_.contains(name); });
+  return std::ranges::none_of(of, [&](const std::string& name) { return edited_.contains(name); });
 }
 
 void EditHistory::goOn() {
@@ -94,8 +106,7 @@ void EditHistory::goOn() {
   isGoingOn_ = false;
 }
 
-void EditHistory::begin(Edit edit, const std::set<std::string>& of, const std::shared_ptr<Entry>& entry,
-                        const EditDone& done) {
+void EditHistory::begin(Edit edit, const std::shared_ptr<Entry>& entry, const EditDone& done) {
   forgetMirrored();
   const auto submittedAt = port_.view();
   if (edit.compose) {
@@ -108,12 +119,12 @@ void EditHistory::begin(Edit edit, const std::set<std::string>& of, const std::s
     edit.transaction = *std::move(made);
   }
   auto objects = objectsEditedBy(edit.transaction, *submittedAt->scene);
-  edited_.insert(of.begin(), of.end());
+  edited_.insert(entry->of.begin(), entry->of.end());
   send(std::move(edit),
-       [this, submittedAt, objects = std::move(objects), of, entry, done](const Result<v1::Accepted>& outcome) {
+       [this, submittedAt, objects = std::move(objects), entry, done](const Result<v1::Accepted>& outcome) {
          std::erase(unanswered_, entry);
-         for (const std::string& name : of) edited_.erase(edited_.find(name));
-         if (outcome) {
+         for (const std::string& name : entry->of) edited_.erase(edited_.find(name));
+         if (outcome && port_.view()->epoch == submittedAt->epoch) {
            entry->changes = take(objects, *submittedAt, *outcome);
            gather(*submittedAt, changedAssets(entry->changes), entry->assets);
            add(entry);
@@ -156,11 +167,11 @@ void EditHistory::send(Edit edit, EditDone done) {
   };
   const auto sending = std::make_shared<Sending>(Sending{std::move(edit.transaction), std::move(edit.progress),
                                                          std::move(done), edit.uploads.size(), std::nullopt});
-  const auto finish = [this, sending](const Result<v1::Accepted>& outcome) {
+  const auto finish = [this, sending, epoch = port_.view()->epoch](const Result<v1::Accepted>& outcome) {
     --inFlight_;
-    if (outcome) {
+    if (outcome && port_.view()->epoch == epoch) {
       forgetOtherScene();
-      epoch_ = port_.view()->epoch;
+      epoch_ = epoch;
       revision_ = std::max(revision_, outcome->revision());
     }
     if (sending->done) sending->done(outcome);
@@ -206,23 +217,33 @@ Changes EditHistory::take(const std::vector<EditedObject>& objects, const Mirror
 
 void EditHistory::add(std::shared_ptr<Entry> entry) {
   redo_.clear();
-  if (entry->group != 0 && !undo_.empty() && undo_.back()->group == entry->group) {
-    Entry& newest = *undo_.back();
-    newest.changes = joined(std::move(newest.changes), entry->changes);
-    newest.assets.merge(entry->assets);
-    const auto needed = changedAssets(newest.changes);
-    std::erase_if(newest.assets, [&](const auto& asset) { return !needed.contains(asset.first); });
-    newest.text = std::move(entry->text);
-    newest.number = ++lastNumber_;
+  if (entry->changes.empty()) return;
+  auto at = undo_.end();
+  const auto isBefore = [&](const Entry& other) {
+    return other.order > entry->order && sharedObject(entry->changes, other.changes) == nullptr;
+  };
+  while (at != undo_.begin() && isBefore(**std::prev(at))) --at;
+  if (at != undo_.begin() && (*std::prev(at))->isOneWith(*entry)) {
+    Entry& known = **--at;
+    known.changes = joined(std::move(known.changes), entry->changes);
+    known.assets.merge(entry->assets);
+    const auto needed = changedAssets(known.changes);
+    std::erase_if(known.assets, [&](const auto& asset) { return !needed.contains(asset.first); });
+    known.text = std::move(entry->text);
   } else {
-    entry->number = ++lastNumber_;
-    undo_.push_back(std::move(entry));
+    at = undo_.insert(at, std::move(entry));
   }
-  if (undo_.back()->changes.empty()) undo_.pop_back();
+  if ((*at)->changes.empty()) at = undo_.erase(at);
+  renumber(at, undo_.end());
   if (undo_.size() > kMaxEntries) {
     oldest_ = undo_.front()->number;
     undo_.pop_front();
   }
+}
+
+/// Each of them leaves another scene than before.
+void EditHistory::renumber(Entries::iterator from, Entries::iterator end) {
+  for (; from != end; ++from) (*from)->number = ++lastNumber_;
 }
 
 /// Known objects that the mirror has by now: edits are submitted from its scene.
@@ -251,6 +272,13 @@ EditHistory::Step EditHistory::undone(bool redo) const {
   return {entries.empty() ? nullptr : entries.back(), redo};
 }
 
+/// Of the entry that this one has become, or a part of.
+EditHistory::Step EditHistory::undoneOf(const Entry& entry) const {
+  const auto at =
+      std::find_if(undo_.rbegin(), undo_.rend(), [&](const auto& other) { return other->isOneWith(entry); });
+  return {at == undo_.rend() ? nullptr : *at, false};
+}
+
 std::optional<EditHistory::Offer> EditHistory::offer(const Step& step) const {
   if (!step.entry) return std::nullopt;
   auto applies = checkSettled();
@@ -259,13 +287,17 @@ std::optional<EditHistory::Offer> EditHistory::offer(const Step& step) const {
 }
 
 Result<void> EditHistory::check(const Step& step) const {
-  if (!step.entry) return refused("", step.redo ? "there is nothing to redo" : "there is nothing to undo");
-  const auto view = port_.view();
-  if (view->epoch != epoch_) {
-    return refused("", std::string("the server has begun another scene since; there is nothing to ") +
-                           (step.redo ? "redo" : "undo") + " in it");
+  const std::string nothing = std::string("there is nothing to ") + (step.redo ? "redo" : "undo");
+  if (isOtherScene()) return refused("", "the server has begun another scene since; " + nothing + " in it");
+  if (!step.entry) return refused("", nothing);
+  // An edit that takes the server long is accepted after others of its object.
+  for (auto later = undo_.rbegin(); !step.redo && later != undo_.rend() && *later != step.entry; ++later) {
+    if (const auto* name = sharedObject(step.entry->changes, (*later)->changes)) {
+      return refused("object \"" + *name + "\"",
+                     "was changed since by \"" + (*later)->text + "\", which was asked for before; undo that first");
+    }
   }
-  return checkApplies(step.changes(), *view->scene, skipped_);
+  return checkApplies(step.changes(), *port_.view()->scene, skipped_);
 }
 
 Result<void> EditHistory::checkSettled() const {
@@ -276,6 +308,8 @@ Result<void> EditHistory::checkSettled() const {
   return {};
 }
 
+bool EditHistory::isOtherScene() const { return epoch_ != 0 && port_.view()->epoch != epoch_; }
+
 bool EditHistory::isMirrored() const {
   const auto view = port_.view();
   return view->epoch != epoch_ || view->scene->revision() >= revision_;
@@ -285,30 +319,32 @@ void EditHistory::ask(bool redo, EditDone done) {
   if (std::ranges::count(waiting_, true, &Waiting::isTurn) >= std::ptrdiff_t{kMaxEntries}) return;
   std::shared_ptr<Entry> undone;  // null: the newest by then
   if (!redo && !unanswered_.empty()) {
-    undone = unanswered_.back();
-    std::erase_if(unanswered_, [&](const auto& entry) {
-      return entry == undone || (entry->group != 0 && entry->group == undone->group);
-    });
+    const auto isAsked = [&](const std::shared_ptr<Entry>& entry) {
+      return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
+        return waiting.isTurn && waiting.entry && waiting.entry->isOneWith(*entry);
+      });
+    };
+    const auto newest = std::find_if_not(undo_.rbegin(), undo_.rend(), isAsked);
+    const bool isAnsweredFirst = newest != undo_.rend() && (*newest)->order > unanswered_.back()->order;
+    undone = isAnsweredFirst ? *newest : unanswered_.back();
+    std::erase_if(unanswered_, [&](const auto& entry) { return entry->isOneWith(*undone); });
   }
-  const auto isThere = [this, undone] {
-    if (!undone) return true;
-    if (undo_.empty()) return false;
-    return undo_.back() == undone || (undone->group != 0 && undo_.back()->group == undone->group);
-  };
   const auto turned = [this, done = std::move(done)](const Result<v1::Accepted>& outcome) {
     if (!outcome) std::erase_if(waiting_, [](const Waiting& waiting) { return waiting.isTurn; });
     if (done) done(outcome);
   };
-  const auto go = [this, redo, isThere, turned] {
-    if (isThere()) return turn(redo, turned);
-    turned(refused("", "the edit that it was to take back has changed nothing"));
+  const auto go = [this, redo, undone, turned] {
+    const Step step = undone ? undoneOf(*undone) : this->undone(redo);
+    if (undone && !step.entry && !isOtherScene()) {
+      return turned(refused("", "the edit that it was to take back has changed nothing"));
+    }
+    turn(step, turned);
   };
-  waiting_.push_back({.go = go, .isTurn = true, .group = undone ? undone->group : 0});
+  waiting_.push_back({.go = go, .entry = undone, .isTurn = true});
   goOn();
 }
 
-void EditHistory::turn(bool redo, EditDone done) {
-  const Step step = undone(redo);
+void EditHistory::turn(const Step& step, EditDone done) {
   if (auto applies = check(step); !applies) {
     if (done) done(tl::unexpected(std::move(applies).error()));
     return;
@@ -329,7 +365,7 @@ void EditHistory::turn(bool redo, EditDone done) {
   send({transaction, {}, std::move(uploads)},
        [this, step, view, objects = std::move(objects), done = std::move(done)](const Result<v1::Accepted>& outcome) {
          for (const EditedObject& object : objects) edited_.erase(edited_.find(object.name));
-         if (outcome) {
+         if (outcome && port_.view()->epoch == view->epoch) {
            take(objects, *view, *outcome);
            turned(step);
          }
@@ -343,10 +379,13 @@ void EditHistory::turned(const Step& step) {
   Entries& to = step.redo ? undo_ : redo_;
   const auto at = std::ranges::find(from, step.entry);
   if (at == from.end()) return;
-  const bool isNewest = std::next(at) == from.end();
-  from.erase(at);
+  const auto later = from.erase(at);
   step.entry->group = 0;
-  if (isNewest) to.push_back(step.entry);
+  if (later == from.end()) {
+    to.push_back(step.entry);
+  } else {
+    renumber(later, from.end());
+  }
 }
 
 void EditHistory::drop(Entries& entries) {

@@ -58,7 +58,8 @@ class EditHistory {
   EditHistory(const EditHistory&) = delete;
   EditHistory& operator=(const EditHistory&) = delete;
 
-  /// Uploads, then submits. Accepted, it becomes the newest entry, and nothing is left to redo.
+  /// Uploads, then submits. Accepted, it becomes an entry, and nothing is left to redo. The newest entry is the one that was
+  /// submitted last.
   void submit(Edit edit, EditDone done = {});
   [[nodiscard]] std::uint64_t newGroup() noexcept { return ++lastGroup_; }
 
@@ -72,9 +73,10 @@ class EditHistory {
   [[nodiscard]] std::optional<Offer> redoOffer() const { return offer(undone(true)); }
   /// The last edit is answered, and the view has it: until then nothing is undone or redone.
   [[nodiscard]] bool isSettled() const { return checkSettled().has_value(); }
-  /// As soon as the history is settled: takes back the edit that was submitted last before this, if that was accepted. The
-  /// entry changes sides when the server accepts; in conflict or rejected it stays, and what was asked of undo and redo
-  /// behind it is dropped. `done` is told why, also when the offer is a refusal.
+  /// As soon as the history is settled: takes back the edit that was submitted last before this, if that was accepted. While
+  /// that edit is under way, edits of other objects pass. The entry changes sides when the server accepts; in conflict or
+  /// rejected it stays, and what was asked of undo and redo behind it is dropped. `done` is told why, also when the offer is
+  /// a refusal.
   void undo(EditDone done = {}) { ask(false, std::move(done)); }
   void redo(EditDone done = {}) { ask(true, std::move(done)); }
   /// Does what waits and need not any more. To be called now and then, as the mirror follows.
@@ -95,10 +97,15 @@ class EditHistory {
  private:
   struct Entry {
     std::string text;
+    std::set<std::string> of;  // objects that the edit names
     std::uint64_t group = 0;
-    std::uint64_t number = 0;  // another one whenever its changes are
+    std::uint64_t order = 0;   // of its submission
+    std::uint64_t number = 0;  // another one whenever its changes are, or those of an entry before it
     Changes changes;
     NamedAssets assets;  // named on one side of the changes only: the server may not hold them any more
+    [[nodiscard]] bool isOneWith(const Entry& other) const {
+      return this == &other || (group != 0 && group == other.group);
+    }
   };
   using Entries = std::deque<std::shared_ptr<Entry>>;  // the newest last
   struct Known {
@@ -113,15 +120,15 @@ class EditHistory {
   /// An edit, or a turn: an undo or redo.
   struct Waiting {
     std::function<void()> go;
-    std::set<std::string> of = {};  // objects of the edit
+    std::shared_ptr<Entry> entry;  // of the edit; of the one that is to be undone, null: the newest by then
     bool isComposed = false;
     bool isTurn = false;
-    std::uint64_t group = 0;  // of the edit; of the one that is to be undone
   };
 
   EditPort port_;
-  Entries undo_, redo_;
-  std::uint64_t lastGroup_ = 0, lastNumber_ = 0;
+  Entries undo_;  // in the order of submission; of one object, in that in which they were accepted
+  Entries redo_;
+  std::uint64_t lastGroup_ = 0, lastOrder_ = 0, lastNumber_ = 0;
   std::uint64_t oldest_ = 0;  // number of the entry before the oldest that can be undone
   std::optional<std::uint64_t> saved_ = 0;
   std::set<std::string> skipped_;  // objects of dropped entries
@@ -135,21 +142,24 @@ class EditHistory {
   std::map<std::string, Known> known_;  // by accepted transactions that the mirror may lack, by name
 
   [[nodiscard]] bool mayGo(std::deque<Waiting>::const_iterator waiting) const;
-  void begin(Edit edit, const std::set<std::string>& of, const std::shared_ptr<Entry>& entry, const EditDone& done);
+  void begin(Edit edit, const std::shared_ptr<Entry>& entry, const EditDone& done);
   void send(Edit edit, EditDone done);
   void ask(bool redo, EditDone done);
-  void turn(bool redo, EditDone done);
+  void turn(const Step& step, EditDone done);
   void turned(const Step& step);
   [[nodiscard]] Step undone(bool redo) const;
+  [[nodiscard]] Step undoneOf(const Entry& entry) const;
   [[nodiscard]] std::optional<Offer> offer(const Step& step) const;
   [[nodiscard]] Result<void> check(const Step& step) const;
   [[nodiscard]] Result<void> checkSettled() const;
   [[nodiscard]] bool isMirrored() const;
+  [[nodiscard]] bool isOtherScene() const;
   void forgetMirrored();
   void forgetOtherScene();
   [[nodiscard]] std::shared_ptr<const MirrorView> edited() const;
   Changes take(const std::vector<EditedObject>& objects, const MirrorView& submittedAt, const v1::Accepted& accepted);
   void add(std::shared_ptr<Entry> entry);
+  void renumber(Entries::iterator from, Entries::iterator end);
   void drop(Entries& entries);
 };
 

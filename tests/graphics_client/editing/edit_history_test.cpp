@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <utility>
+
 #include "tests/graphics_client/editing/edit_server.h"
 
 namespace haptics::edit_history_test {
@@ -294,6 +297,98 @@ TEST_F(EditHistoryTest, UndoIsOfTheEditBeforeItNotOfOneAfterIt) {
   EXPECT_FALSE(editor.history.redoOffer());
 }
 
+TEST_F(EditHistoryTest, UndoIsOfTheEditThatWasAskedForLastInWhateverOrderTheyAreAccepted) {
+  editor.history.submit(shift("cup", 0, 1));
+  editor.history.submit(shift("cup", 1, 2));
+  editor.history.submit({removal("ball"), "remove"});  // passes the one before
+  EXPECT_EQ(refusalOf(editor.undo()), "");
+  EXPECT_TRUE(server.scene().find("ball"));
+  EXPECT_EQ(server.scene().find("cup")->pose.position, Vec3(1, 2, 0));
+  EXPECT_EQ(editor.history.redoOffer()->text, "remove");
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(server.scene().find("cup")->pose.position, Vec3(1, 0, 0));
+}
+
+TEST_F(EditHistoryTest, AnEditThatIsAcceptedLateIsInNoFileThatHasTheOnesAfterIt) {
+  editor.history.submit(shift("cup", 0, 1));
+  editor.history.submit(shift("cup", 1, 2));
+  editor.history.submit({moveTo("ball", 1), "move"});
+  editor.client.deliver();
+  editor.client.deliver();
+  ASSERT_EQ(position("ball"), 1);
+  const std::uint64_t written = editor.history.state();
+  editor.client.deliverAll();
+  editor.history.markSaved(written);
+  EXPECT_FALSE(editor.history.isSaved());
+}
+
+/// An edit of the cup that waits for its upload while others are accepted.
+class OvertakenEditTest : public EditHistoryTest {
+ protected:
+  OvertakenEditTest() { history.submit({moveTo("cup", 1), "late", {std::make_shared<const TriMesh>()}}); }
+
+  /// Then the upload has ended.
+  void deliver() {
+    editor.client.deliverAll();
+    v1::AssetUploadReply reply;
+    reply.set_accepted(true);
+    if (const auto finished = std::exchange(upload.finished, nullptr)) finished(reply);
+    editor.client.deliverAll();
+  }
+  void undo() {
+    history.undo([this](const auto& outcome) { refusal = outcome ? "" : outcome.error().text(); });
+  }
+  static EditPort with(EditPort port, UploadCallbacks& upload) {
+    port.upload = [&upload](const AssetContent&, UploadCallbacks callbacks) { upload = std::move(callbacks); };
+    return port;
+  }
+
+  UploadCallbacks upload;
+  EditHistory history{with(editor.client.port(), upload)};
+  std::string refusal = "none asked";
+};
+
+TEST_F(OvertakenEditTest, UndoIsOfTheEditThatOvertookIt) {
+  history.submit({moveTo("ball", 2), "quick"});
+  editor.client.deliverAll();
+  undo();
+  deliver();
+  EXPECT_EQ(refusal, "");
+  EXPECT_EQ(position("ball"), 0);
+  EXPECT_EQ(position("cup"), 1);
+  undo();
+  deliver();
+  EXPECT_EQ(position("cup"), 0);
+}
+
+TEST_F(OvertakenEditTest, UndoOfItLetsEditsOfOtherObjectsPass) {
+  undo();
+  history.submit({setStiffness("cup", 500), "of the same object"});
+  history.submit({moveTo("ball", 2), "of another"});
+  editor.client.deliverAll();
+  EXPECT_EQ(position("ball"), 2);
+  EXPECT_EQ(stiffness("cup"), 800) << "comes after the undo";
+  deliver();
+  EXPECT_EQ(refusal, "");
+  EXPECT_EQ(position("cup"), 0);
+  EXPECT_EQ(stiffness("cup"), 500);
+  EXPECT_EQ(history.undoOffer()->text, "of another");
+  EXPECT_FALSE(history.redoOffer());
+}
+
+TEST_F(OvertakenEditTest, AnEditOfItsObjectThatOvertookItIsUndoneAfterIt) {
+  history.submit({setStiffness("cup", 500), "quick"});
+  undo();
+  deliver();
+  EXPECT_EQ(refusal, "object \"cup\": was changed since by \"late\", which was asked for before; undo that first");
+  undo();
+  undo();
+  deliver();
+  EXPECT_EQ(refusal, "");
+  EXPECT_EQ(position("cup"), 0);
+  EXPECT_EQ(stiffness("cup"), 800);
+}
+
 TEST_F(EditHistoryTest, AnUndoThatIsInVainTakesTheRedoBehindItAlong) {
   ASSERT_TRUE(editor.submit(moveTo("ball", 1)));
   ASSERT_TRUE(editor.undo());
@@ -314,6 +409,15 @@ TEST_F(EditHistoryTest, NothingIsUndoneInTheSceneThatARestartedServerBegins) {
   EXPECT_EQ(refusalOf(editor.undo()), undoRefusal());
   editor.history.submit({addBox("cup"), "add"});
   EXPECT_FALSE(editor.history.undoOffer());
+}
+
+TEST_F(EditHistoryTest, AnEditThatWasUnderWayAtARestartIsNoEntryAndHoldsUpNothing) {
+  const EditServer restarted({}, 8);
+  editor.history.submit({moveTo("cup", 1), "Move cup"});
+  editor.client.showMirror(restarted.mirrored());
+  editor.client.deliverAll();
+  EXPECT_FALSE(editor.history.undoOffer());
+  EXPECT_TRUE(editor.history.isSettled()) << "the new scene need not come to the old one's revision";
 }
 
 TEST_F(EditHistoryTest, ForgetsEverythingWithAnotherServer) {

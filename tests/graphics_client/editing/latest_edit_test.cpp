@@ -70,6 +70,18 @@ TEST_F(LatestEditTest, UndoThatIsPressedWhileTheLastValueWaitsIsOfTheDrag) {
   EXPECT_EQ(stiffness(), 600);
 }
 
+TEST_F(LatestEditTest, UndoThatIsPressedTwiceWhileTheLastValueWaitsIsOfTheDragAndOfTheEditBefore) {
+  auto edit = std::optional(drag());
+  edit->set({setStiffness("cup", 500)});
+  edit->set({setStiffness("cup", 600)});
+  edit.reset();
+  editor.history.undo();
+  editor.client.deliver();
+  editor.history.undo();
+  editor.client.deliverAll();
+  EXPECT_EQ(stiffness(), 800);
+}
+
 TEST_F(LatestEditTest, TwoDragsAreTwoEntries) {
   auto first = drag(), second = drag();
   first.set({setStiffness("cup", 500)});
