@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,8 +26,12 @@ bool isLive(const MirrorView& view) { return view.link == LinkState::kLive; }
 /// Hands the ticks of a running server to a sink.
 class LiveTicks {
  public:
-  LiveTicks(Connection& connection, SessionSink& sink)
-      : connection_(connection), sink_(sink), epoch_(connection.link().latest()->epoch) {}
+  LiveTicks(Connection& connection, SessionSink& sink, double duration_s)
+      : connection_(connection), sink_(sink), epoch_(connection.link().latest()->epoch), duration_s_(duration_s) {}
+
+  [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
+  [[nodiscard]] bool isGoingOn() const { return why_.empty() && !Interrupt::interrupted(); }
+  [[nodiscard]] bool isOver() const { return !isGoingOn() || elapsed_s() >= duration_s_; }
 
   /// False: what came before is all that can be written, and the end says why.
   [[nodiscard]] Result<bool> add(const TickQueue::Tick& tick) {
@@ -48,36 +54,48 @@ class LiveTicks {
     });
   }
   /// After the last tick nothing is known any more. False, so that add() can return it.
-  bool endWith(const std::string& why) {
-    note_ = why + "; it ends after tick " + std::to_string(tick_);
+  bool endWith(std::string why) {
+    why_ = std::move(why);
     return false;
   }
+  [[nodiscard]] const std::string& why() const { return why_; }
 
-  [[nodiscard]] SessionEnd end() const { return {ticks_, gaps_.missed(), gaps_.lost(), note_}; }
+  [[nodiscard]] SessionEnd end() const {
+    return {ticks_, gaps_.missed(), gaps_.lost(),
+            why_.empty() ? why_ : why_ + "; it ends after tick " + std::to_string(tick_)};
+  }
 
  private:
   Connection& connection_;
   SessionSink& sink_;
   const std::uint64_t epoch_;
+  const double duration_s_;
+  const Clock::time_point began_ = Clock::now();
   TickGaps gaps_;
   std::uint64_t ticks_ = 0, revision_ = 0, tick_ = 0;
-  std::string note_;
+  std::string why_;
   ToolState tool_;
   MotionState dents_;
 
-  /// What this client holds by now may be a later revision than the tick's, never an earlier one. A large mesh takes its
-  /// time to come: it is waited for as long as the server is there.
+  /// What this client holds by now may be a later revision than the tick's, never an earlier one. Meshes take their time to
+  /// come: they are waited for as long as they keep arriving.
   [[nodiscard]] Result<bool> addScene(const TelemetrySample& sample) {
     const auto holds = [&](const MirrorView& v) {
-      return v.scene->revision() >= sample.sceneRevision &&
+      return v.epoch == epoch_ && v.scene->revision() >= sample.sceneRevision &&
              std::ranges::all_of(v.scene->objects(), [&](const auto& object) { return v.isComplete(*object); });
     };
     const ServerLink& link = connection_.link();
-    std::shared_ptr<const MirrorView> view;
-    for (bool isThere = true; !view && isThere && !Interrupt::interrupted();) {
-      view = link.waitUntil(holds, kNews);
-      isThere = view || (link.latest()->epoch == epoch_ && link.waitUntil(isLive, connection_.timeout()));
+    auto view = link.waitUntil(holds, kNews);
+    auto known = link.latest();
+    for (auto moved = Clock::now(); !view && !isOver(); view = link.waitUntil(holds, kNews)) {
+      const auto latest = link.latest();
+      if (latest->epoch != epoch_) return endWith("the server restarted");
+      const auto state = [](const MirrorView& v) { return std::tuple(isLive(v), v.scene->revision(), v.assetBytes); };
+      if (state(*latest) != state(*known)) moved = Clock::now();
+      known = latest;
+      if (Clock::now() - moved > connection_.timeout()) break;
     }
+    if (!view && Interrupt::interrupted()) return endWith("interrupted");
     if (!view) return endWith("revision " + std::to_string(sample.sceneRevision) + " of the scene has not come whole");
     revision_ = view->scene->revision();
     return sink_.scene(sample.tick, *view).map([] { return true; });
@@ -106,11 +124,10 @@ class LiveTicks {
                            .began_unix_ns = std::chrono::system_clock::now().time_since_epoch().count()};
   auto file = ExportFile::open(options.out, options.format, facts);
   if (!file) return tl::unexpected(std::move(file).error());
-  LiveTicks ticks(connection, file->sink());
-  const auto began = Clock::now();
-  double elapsed_s = 0;
-  auto heard = began;
-  while (elapsed_s < options.duration_s && !Interrupt::interrupted() && ticks.end().note.empty()) {
+  LiveTicks ticks(connection, file->sink(), options.duration_s);
+  auto heard = Clock::now();
+  // Where the link is down when the time is over, the first tick after that names the ones that are lost.
+  for (bool isDown = false; isDown ? ticks.isGoingOn() : !ticks.isOver();) {
     const auto taken = queue.take(kNews);
     for (const TickQueue::Tick& tick : taken) {
       const auto added = ticks.add(tick);
@@ -118,18 +135,21 @@ class LiveTicks {
       if (!*added) break;
     }
     const auto latest = connection.link().latest();
-    if (!taken.empty() || isLive(*latest)) heard = Clock::now();
+    isDown = taken.empty() && !isLive(*latest);
+    if (!isDown) heard = Clock::now();
     const bool isGone = latest->link == LinkState::kRefused || Clock::now() - heard > connection.timeout();
     if (taken.empty() && isGone) ticks.endWith(connection.noConnection(*latest).value().text());
-    elapsed_s = std::chrono::duration<double>(Clock::now() - began).count();
-    showProgress("exporting", elapsed_s / options.duration_s, std::to_string(ticks.end().ticks) + " ticks");
+    showProgress("exporting", std::min(1.0, ticks.elapsed_s() / options.duration_s),
+                 std::to_string(ticks.end().ticks) + " ticks");
   }
   endProgress();
+  if (ticks.why().empty() && Interrupt::interrupted()) ticks.endWith("interrupted");
   const auto last = connection.link().latest();
-  if (ticks.end().note.empty() && !isLive(*last)) ticks.endWith(connection.noConnection(*last).value().text());
   const SessionEnd end = ticks.end();
   if (end.ticks == 0 && !isLive(*last)) return connection.noConnection(*last);
-  if (end.ticks == 0) return refused("--live", "no tick has come from " + common.server.text());
+  if (end.ticks == 0) {
+    return refused("--live", ticks.why().empty() ? "no tick has come from " + common.server.text() : ticks.why());
+  }
   if (auto finished = file->finish(end); !finished) return tl::unexpected(std::move(finished).error());
   return end;
 }
@@ -169,7 +189,7 @@ int exportSession(const CommonOptions& common, const ExportOptions& options) {
     return fail(codeOf(end.error()), end.error());
   }
   print(common, options.out, *end);
-  return options.live && !end->note.empty() ? kNoConnection : kDone;
+  return options.live && !end->note.empty() && !Interrupt::interrupted() ? kNoConnection : kDone;
 }
 
 }  // namespace haptics
