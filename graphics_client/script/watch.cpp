@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -109,9 +110,8 @@ int watchEveryTick(const CommonOptions& common, const WatchOptions& options) {
   std::uint64_t ticks = 0;
   while (Clock::now() < end) {
     const auto taken = queue.take(std::min<Clock::duration>(end - Clock::now(), connection.timeout()));
+    if (taken.empty() && Clock::now() < end) return fail(kNoConnection, connection.noAnswer().value());
     const auto view = connection.link().latest();
-    if (taken.empty() && view->link != LinkState::kLive)
-      return fail(kNoConnection, connection.noConnection(*view).value());
     for (const auto& [tick, tellsAll] : taken) {
       if (const auto gap = gaps.next(tick.tick(), tick.missed_ticks()))
         std::fprintf(stderr, "hapticctl: gap %s\n", gap->inWords().c_str());
@@ -135,6 +135,8 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
   if (!view) return fail(kNoConnection, view.error());
 
   const auto end = endOf(options);
+  const auto longest = std::max(connection.timeout(), std::chrono::nanoseconds(std::llround(2e9 / options.rate_Hz)));
+  auto heard = Clock::now();
   std::uint64_t seen = 0;
   std::string said;
   while (Clock::now() < end) {
@@ -142,9 +144,11 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
                                                   std::min<Clock::duration>(end - Clock::now(), connection.timeout()));
     if (!next) {
       if (Clock::now() >= end) break;
-      if (connection.link().latest()->link == LinkState::kLive) continue;  // samples may come seldom
-      return fail(kNoConnection, connection.noConnection(*connection.link().latest()).value());
+      const bool isLive = connection.link().latest()->link == LinkState::kLive;
+      if (isLive && Clock::now() - heard < longest) continue;  // samples may come seldom
+      return fail(kNoConnection, connection.noAnswer().value());
     }
+    heard = Clock::now();
     seen = next->samplesReceived;
     if (options.datagrams && next->linkText != said)
       std::fprintf(stderr, "hapticctl: %s\n", printable(next->linkText).c_str());
