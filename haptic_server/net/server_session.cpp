@@ -65,7 +65,7 @@ void ServerSession::poll() {
     return;
   }
   if (now_ns - lastByte_ns_ >= kSilence_ns) return refuse("heartbeat", "not a byte came for 3 s");
-  noteProgress();
+  noteProgress(now_ns);
   if (now_ns - lastTaken_ns_ >= kTakesNothing_ns)
     return refuse("", "the client reads too slowly: for 10 s it has taken none of the bytes that are waiting for it");
   if (const auto stalled = uploads_.poll(now_ns)) send(*stalled);
@@ -521,9 +521,9 @@ void ServerSession::sendHeartbeat() {
   send(envelope);
 }
 
-void ServerSession::noteProgress() {
+void ServerSession::noteProgress(std::uint64_t now_ns) {
   const std::size_t now_bytes = transport_.backlog();
-  if (now_bytes == 0 || now_bytes < backlog_bytes_) lastTaken_ns_ = host_.now_ns();
+  if (now_bytes == 0 || now_bytes < backlog_bytes_) lastTaken_ns_ = now_ns;
   backlog_bytes_ = now_bytes;
 }
 
@@ -535,7 +535,7 @@ void ServerSession::send(v1::Envelope& envelope) {
     return refuse(framed.error().field,
                   "of the server's next message " + framed.error().reason + "; connect again for a snapshot");
   }
-  noteProgress();
+  noteProgress(host_.now_ns());
   transport_.send(std::move(frame));
   backlog_bytes_ = transport_.backlog();
   if (backlog_bytes_ > limits_.backlog_bytes) {

@@ -164,7 +164,7 @@ class ServerSession {
   void tellProgress();
   void sendProgress(std::uint64_t clientSeq, WorkStage stage, double share, std::size_t place);
   void sendHeartbeat();
-  void noteProgress();
+  void noteProgress(std::uint64_t now_ns);
   void send(v1::Envelope& envelope);
   void send(const v1::AssetUploadReply& reply);
 };
