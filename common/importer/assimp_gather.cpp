@@ -231,14 +231,16 @@ Result<Beforehand> lookAtCollada(std::string& file) {
     if (!text) return tl::unexpected(std::move(text).error());
     file = *std::move(text);
   }
-  if (auto ok = notTooDeep(file); !ok) return tl::unexpected(std::move(ok).error());
-  return preparedCollada(std::move(file)).map([&](ColladaText collada) {
-    file = std::move(collada.text);
-    return Beforehand{.unit_m = positive(attributeOf(file, "unit", "meter")),
-                      .shapesSkipped = collada.skipped,
-                      .leftOut = collada.leftOut,
-                      .centre = moveToOrigin(file, MeshFormat::kCollada)};
-  });
+  return plainXml(std::move(file))
+      .and_then(
+          [](const std::string& text) { return notTooDeep(text).and_then([&] { return preparedCollada(text); }); })
+      .map([&](ColladaText collada) {
+        file = std::move(collada.text);
+        return Beforehand{.unit_m = positive(attributeOf(file, "unit", "meter")),
+                          .shapesSkipped = collada.skipped,
+                          .leftOut = collada.leftOut,
+                          .centre = moveToOrigin(file, MeshFormat::kCollada)};
+      });
 }
 
 /// The models of a 3MF, the one first that its relationships name.

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -92,9 +93,15 @@ class ColladaPreparing {
   }
 
  private:
+  /// What a controller leads to, by others or not.
+  struct Source {
+    std::string_view id;
+    std::uint64_t skins = 0, morphs = 0;
+  };
   struct Controller {
     std::string_view source;
     bool isMorph = false;
+    std::optional<Source> last = {};  ///< Once it has been looked for.
   };
 
   XmlRewriting rewriting_;
@@ -106,6 +113,8 @@ class ColladaPreparing {
   bool isUnshown_ = false;    ///< In a visual_scene that is not shown.
   bool isUncounted_ = false;  ///< In a primitive without a count.
   std::string_view primitive_;
+  /// Bytes of triangles: each corner of a fan is written three times.
+  std::size_t mostOfFans_ = 64'000'000 + 4 * rewriting_.text().size();
 
   void collect() {
     std::string_view geometry, controller;
@@ -155,27 +164,44 @@ class ColladaPreparing {
     }
   }
 
+  /// No id where controllers lead to one another in a ring.
+  Source lastSource(std::string_view id) {
+    std::vector<Controller*> passed;
+    auto at = controllers_.find(id);
+    for (; at != controllers_.end() && !at->second.last; at = controllers_.find(id)) {
+      at->second.last.emplace();
+      passed.push_back(&at->second);
+      id = at->second.source;
+    }
+    Source last = at == controllers_.end() ? Source{id} : *at->second.last;
+    for (auto controller = passed.rbegin(); controller != passed.rend(); ++controller) {
+      ++((*controller)->isMorph ? last.morphs : last.skins);
+      (*controller)->last = last;
+    }
+    return last;
+  }
+
   /// The mesh that an instance leads to, as it is stored.
   void place(const XmlTag& tag) {
-    std::string_view id = idIn(attributeIn(tag.inside, "url"));
-    LeftOut& left = prepared_.leftOut;
-    for (std::size_t hops = 0; tag.name == "instance_controller" && hops <= controllers_.size(); ++hops) {
-      const auto controller = controllers_.find(id);
-      if (controller == controllers_.end()) break;
-      ++(controller->second.isMorph ? left.morphs : left.skins);
-      id = controller->second.source;
+    const std::string_view url = idIn(attributeIn(tag.inside, "url"));
+    const Source source = tag.name == "instance_controller" ? lastSource(url) : Source{url};
+    if (source.id.empty() || !meshes_.contains(source.id)) {
+      ++prepared_.skipped;
+      rewriting_.replaceElement(tag, "");
+      return;
     }
-    const bool isThere = !id.empty() && meshes_.contains(id);
-    prepared_.skipped += isThere ? 0 : 1;
-    left.unshown += isThere && isUnshown_ ? 1 : 0;
-    rewriting_.replaceElement(tag, isThere ? "<instance_geometry url=\"#" + std::string(id) + "\"/>" : "");
+    LeftOut& left = prepared_.leftOut;
+    left.skins += source.skins;
+    left.morphs += source.morphs;
+    left.unshown += isUnshown_ ? 1 : 0;
+    rewriting_.replaceElement(tag, "<instance_geometry url=\"#" + std::string(source.id) + "\"/>");
   }
 
   void takeFans(const XmlTag& begin) {
     const std::string_view fans = rewriting_.element(begin);
     std::size_t stride = 1;
-    std::string inputs;
-    std::vector<std::string_view> corners;
+    std::string inputs, corners;
+    std::uint64_t triangles = 0;
     eachTag(fans, [&](const XmlTag& tag) {
       if (tag.ends) return true;
       if (tag.name == "input") {
@@ -183,26 +209,33 @@ class ColladaPreparing {
         stride = std::max(stride, std::min(offset, fans.size()) + 1);
         inputs.append("<input").append(tag.inside).append(">").append(tag.inside.ends_with('/') ? "" : "</input>");
       } else if (tag.name == "p") {
-        const auto words = wordsIn(textAfter(fans, tag));
-        std::vector<std::string_view> run;
-        for (std::size_t at = 0; at + stride <= words.size(); at += stride) {
-          const std::string_view last = words[at + stride - 1];
-          run.emplace_back(words[at].data(), static_cast<std::size_t>(last.data() + last.size() - words[at].data()));
-        }
-        for (std::size_t i = 2; i < run.size(); ++i) corners.insert(corners.end(), {run[0], run[i - 1], run[i]});
+        std::string first, before, corner;
+        std::size_t words = 0;
+        eachWord(textAfter(fans, tag), [&](std::string_view word) {
+          corner.append(word).append(1, ' ');
+          if (++words % stride != 0) return;
+          if (words == stride) first = corner;
+          if (words > 2 * stride && corners.size() <= mostOfFans_) {
+            corners.append(first).append(before).append(corner);
+            ++triangles;
+          }
+          before = std::exchange(corner, {});
+        });
       }
       return true;
     });
-    std::string triangles = "<triangles count=\"" + std::to_string(corners.size() / 3) + "\">" + inputs + "<p>";
-    for (const std::string_view corner : corners) triangles.append(corner).append(1, ' ');
-    rewriting_.replace(fans, triangles + "</p></triangles>");
+    if (corners.size() > mostOfFans_) {
+      fault_ = "has <trifans> that make many times the file's bytes as triangles; export triangles";
+      return;
+    }
+    mostOfFans_ -= corners.size();
+    rewriting_.replace(fans, "<triangles count=\"" + std::to_string(triangles) + "\">" + inputs + "<p>" + corners +
+                                 "</p></triangles>");
   }
 };
 
 }  // namespace
 
-Result<ColladaText> preparedCollada(std::string file) {
-  return plainXml(std::move(file)).and_then([](const std::string& text) { return ColladaPreparing(text).run(); });
-}
+Result<ColladaText> preparedCollada(std::string_view file) { return ColladaPreparing(file).run(); }
 
 }  // namespace haptics

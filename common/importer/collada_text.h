@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/error/error.h"
 #include "common/mesh/polygon_soup.h"
@@ -18,8 +19,9 @@ struct ColladaText {
 
 /// Puts the mesh of a skin or morph in its place, a matrix in that of a skew, at which Assimp ends, and triangles in that of
 /// fans, which it takes for polygons. What cannot be felt and has to be right for it is left out: materials, pictures, lights,
-/// cameras, physics. Refused: primitives without a count, which it leaves out; a skew that is none.
-/// @param file  See plainXml().
-[[nodiscard]] Result<ColladaText> preparedCollada(std::string file);
+/// cameras, physics. Refused: primitives without a count, which it leaves out; a skew that is none;
+/// fans that make many times the file's bytes.
+/// @param file  As plainXml() makes it.
+[[nodiscard]] Result<ColladaText> preparedCollada(std::string_view file);
 
 }  // namespace haptics

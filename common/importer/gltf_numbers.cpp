@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cstddef>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -141,6 +144,7 @@ class Checker {
   const std::uint64_t mostOfNothing_;
   const IncludeReader& readIncluded_;
   Gltf gltf_;
+  std::map<std::string_view, std::string> read_;  ///< By the URI in `root_`.
 
   [[nodiscard]] Result<void> extensions() const {
     for (const json& name : memberIn(root_, "extensionsRequired")) {
@@ -257,10 +261,11 @@ class Checker {
         primitive["attributes"] = json::object({{"POSITION", positions}});
         primitive.erase("material");
         primitive.erase("targets");
-        const json packed = memberIn(memberIn(primitive, "extensions"), "KHR_draco_mesh_compression");
+        json packed = memberIn(memberIn(primitive, "extensions"), "KHR_draco_mesh_compression");
+        primitive.erase("extensions");
         if (packed.is_object()) {
-          primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"] =
-              json::object({{"POSITION", memberIn(memberIn(packed, "attributes"), "POSITION")}});
+          packed["attributes"] = json::object({{"POSITION", memberIn(memberIn(packed, "attributes"), "POSITION")}});
+          primitive["extensions"]["KHR_draco_mesh_compression"] = std::move(packed);
         }
         kept.push_back(std::move(primitive));
       }
@@ -293,9 +298,9 @@ class Checker {
       const auto bytes = bytesIn(numberIn(view, "buffer", 0));
       if (!bytes) return tl::unexpected(bytes.error());
       const std::size_t from = gltf_.positions.size();
-      const std::string_view all(*bytes);
+      const std::string_view all = *bytes;
       const std::uint64_t at = numberIn(view, "byteOffset", 0) + numberIn(accessor, "byteOffset", 0);
-      const std::uint64_t element = bytesOf(accessor), stride = numberIn(view, "byteStride", element);
+      const std::uint64_t element = bytesOf(accessor), stride = strideOf(view, element);
       const std::uint64_t count = numberIn(accessor, "count", 0);
       if (count > 0 && at + (count - 1) * stride + element > all.size()) {
         return refused("", "accessor " + std::to_string(index) + " is of more bytes than its buffer has");
@@ -326,14 +331,25 @@ class Checker {
     }
   }
 
-  [[nodiscard]] Result<std::string> bytesIn(std::uint64_t index) const {
+  [[nodiscard]] Result<std::string_view> bytesIn(std::uint64_t index) {
     const json& uri = memberIn(itemIn(root_, "buffers", index), "uri");
-    if (!uri.is_string()) return std::string(binary_.value_or(""));
+    if (!uri.is_string()) return binary_.value_or("");
     const auto& text = uri.get_ref<const std::string&>();
-    if (text.starts_with("data:")) return fromBase64(std::string_view(text).substr(text.find(',') + 1));
-    auto file = readIncluded_(withoutPercents(text));
-    if (!file) return refused("", "names the file " + inQuotes(text) + ", which is not in its folder or below");
-    return *std::move(file);
+    if (const auto at = read_.find(text); at != read_.end()) return at->second;
+    std::optional<std::string> bytes;
+    if (text.starts_with("data:")) {
+      bytes = fromBase64(std::string_view(text).substr(text.find(',') + 1));
+    } else {
+      bytes = readIncluded_(withoutPercents(text));
+    }
+    if (!bytes) return refused("", "names the file " + inQuotes(text) + ", which is not in its folder or below");
+    return read_.emplace(text, *std::move(bytes)).first->second;
+  }
+
+  /// As Assimp has it: 0 is that of values without a gap.
+  [[nodiscard]] static std::uint64_t strideOf(const json& view, std::uint64_t element) {
+    const std::uint64_t stride = numberIn(view, "byteStride", 0);
+    return stride > 0 ? stride : element;
   }
 
   [[nodiscard]] static std::uint64_t bytesOf(const json& accessor) {
@@ -362,9 +378,11 @@ class Checker {
       return refused("", name + " has positions of component type " + std::to_string(type) +
                              "; they are float32, or integers of 8 or 16 bits");
     }
+    if (isOfPositions && memberIn(accessor, "type") != "VEC3")
+      return refused("", name + " has positions whose type is not \"VEC3\"");
     const std::uint64_t count = numberIn(accessor, "count", 0), element = bytesOf(accessor);
     const json& view = itemIn(root_, "bufferViews", numberIn(accessor, "bufferView", kNone));
-    const std::uint64_t stride = std::max(numberIn(view, "byteStride", element), std::uint64_t{1});
+    const std::uint64_t stride = strideOf(view, element);
     std::uint64_t most = mostOfNothing_;
     if (!view.is_null()) {
       const std::uint64_t buffer_bytes = bytesOfBuffer(numberIn(view, "buffer", 0));

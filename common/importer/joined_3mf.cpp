@@ -57,7 +57,7 @@ class Joining {
       if (!tag.inside.ends_with('/')) {
         replacements.push_back({std::string_view(root).substr(end + 1, 0), objects});
       } else {
-        const std::size_t name = root.rfind('<', tag.at) + 1;
+        const std::size_t name = tag.begin + 1;
         const std::string whole = root.substr(name, tag.at + tag.name.size() - name);
         replacements.push_back({std::string_view(root).substr(end - 1, 2), ">" + objects + "</" + whole + ">"});
       }
@@ -143,7 +143,7 @@ class Joining {
     auto next = replacements.begin();
     eachTag(text, [&](const XmlTag& tag) {
       if (tag.name != "object") return true;
-      if (!tag.ends) begin = text.rfind('<', tag.at);
+      if (!tag.ends) begin = tag.begin;
       if ((!tag.ends && !tag.inside.ends_with('/')) || begin == text.npos) return true;
       const std::string_view object(
           text.data() + begin,

@@ -119,6 +119,7 @@ class X3dPreparing {
   explicit X3dPreparing(std::string_view file) : rewriting_(file) {}
 
   Result<X3dText> run() {
+    countPoints();
     eachTag(rewriting_.text(), [&](const XmlTag& tag) {
       if (rewriting_.isReplaced(tag)) return true;
       if (tag.ends) {
@@ -147,8 +148,30 @@ class X3dPreparing {
   X3dText prepared_;
   std::string fault_;
   std::vector<Open> open_;
+  std::map<std::size_t, std::size_t> points_;  ///< Of clockwise TriangleSets, by where each begins.
+  std::size_t mostOfStrips_ = rewriting_.text().size();
 
   [[nodiscard]] static bool endsItself(const XmlTag& tag) { return tag.inside.ends_with('/'); }
+
+  static bool isClockwise(const XmlTag& tag) { return attributeIn(tag.inside, "ccw") == "false"; }
+
+  void countPoints() {
+    constexpr std::string_view kOfPoints[] = {"Coordinate", "CoordinateDouble", "GeoCoordinate"};
+    std::vector<std::size_t*> open;  // what counts the points of each
+    eachTag(rewriting_.text(), [&](const XmlTag& tag) {
+      if (tag.ends) {
+        if (!open.empty()) open.pop_back();
+        return true;
+      }
+      if (!open.empty() && open.back() != nullptr && *open.back() == 0 && isOneOf(kOfPoints, tag.name)) {
+        eachWord(attributeIn(tag.inside, "point"), [&](std::string_view) { ++*open.back(); });
+        *open.back() /= 3;
+      }
+      if (endsItself(tag)) return true;
+      open.push_back(tag.name == "TriangleSet" && isClockwise(tag) ? &points_[tag.begin] : nullptr);
+      return true;
+    });
+  }
 
   void begin(const XmlTag& tag) {
     prepared_.skipped += isOneOf(kSkipped, tag.name) ? 1 : 0;
@@ -238,11 +261,10 @@ class X3dPreparing {
 
   /// Shapes of which Assimp looks at ccw="false" are left as they are: triangles by index, strips and fans, elevation grids.
   void turn(const XmlTag& tag, Open& own) {
-    const bool isClockwise = attributeIn(tag.inside, "ccw") == "false";
-    if (tag.name == "IndexedFaceSet" && isClockwise) {
+    if (tag.name == "IndexedFaceSet" && isClockwise(tag)) {
       const std::string_view indices = attributeIn(tag.inside, "coordIndex");
       if (!indices.empty()) rewriting_.replace(indices, reversed(indices));
-    } else if (tag.name == "TriangleSet" && isClockwise) {
+    } else if (tag.name == "TriangleSet" && isClockwise(tag)) {
       own.endName = "IndexedTriangleSet";
       rewriting_.replace(tag.name, own.endName);
       if (attributeIn(tag.inside, "USE").empty()) indexTriangles(tag);
@@ -251,13 +273,13 @@ class X3dPreparing {
       rewriting_.replace(tag.name, own.endName);
       if (attributeIn(tag.inside, "USE").empty()) indexStrips(tag);
     } else if (tag.name == "Extrusion" && attributeIn(tag.inside, "USE").empty()) {
-      turnExtrusion(tag, isClockwise);
+      turnExtrusion(tag);
     }
   }
 
   /// Assimp's sides look inwards unless ccw is "false"; its ends never change, and the first one is turned over.
-  void turnExtrusion(const XmlTag& tag, bool isClockwise) {
-    if (!isClockwise) {
+  void turnExtrusion(const XmlTag& tag) {
+    if (!isClockwise(tag)) {
       const std::string_view own = attributeIn(tag.inside, "ccw");
       rewriting_.replace(own.empty() ? tag.inside.substr(0, 0) : own, own.empty() ? " ccw=\"false\"" : "false");
       return;
@@ -280,13 +302,7 @@ class X3dPreparing {
   }
 
   void indexTriangles(const XmlTag& tag) {
-    std::size_t points = 0;
-    eachTag(rewriting_.element(tag), [&](const XmlTag& child) {
-      const bool isOfPoints =
-          child.name == "Coordinate" || child.name == "CoordinateDouble" || child.name == "GeoCoordinate";
-      if (isOfPoints) points = wordsIn(attributeIn(child.inside, "point")).size() / 3;
-      return points == 0;
-    });
+    const std::size_t points = points_[tag.begin];
     if (points == 0) {
       fault_ = "has a TriangleSet of ccw=\"false\" without points of its own; give it a Coordinate with a point list";
       return;
@@ -297,15 +313,15 @@ class X3dPreparing {
   }
 
   void indexStrips(const XmlTag& tag) {
-    const std::size_t most = rewriting_.text().size();
     std::size_t next = 0;
     std::string index;
     for (const std::string_view word : wordsIn(attributeIn(tag.inside, "stripCount"))) {
       const auto count = numberOf<std::size_t>(word);
-      if (!count || *count > most - next) {
+      if (!count || *count > mostOfStrips_) {
         fault_ = "has a stripCount of " + inQuotes(word) + "; there is no room for so many points";
         return;
       }
+      mostOfStrips_ -= *count;
       for (const std::size_t end = next + *count; next < end; ++next) index.append(std::to_string(next)).append(1, ' ');
       index += "-1 ";
     }

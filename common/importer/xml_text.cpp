@@ -49,6 +49,7 @@ class InPlace {
  public:
   explicit InPlace(std::string& text) : text_(text) {}
   void leaveOut(std::size_t at, std::size_t size) {
+    if (at < from_) return;
     keepTo(at);
     from_ = at + size;
   }
@@ -83,7 +84,7 @@ void withoutComments(std::string& text) {
 
 void withoutFirstPrefix(std::string& text) {
   const auto prefixOf = [&](const XmlTag& tag) {
-    const std::size_t from = text.find_last_of("</", tag.at) + 1;
+    const std::size_t from = tag.begin + (tag.ends ? 2 : 1);
     return std::string_view(text).substr(from, tag.at - from);
   };
   std::string prefix;
@@ -120,7 +121,7 @@ Result<std::string> plainXml(std::string text) {
 int deepestNestingOf(std::string_view text) {
   int depth = 0, deepest = 0;
   eachTag(text, [&](const XmlTag& tag) {
-    if (!tag.inside.ends_with('/')) depth += tag.ends ? -1 : 1;
+    if (!tag.inside.ends_with('/')) depth = std::max(depth + (tag.ends ? -1 : 1), 0);
     deepest = std::max(deepest, depth);
     return true;
   });
@@ -128,15 +129,13 @@ int deepestNestingOf(std::string_view text) {
 }
 
 std::string_view XmlRewriting::whole(const XmlTag& tag) const {
-  const std::size_t from = text_.rfind('<', tag.at);
   const auto end = static_cast<std::size_t>(tag.inside.data() + tag.inside.size() - text_.data());
-  return text_.substr(from, end + 1 - from);
+  return text_.substr(tag.begin, end + 1 - tag.begin);
 }
 
 std::string_view XmlRewriting::element(const XmlTag& begin) const {
-  const std::string_view head = whole(begin);
-  if (begin.inside.ends_with('/')) return head;
-  const std::string_view rest = text_.substr(static_cast<std::size_t>(head.data() - text_.data()));
+  if (begin.inside.ends_with('/')) return whole(begin);
+  const std::string_view rest = text_.substr(begin.begin);
   std::size_t size = rest.size();
   int depth = 0;
   eachTag(rest, [&](const XmlTag& tag) {
@@ -159,13 +158,8 @@ void XmlRewriting::insertAfter(const XmlTag& tag, std::string_view added) {
 }
 
 std::vector<std::string_view> wordsIn(std::string_view text) {
-  constexpr std::string_view kBetween = " ,\t\r\n";
   std::vector<std::string_view> words;
-  for (std::size_t at = 0; (at = text.find_first_not_of(kBetween, at)) != text.npos;) {
-    const std::size_t end = std::min(text.find_first_of(kBetween, at), text.size());
-    words.push_back(text.substr(at, end - at));
-    at = end;
-  }
+  eachWord(text, [&](std::string_view word) { words.push_back(word); });
   return words;
 }
 

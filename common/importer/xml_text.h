@@ -20,7 +20,8 @@ inline constexpr int kDeepestNesting = 1000;
 
 /// A tag of an XML text: "<name ...>" or "</name>".
 struct XmlTag {
-  std::size_t at = 0;       ///< Of its name in the text.
+  std::size_t begin = 0;    ///< Of its '<' in the text.
+  std::size_t at = 0;       ///< Of its name, after a prefix.
   std::string_view name;    ///< Without a prefix of a namespace.
   std::string_view inside;  ///< After the name, up to the end of the tag.
   bool ends = false;        ///< "</name>".
@@ -44,6 +45,7 @@ void eachTag(std::string_view text, const Take& take) {
       skipTo(">");
     } else {
       const bool ends = text[at + 1] == '/';
+      const std::size_t begin = at;
       std::size_t name = at + (ends ? 2 : 1);
       std::size_t after = std::min(text.find_first_of(kEndsName, name), text.size());
       std::size_t end = after;
@@ -51,7 +53,7 @@ void eachTag(std::string_view text, const Take& take) {
         if (quote != 0 ? text[end] == quote : text[end] == '"' || text[end] == '\'') quote = quote != 0 ? 0 : text[end];
       }
       if (const std::size_t colon = text.substr(name, after - name).rfind(':'); colon != text.npos) name += colon + 1;
-      if (!take(XmlTag{name, text.substr(name, after - name), text.substr(after, end - after), ends})) return;
+      if (!take(XmlTag{begin, name, text.substr(name, after - name), text.substr(after, end - after), ends})) return;
       at = end;
     }
   }
@@ -93,7 +95,18 @@ template <std::size_t N>
   return std::find(std::begin(those), std::end(those), name) != std::end(those);
 }
 
-/// Words between blanks and commas.
+/// Calls `take` for each word between blanks and commas.
+template <class Take>
+void eachWord(std::string_view text, const Take& take) {
+  constexpr std::string_view kBetween = " ,\t\r\n";
+  for (std::size_t at = 0; (at = text.find_first_not_of(kBetween, at)) != text.npos;) {
+    const std::size_t end = std::min(text.find_first_of(kBetween, at), text.size());
+    take(text.substr(at, end - at));
+    at = end;
+  }
+}
+
+/// All of eachWord().
 [[nodiscard]] std::vector<std::string_view> wordsIn(std::string_view text);
 
 template <class T>

@@ -516,6 +516,9 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
               "</TriangleSet>"));
   EXPECT_THAT(refusal("t.x3d", scene("<Shape><TriangleSet ccw='false'><Coordinate USE='a'/></TriangleSet></Shape>")),
               HasSubstr("without points of its own"));
+  EXPECT_THAT(
+      refusal("t.x3d", scene("<Shape><TriangleSet ccw='false'><Group>" + four + "</Group></TriangleSet></Shape>")),
+      HasSubstr("without points of its own"));
   for (const bool isClockwise : {false, true}) {
     const auto extruded = shapeOf(isClockwise ? "<Extrusion ccw='false'/>" : "<Extrusion/>");
     ASSERT_TRUE(extruded) << extruded.error().text();
@@ -523,6 +526,8 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
   }
   EXPECT_THAT(refusal("t.x3d", scene("<Shape><TriangleStripSet stripCount='4000000000'/></Shape>")),
               HasSubstr("has a stripCount of \"4000000000\""));
+  const std::string strip = "<Shape><TriangleStripSet stripCount='150'/></Shape>";
+  EXPECT_THAT(refusal("t.x3d", scene(strip + strip)), HasSubstr("has a stripCount of \"150\""));
   expectBox(shapeOf("<Cone bottomRadius='2' height='3'/>"), {-2, -1.5, -2}, {2, 1.5, 2});
   const auto cylinder = shapeOf("<Cylinder height=' +4 '/>");
   expectBox(cylinder, {-1, -2, -1}, {1, 2, 1});
@@ -567,8 +572,11 @@ std::string spelled(const std::string& text) {
 TEST_F(ImportAssimp, ReadsXmlInAnySpelling) {
   std::string points = collada("", "<node>" + kInstance + "</node>");
   points.insert(points.find(" 0 1 0 0 0 1"), "<!-- the second half -->");
+  std::string many = "<node>" + kInstance + "</node>";
+  for (int i = 0; i < 1000; ++i) many += "<node></node>";
   const std::vector<std::pair<std::string, std::string>> files{
       {"t.dae", spelled(collada("", "<node>" + kInstance + "</node>"))},
+      {"many.dae", spelled(collada("", many))},
       {"u.dae", points},
       {"t.x3d", spelled(x3d(""))},
       {"t.3mf", archive3mf({{"3D/3dmodel.model", spelled(model3mf("unit='meter'"))}})}};
@@ -599,6 +607,10 @@ TEST_F(ImportAssimp, ReadsWhatColladaHasBesideMeshes) {
   fans.replace(fans.find(list), list.size(), "<trifans count=\"2\"");
   fans.replace(fans.find(faces), faces.size(), "<p>0 2 1 3 2</p><p>1 2 3</p></trifans>");
   expectTetrahedron(import("t.dae", fans));
+  std::string corners = std::string(100'000, '0');
+  for (int i = 0; i < 1000; ++i) corners += " 1";
+  fans.replace(fans.find("0 2 1 3 2"), 9, corners);
+  EXPECT_THAT(refusal("t.dae", fans), HasSubstr("has <trifans> that make many times the file's bytes"));
 
   const std::string skin =
       "<library_controllers><controller id='m'><morph source='#g'/></controller>"
@@ -609,6 +621,14 @@ TEST_F(ImportAssimp, ReadsWhatColladaHasBesideMeshes) {
   EXPECT_EQ(moved->mesh, tetrahedron());
   EXPECT_EQ(moved->report.leftOut.skins, 1U);
   EXPECT_EQ(moved->report.leftOut.morphs, 1U);
+
+  const std::string ring =
+      "<library_controllers><controller id='k'><skin source='#m'/></controller>"
+      "<controller id='m'><skin source='#k'/></controller></library_controllers>";
+  const auto without = import("t.dae", collada("", placed("", kInstance + "<instance_controller url='#k'/>"), ring));
+  ASSERT_TRUE(without) << without.error().text();
+  EXPECT_EQ(without->report.shapesSkipped, 1U);
+  EXPECT_EQ(without->report.leftOut.skins, 0U);
 
   const std::string spline = "<library_geometries><geometry id='line'><spline/></geometry></library_geometries>";
   const auto beside = import("t.dae", collada("",
@@ -706,6 +726,28 @@ TEST_F(ImportAssimp, ReadsQuantizedPositions) {
   }
   EXPECT_THAT(refusal("t.gltf", of(5121, R"(, "sparse": {"count": 1})")),
               HasSubstr("accessor 0 has quantized positions that are sparse"));
+  const auto changed = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string plain = of(5121, "");
+  for (const std::string& file :
+       {changed(plain, R"("indices": 1)", R"("indices": 1, "extensions": {"EXT_mesh_features": {"featureIds": []}})"),
+        changed(plain, R"("byteLength": 48)", R"("byteLength": 48, "byteStride": 0)")}) {
+    const auto imported = import("t.gltf", file);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << file;
+  }
+  EXPECT_THAT(refusal("t.gltf", changed(plain, "VEC3", "VEC2")),
+              HasSubstr("accessor 0 has positions whose type is not \"VEC3\""));
+
+  std::string primitives, accessors;
+  for (int i = 0; i < 150; ++i) {
+    primitives += R"({"attributes": {"POSITION": )" + std::to_string(i + 2) + R"(}, "indices": 1}, )";
+    accessors += R"(, {"bufferView": 0, "type": "VEC3", "componentType": 5121, "count": 4})";
+  }
+  const std::string many = changed(plain, R"([{"attributes")", "[" + primitives + R"({"attributes")");
+  const auto imported = import("t.gltf", changed(many, R"("count": 12})", R"("count": 12})" + accessors));
+  ASSERT_TRUE(imported) << imported.error().text();
 }
 
 TEST_F(ImportAssimp, ShowsWhatAGltfShows) {
@@ -778,7 +820,9 @@ TEST_F(ImportAssimp, RefusesNumbersThatTheFileCannotStandFor) {
       {{.more = R"(, "extras": )" + std::string(1001, '[') + std::string(1001, ']')},
        "nests more than 1000 levels deep"}};
   for (const auto& [gltf, reason] : repeated) EXPECT_THAT(refusal("t.glb", gltf.glb()), HasSubstr(reason));
-  EXPECT_THAT(refusal("t.dae", collada("", deep)), HasSubstr("nests more than 1000 levels deep"));
+  std::string ends;
+  for (int i = 0; i < 2000; ++i) ends += "</node>";
+  EXPECT_THAT(refusal("t.dae", ends + collada("", deep)), HasSubstr("nests more than 1000 levels deep"));
 
   const std::string whole = Gltf{}.glb();
   for (std::size_t size = 1; size < whole.size(); size += 61)
@@ -808,6 +852,10 @@ TEST_F(ImportAssimp, RefusesFewBytesThatRepeatThemselves) {
 
 TEST_F(ImportAssimp, GivesTheReadersWords) {
   EXPECT_THAT(refusal("t.dae", "<COLLADA"), HasSubstr("cannot be read as COLLADA: Assimp says"));
+  for (const std::string begin : {"<a:/", "<x:<"}) {
+    EXPECT_THAT(refusal("t.dae", begin + std::string(1'000'000, ' ')),
+                HasSubstr("cannot be read as COLLADA: Assimp says"));
+  }
   EXPECT_THAT(refusal("t.dae", "\xff\xfe<"), HasSubstr("UTF-16 that is cut off"));
   EXPECT_THAT(refusal("t.gltf", "\xff\xfe<"), HasSubstr("UTF-16"));
   EXPECT_THAT(refusal("t.fbx", "no"), HasSubstr("cannot be read as FBX"));
