@@ -64,9 +64,9 @@ class Run(unittest.TestCase):
 
     def test_an_interrupt_ends_both_and_still_writes_the_summary(self):
         run = self.start("--seconds", "300")
-        started = self.out / "viewer.pid"
+        log = self.out / "server.log"
         deadline = time.monotonic() + 300
-        while not started.exists() and time.monotonic() < deadline:
+        while not (log.exists() and re.search("graphics_client.* joined", log.read_text())) and time.monotonic() < deadline:
             time.sleep(0.1)
         time.sleep(3)
         os.killpg(run.pid, signal.SIGINT)
