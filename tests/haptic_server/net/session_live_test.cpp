@@ -361,8 +361,8 @@ TEST_F(SessionLive, TellsTimeAndStatus) {
   link.settle();
   const v1::ClockReply reply = client.all(Kind::kClockReply).at(0).clock_reply();
   EXPECT_EQ(reply.client_send_ns(), 17U);
-  EXPECT_EQ(reply.server_receive_ns(), time_ns);
-  EXPECT_EQ(reply.server_send_ns(), time_ns);
+  EXPECT_NEAR(static_cast<double>(reply.server_receive_ns()), static_cast<double>(time_ns), 1000);
+  EXPECT_GT(reply.server_send_ns(), reply.server_receive_ns());
   const v1::Status status = client.all(Kind::kStatus).at(0).status();
   EXPECT_EQ(status.ticks(), 42U);
   EXPECT_EQ(status.revision(), 1U);

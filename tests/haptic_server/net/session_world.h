@@ -130,7 +130,8 @@ class SessionWorld : public SessionHost {
     session.start();
   }
 
-  [[nodiscard]] std::uint64_t now_ns() const override { return time_ns; }
+  /// Goes on between two readings, as a clock does.
+  [[nodiscard]] std::uint64_t now_ns() const override { return time_ns++; }
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return sequencer.history(); }
   [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
     if (auto asset = resolver.store().find(hash)) return asset;
@@ -202,7 +203,7 @@ class SessionWorld : public SessionHost {
     }
   }
 
-  std::uint64_t time_ns = 1000 * kSecond_ns;
+  mutable std::uint64_t time_ns = 1000 * kSecond_ns;
   BoxResolver resolver;
   AssetStore uploads;
   Sequencer sequencer{5, resolver};
