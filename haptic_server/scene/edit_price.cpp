@@ -236,8 +236,8 @@ Price priceOfBody(const MeshNumbers& mesh, const MotionProperties& motion) noexc
     price += {.time_s = 3e-8 * triangles};
     // The sides of a mesh that may be open are sorted.
     if (!mesh.closedAndPlain)
-      price +=
-          {.time_s = 3e-8 * triangles * (1 + std::log2(std::max(1.0, 3 * triangles))), .working_bytes = 50 * triangles};
+      price += {.time_s = 3e-8 * triangles * (1.0 + std::ilogb(std::max(1.0, 3 * triangles))),
+                .working_bytes = 50 * triangles};
   }
   if (!motion.planes.empty()) price += {.time_s = 2.5e-9 * kSupportDirections * mesh.vertices};
   if (motion.collision) price += {.time_s = 0.03 + 2.2e-6 * triangles, .working_bytes = 60 * triangles};
