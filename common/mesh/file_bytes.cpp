@@ -6,9 +6,10 @@
 
 #include <cerrno>
 #include <cstddef>
-#include <cstdio>
 #include <cstring>
 #include <system_error>
+
+#include "common/process/pending_file.h"
 
 namespace haptics {
 namespace {
@@ -27,7 +28,7 @@ bool writeAll(const FileHandle& file, std::string_view bytes) {
     if (written < 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
-  return fsync(file.descriptor()) == 0;
+  return fsync(file.descriptor()) == 0 || errno == EINVAL;  // of a pipe
 }
 
 /// Size of a file; refused when it is too large to be read.
@@ -83,16 +84,14 @@ Result<std::string> readAssetFile(const std::filesystem::path& path) {
 
 Result<void> writeFile(const std::filesystem::path& path, std::string_view bytes) {
   constexpr int kPermissions = 0666;  // less the umask
-  const std::filesystem::path partial = path.string() + ".part";
-  const FileHandle file(open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
-  const bool isOnDisk = file && writeAll(file, bytes);
-  if (!isOnDisk || rename(partial.c_str(), path.c_str()) != 0) {
-    const std::string why = std::strerror(errno);
-    if (file) unlink(partial.c_str());
-    return refused(path.string(),
-                   "cannot be written: " + why + "; name a file in an existing folder that you may write to");
+  PendingFile pending(path);
+  const FileHandle file(open(pending.place().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
+  if (!file || !writeAll(file, bytes)) {
+    return refused(path.string(), std::string("cannot be written: ") + std::strerror(errno) +
+                                      "; name a file in an existing folder that you may write to");
   }
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const std::filesystem::path folder = pending.place().has_parent_path() ? pending.place().parent_path() : ".";
+  if (auto finished = pending.finish(); !finished) return finished;
   const FileHandle names(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (names) (void)fsync(names.descriptor());  // a file system that cannot has written the bytes all the same
   return {};

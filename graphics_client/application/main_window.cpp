@@ -187,7 +187,7 @@ void MainWindow::frame() {
   framed_s_ = now_s;
   const bool gizmoChanged =
       gizmo_.update(*view, replay_->isShown() ? std::string() : selected_.toStdString(), view_->pointer());
-  editor_.goOn();
+  editor_.advance();
   enableActions();
   lead(*view, now_s - drawn_s_);
   const bool dirty = view_->takeDirty() || gizmoChanged || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;

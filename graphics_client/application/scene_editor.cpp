@@ -204,8 +204,8 @@ void SceneEditor::open(Edit edit, const std::function<void()>& done) {
   });
 }
 
-void SceneEditor::goOn() {
-  history_.goOn();
+void SceneEditor::advance() {
+  history_.advance();
   if (history_.isSettled()) given_.clear();
 }
 

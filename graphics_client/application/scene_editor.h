@@ -66,7 +66,7 @@ class SceneEditor {
   void undo() { history_.undo(said("undo")); }
   void redo() { history_.redo(said("redo")); }
   /// To be called again and again: does what can be done by now.
-  void goOn();
+  void advance();
   /// Something is under way that undo may take back.
   [[nodiscard]] bool isBusy() const { return !history_.isSettled(); }
   [[nodiscard]] std::optional<EditHistory::Offer> undoOffer() const { return history_.undoOffer(); }

@@ -75,7 +75,7 @@ void EditHistory::submit(Edit edit, EditDone done) {
   const bool isComposed = edit.compose != nullptr;
   auto go = [this, edit = std::move(edit), entry, done = std::move(done)] { begin(edit, entry, done); };
   waiting_.insert(before, {.go = std::move(go), .entry = std::move(entry), .isComposed = isComposed});
-  goOn();
+  advance();
 }
 
 /// Edits of other objects pass.
@@ -91,8 +91,8 @@ bool EditHistory::mayGo(std::deque<Waiting>::const_iterator waiting) const {
   return std::ranges::none_of(of, [&](const std::string& name) { return edited_.contains(name); });
 }
 
-void EditHistory::goOn() {
-  if (std::exchange(isGoingOn_, true)) return;
+void EditHistory::advance() {
+  if (std::exchange(isAdvancing_, true)) return;
   for (auto at = waiting_.begin(); at != waiting_.end();) {
     if (!mayGo(at)) {
       ++at;
@@ -103,7 +103,7 @@ void EditHistory::goOn() {
     go();
     at = waiting_.begin();
   }
-  isGoingOn_ = false;
+  isAdvancing_ = false;
 }
 
 void EditHistory::begin(Edit edit, const std::shared_ptr<Entry>& entry, const EditDone& done) {
@@ -175,7 +175,7 @@ void EditHistory::send(Edit edit, EditDone done) {
       revision_ = std::max(revision_, outcome->revision());
     }
     if (sending->done) sending->done(outcome);
-    goOn();
+    advance();
   };
   const auto go = [this, sending, finish] {
     if (sending->failure) return finish(tl::unexpected(*sending->failure));
@@ -341,7 +341,7 @@ void EditHistory::ask(bool redo, EditDone done) {
     turn(step, turned);
   };
   waiting_.push_back({.go = go, .entry = undone, .isTurn = true});
-  goOn();
+  advance();
 }
 
 void EditHistory::turn(const Step& step, EditDone done) {

@@ -80,7 +80,7 @@ class EditHistory {
   void undo(EditDone done = {}) { ask(false, std::move(done)); }
   void redo(EditDone done = {}) { ask(true, std::move(done)); }
   /// Does what waits and need not any more. To be called now and then, as the mirror follows.
-  void goOn();
+  void advance();
   /// Skips the newest entry, so that those before it can be undone or redone, unless they are of the same objects.
   void dropUndo() { drop(undo_); }
   void dropRedo() { drop(redo_); }
@@ -134,7 +134,7 @@ class EditHistory {
   std::set<std::string> skipped_;  // objects of dropped entries
   std::size_t inFlight_ = 0;
   std::deque<Waiting> waiting_;
-  bool isGoingOn_ = false;
+  bool isAdvancing_ = false;
   std::multiset<std::string> edited_;               // objects of edits that are in flight
   std::vector<std::shared_ptr<Entry>> unanswered_;  // and no undo was asked for; the newest last
   // Of the newest accepted transaction. The mirror may hear of it after the reply.

@@ -117,27 +117,16 @@ class ReplayedTicks {
 Result<ExportFile> ExportFile::open(const std::filesystem::path& file, ExportFormat format, const SessionFacts& facts) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) return refused(file.string(), "is a folder; name a file in it");
-  std::filesystem::path part = file;
-  part += ".part";
-  auto sink = makeSink(part, format, facts);
+  PendingFile pending(file);
+  auto sink = makeSink(pending.place(), format, facts);
   if (!sink) return tl::unexpected(std::move(sink).error());
-  return ExportFile(file, std::move(part), *std::move(sink));
-}
-
-ExportFile::~ExportFile() {
-  if (!sink_) return;
-  sink_.reset();
-  std::error_code ignored;
-  std::filesystem::remove(part_, ignored);
+  return ExportFile(std::move(pending), *std::move(sink));
 }
 
 Result<void> ExportFile::finish(const SessionEnd& end) {
   if (auto finished = sink_->finish(end); !finished) return finished;
   sink_.reset();
-  std::error_code failure;
-  std::filesystem::rename(part_, file_, failure);
-  if (failure) return refused(file_.string(), "cannot be written: " + failure.message());
-  return {};
+  return pending_.finish();
 }
 
 Result<SessionEnd> exportRecording(const std::filesystem::path& recording, const std::filesystem::path& out,

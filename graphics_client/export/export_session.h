@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/error/error.h"
+#include "common/process/pending_file.h"
 #include "graphics_client/export/session_sink.h"
 
 namespace haptics {
@@ -18,18 +19,15 @@ class ExportFile {
   /// Refused: it cannot be written, or is a folder.
   [[nodiscard]] static Result<ExportFile> open(const std::filesystem::path& file, ExportFormat format,
                                                const SessionFacts& facts);
-  ~ExportFile();
-  ExportFile(ExportFile&& other) noexcept = default;
-
   [[nodiscard]] SessionSink& sink() noexcept { return *sink_; }
   /// Ends the sink and gives the file its name.
   [[nodiscard]] Result<void> finish(const SessionEnd& end);
 
  private:
-  ExportFile(std::filesystem::path file, std::filesystem::path part, std::unique_ptr<SessionSink> sink)
-      : file_(std::move(file)), part_(std::move(part)), sink_(std::move(sink)) {}
+  ExportFile(PendingFile pending, std::unique_ptr<SessionSink> sink)
+      : pending_(std::move(pending)), sink_(std::move(sink)) {}
 
-  std::filesystem::path file_, part_;
+  PendingFile pending_;
   std::unique_ptr<SessionSink> sink_;
 };
 

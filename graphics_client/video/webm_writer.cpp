@@ -7,9 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <string>
-#include <system_error>
 #include <utility>
 
+#include "common/process/pending_file.h"
 #include "common/text/printable.h"
 
 namespace haptics {
@@ -48,8 +48,9 @@ tl::unexpected<Error> stalled(const std::string& file) {
 }  // namespace
 
 struct WebmWriter::Pipeline {
-  std::string file;          // the video
-  std::string target, part;  // where its links lead to, and what that is until it is whole; empty: no file
+  explicit Pipeline(const std::filesystem::path& video) : file(video.string()), pending(video) {}
+  std::string file;  // the video
+  PendingFile pending;
   Owned<GstElement> all, in;
   Owned<GstBus> bus;
   GstClockTime frame_ns = 0;  // how long each is shown, as far as is known
@@ -57,8 +58,6 @@ struct WebmWriter::Pipeline {
 
   ~Pipeline() {
     if (all) gst_element_set_state(all.get(), GST_STATE_NULL);
-    std::error_code ignored;
-    if (!part.empty()) std::filesystem::remove(part, ignored);
   }
 
   /// Waits for a message of that kind or of an error, so long.
@@ -78,11 +77,7 @@ struct WebmWriter::Pipeline {
 Result<WebmWriter> WebmWriter::create(const std::filesystem::path& file, int width_px, int height_px, double rate_Hz) {
   GError* error = nullptr;
   if (gst_init_check(nullptr, nullptr, &error) == 0) return refused(file.string(), take(error));
-  auto pipeline = std::make_unique<Pipeline>();
-  pipeline->file = file.string();
-  std::error_code none;
-  const std::filesystem::path target = std::filesystem::weakly_canonical(file, none);
-  const bool isFile = std::filesystem::is_regular_file(target, none) || !std::filesystem::exists(target, none);
+  auto pipeline = std::make_unique<Pipeline>(file);
   // BT.601, which players take VP8 to be in.
   pipeline->all.reset(gst_parse_launch_full(
       "appsrc name=in format=time ! videoconvert ! video/x-raw,format=I420,colorimetry=bt601 ! "
@@ -107,17 +102,12 @@ Result<WebmWriter> WebmWriter::create(const std::filesystem::path& file, int wid
   g_object_set(part("encoder").get(), "cq-level", kQuality, "keyframe-max-dist",
                std::max(1, static_cast<int>(kSeekable_s * rate_Hz)), "target-bitrate",
                static_cast<int>(std::min(kMaxBits * width_px * height_px * rate_Hz, 2e9)), nullptr);
-  const std::string written = isFile ? target.string() + ".part" : file.string();
-  g_object_set(part("out").get(), "location", written.c_str(), nullptr);
+  g_object_set(part("out").get(), "location", pipeline->pending.place().c_str(), nullptr);
   pipeline->frame_ns = static_cast<GstClockTime>(GST_SECOND / rate_Hz);
   pipeline->frame_bytes = static_cast<std::size_t>(GST_ROUND_UP_4(3 * width_px)) * static_cast<std::size_t>(height_px);
   if (gst_element_set_state(all, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
     const auto why = pipeline->await(GST_MESSAGE_ERROR, 0);
     return why ? refused(file.string(), "the video cannot be begun") : tl::unexpected(why.error());
-  }
-  if (isFile) {
-    pipeline->target = target.string();
-    pipeline->part = written;
   }
   return WebmWriter(std::move(pipeline));
 }
@@ -151,12 +141,7 @@ Result<void> WebmWriter::finish() {
   if (ended && !*ended) return stalled(pipeline_->file);
   gst_element_set_state(pipeline_->all.get(), GST_STATE_NULL);
   if (!ended) return tl::unexpected(ended.error());
-  if (pipeline_->part.empty()) return {};
-  std::error_code failure;
-  std::filesystem::rename(pipeline_->part, pipeline_->target, failure);
-  if (failure) return refused(pipeline_->file, "cannot be written: " + failure.message());
-  pipeline_->part.clear();
-  return {};
+  return pipeline_->pending.finish();
 }
 
 }  // namespace haptics

@@ -4,10 +4,10 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <system_error>
 #include <utility>
 
+#include "common/process/pending_file.h"
 #include "haptic_server/recording/state_image.h"
 
 namespace haptics {
@@ -23,18 +23,15 @@ constexpr std::size_t kMaxPending_bytes = 4U << 20;
 }  // namespace
 
 Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& file, const RecordingFacts& facts) {
-  // A file of its own, which has the name once its head is written: one that others read is not to be cut short. Links are
-  // followed. Where there can be no other file beside it, it is written as it is.
-  std::error_code none;
-  const std::filesystem::path target = std::filesystem::weakly_canonical(file, none);
-  bool isFile = !none && (std::filesystem::is_regular_file(target, none) || !std::filesystem::exists(target, none));
+  // It has its name once its head is written: one that others read is not to be cut short. Where there can be no other file
+  // beside it, it is written as it is.
+  PendingFile pending(file);
   const auto opened = [](const std::filesystem::path& path) {
     return FileHandle(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
   };
-  const std::filesystem::path begun = target.string() + ".part";
-  FileHandle handle = isFile ? opened(begun) : FileHandle();
-  isFile = static_cast<bool>(handle);
-  if (!isFile) handle = opened(file);
+  FileHandle handle = opened(pending.place());
+  const bool isBeside = static_cast<bool>(handle);
+  if (!isBeside) handle = opened(file);
   if (!handle) return failed(file);
   RecordingWriter writer(file, std::move(handle));
   writer.pending_ = kRecordingHead;
@@ -42,8 +39,7 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fil
   *part.mutable_head() = toMessage(facts);
   writer.put(part);
   auto written = writer.flush();
-  if (written && isFile && ::rename(begun.c_str(), target.c_str()) != 0) written = failed(file);
-  if (!written && isFile) ::unlink(begun.c_str());
+  if (written && isBeside) written = pending.finish();
   if (!written) return tl::unexpected(std::move(written).error());
   return writer;
 }
