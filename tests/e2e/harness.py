@@ -191,7 +191,8 @@ class Answer:
 def ctl(address, *arguments, text=None, timeout_s=300, prefix=(), credentials=None):
     """hapticctl --json; `text` is its standard input, `credentials` a client's file."""
     secured = ["--credentials", str(credentials)] if credentials else []
-    done = subprocess.run([*map(str, prefix), str(BIN / "hapticctl"), "--connect", address, "--json", *secured,
+    patient = [] if "--timeout" in arguments else ["--timeout", str(START_TIMEOUT_S)]
+    done = subprocess.run([*map(str, prefix), str(BIN / "hapticctl"), "--connect", address, "--json", *secured, *patient,
                            *map(str, arguments)], input=text or "", capture_output=True, text=True, timeout=timeout_s)
     return Answer(done.returncode, done.stdout, done.stderr)
 
@@ -279,8 +280,9 @@ class Display:
         self.name = f":{random.randrange(1000, 50000)}"
         reader, writer = os.pipe()
         self.process = subprocess.Popen(["Xvfb", self.name, "-displayfd", str(writer), "-screen", "0", "1280x1024x24",
-                                         "-noreset", "-nolisten", "tcp", "-fbdir", self.folder, *self.options], pass_fds=(writer,),
-                                        stderr=subprocess.DEVNULL)
+                                         "-r",  # else a key that a loaded machine releases late is typed twice
+                                         "-noreset", "-nolisten", "tcp", "-fbdir", self.folder, *self.options],
+                                        pass_fds=(writer,), stderr=subprocess.DEVNULL)
         os.close(writer)
         with os.fdopen(reader) as stream:
             if stream.readline():
