@@ -54,6 +54,7 @@ class SurfaceForceModel {
     double depth_m;  ///< d: below the textured surface.
     double speed_m_per_s;
     bool shaded;      ///< N_s is a shading normal.
+    bool inHollow;    ///< The HIP is above the dents of a soft body, in the shape that it has without them or near it.
     bool heightOnly;  ///< One of several bodies that hold the IHIP: what is without the height is felt with the first.
 
     [[nodiscard]] Vec3 ihip() const noexcept { return from + geometric_m * normal; }
@@ -89,6 +90,7 @@ class SurfaceForceModel {
 
   // surface_stages.h
   void shadeTouched(SurfaceContact& touch) noexcept;
+  void fadeShading(SurfaceContact& touch, ShadingFade::Mode mode, Vec3 unshaded, double unshaded_m) noexcept;
   void updateStiffnesses() noexcept;
 
   // surface_shading.cpp

@@ -14,14 +14,14 @@ namespace haptics {
 /// Takes the step out of a switch of force shading: on sharp lines, and where several surfaces of a body hold the IHIP, there
 /// is no N_s; where several bodies do, there is one of each. What the switch would change at once fades instead.
 struct ShadingFade {
-  enum class Mode : std::uint8_t { kOff, kAlone, kBetween, kTogether };
+  enum class Mode : std::uint8_t { kOff, kAlone, kHollow, kBetween, kTogether };
   friend constexpr Mode lastOf(Mode) noexcept { return Mode::kTogether; }
 
   /// Seconds in which what is left falls to 1/e. Shorter is more of a step; longer leaves a wrong direction standing.
   static constexpr double kTime_s = 0.02;
 
   Word<Mode> mode =
-      Mode::kOff;          ///< What was shaded in the last tick: one body, none as another holds its dent up, several.
+      Mode::kOff;          ///< What was shaded in the last tick: one body, one above its dents, none as another holds its dent up, several.
   Vec3 turn{0};            ///< What shading added to the unshaded direction in the last tick; world.
   double deepening_m = 0;  ///< The same for the depth.
   Vec3 turnLeft{0};        ///< Of a switch, still to fade.

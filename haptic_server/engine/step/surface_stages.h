@@ -25,9 +25,8 @@ namespace haptics {
   if (state_.features.varyingStiffness && isShadedRigid(touch.body)) varyBeside(touch);
 }
 
-/// With force shading where there is a shading normal, and without a step where that begins or ends.
+/// With force shading where there is a shading normal.
 [[gnu::always_inline]] inline void SurfaceForceModel::shadeTouched(SurfaceContact& touch) noexcept {
-  ShadingFade& fade = memory_.fade;
   const Feature feature =
       contact_.triangle == kNoTriangle ? Feature(state_.contact.feature) : featureOf(contact_.primitive);
   const Vec3 unshaded = touch.normal;
@@ -41,6 +40,13 @@ namespace haptics {
              shadeAt(touch, {touch.triangle, feature, contact_.primitive.localIndex}, state_.contact.holding[0].side)) {
     mode = ShadingFade::Mode::kAlone;
   }
+  fadeShading(touch, mode, unshaded, unshaded_m);
+}
+
+/// Without a step where shading begins, ends or is of another kind.
+[[gnu::always_inline]] inline void SurfaceForceModel::fadeShading(SurfaceContact& touch, ShadingFade::Mode mode,
+                                                                  Vec3 unshaded, double unshaded_m) noexcept {
+  ShadingFade& fade = memory_.fade;
   const Vec3 turn = touch.normal - unshaded;
   const double deepening_m = touch.geometric_m + touch.bulge_m - unshaded_m;
   if (memory_.object == 0) {

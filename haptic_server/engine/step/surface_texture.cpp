@@ -2,9 +2,11 @@
 #include <cmath>
 #include <optional>
 
+#include "haptic_server/engine/step/dent_solver.h"
 #include "haptic_server/engine/step/material_map.h"
 #include "haptic_server/engine/step/separation_speed.h"
 #include "haptic_server/engine/step/surface_forces.h"
+#include "haptic_server/engine/step/surface_stages.h"
 #include "haptic_server/engine/surface/nearest_point.h"
 
 namespace haptics {
@@ -55,19 +57,21 @@ void rescaleAfterEdit(BumpState& bump, double height_m) noexcept {
 }  // namespace
 
 void SurfaceForceModel::computeBumpForces() noexcept {
+  const bool heldTogether = contact_.touching && severalBodiesHold(state_);
   for (std::size_t i = 0; i < state_.objects.count && count_ < kMaxTouches; ++i) {
     if (detail(i) == nullptr || !(detail(i)->reach_m > 0) || state_.bodies[i].pendingRemoval) continue;
-    if (isTouched(i) && !severalBodiesHold(state_)) continue;
+    if (isTouched(i) && !heldTogether) continue;
     if (contact_.work.allowance.isSpent()) return state_.fallBehind(contact_.work);
     SurfaceContact touch{};
     touch.body = i;
-    const auto held = heldSurfaceOf(state_.contact, i);
+    const auto held = heldTogether ? heldSurfaceOf(state_.contact, i) : std::nullopt;
     if (!(held ? takeHeldSurface(touch, *held) : findNearestPoint(touch))) continue;
     if (state_.features.varyingStiffness && !touch.heightOnly) varyBeside(touch);
     addTextureHeight(touch, state_.bumps[i]);
     if (!(touch.depth_m > 0)) continue;
     // Where the polygons are touched next, shading goes on.
-    if (count_ == 0) memory_.fade = {.mode = touch.shaded ? ShadingFade::Mode::kAlone : ShadingFade::Mode::kOff};
+    if (count_ == 0 && !touch.inHollow)
+      memory_.fade = {.mode = touch.shaded ? ShadingFade::Mode::kAlone : ShadingFade::Mode::kOff};
     touches_[count_++] = touch;
   }
 }
@@ -89,31 +93,47 @@ bool SurfaceForceModel::findNearestPoint(SurfaceContact& touch) noexcept {
   const CollisionMesh& surface = *body.surface;
   touch.from = contact_.touching ? contact_.ihip : state_.estimate.hip;
   const Vec3 h = body.frame.toLocal(touch.from);
-  if (squaredLength(h - bump.seenFrom) < bump.clear_m * bump.clear_m) return false;
+  const bool isDented = object(touch.body).tissue && dentsOf(state_, touch.body).count > 0;
+  if (!isDented && squaredLength(h - bump.seenFrom) < bump.clear_m * bump.clear_m) return false;
   const double reach_m = detail(touch.body)->reach_m;
   const double lookAhead_m = reach_m + kLookAhead * surface.radius_m();
-  const ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, bump.triangle, contact_.work.allowance);
+  ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, bump.triangle, contact_.work.allowance);
   const double asked_N = detail(touch.body)->scalars.adhesion_N;
   if (contact_.work.allowance.isSpent()) {
     if (asked_N > 0) state_.fallBehind(contact_.work);
     return false;
+  }
+  Vec3 normal = foot.triangle == kNoTriangle ? Vec3(0) : surface.normal(foot);
+  int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
+  bool isOutside = foot.triangle == kNoTriangle || !surface.closed() || surface.isOutside(foot, h);
+  if (isDented) {
+    // In the hollow of a dent, the shape without dents holds the IHIP still.
+    if (const auto held = heldSurfaceOf(state_.contact, touch.body)) {
+      foot.triangle = state_.contact.holding[*held].triangle;
+      side = state_.contact.holding[*held].side;
+    }
+    if (foot.triangle != kNoTriangle) {
+      const PressedBody dented{.body = touch.body, .atRest = foot, .side = side, .h = h, .below = true};
+      const DentSolver::Nearest at = DentSolver(scene_, state_, config_, contact_.work, dented).nearestTo(h);
+      foot = at.foot;
+      normal = at.normal * double(side);
+      isOutside = !surface.closed() || at.outside;
+    }
   }
   const double distance_m = foot.triangle == kNoTriangle ? lookAhead_m : std::sqrt(foot.squaredDistance);
   const std::uint32_t last = bump.triangle;
   const Vec3 seenFrom = bump.seenFrom;
   bump.triangle = foot.triangle;
   bump.seenFrom = h;
-  bump.clear_m = std::max(0.0, distance_m - reach_m);
+  bump.clear_m = isDented ? 0 : std::max(0.0, distance_m - reach_m);
   if (distance_m >= reach_m) {
     bump.blendWeight = 1;
     return false;
   }
-  if (surface.closed() && !surface.isOutside(foot, h)) {
+  if (!isOutside) {
     bump.blendWeight = 0;  // got in without touching: the way out is free too
     return false;
   }
-  const Vec3 normal = surface.normal(foot);
-  const int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
   touch.triangle = foot.triangle;
   touch.geometric_m = -distance_m;
   touch.normal = body.frame.rotate(exceedsRounding(distance_m, touch.body) ? (h - foot.point) / distance_m
@@ -126,7 +146,10 @@ bool SurfaceForceModel::findNearestPoint(SurfaceContact& touch) noexcept {
     if (wasTouched ? distance_m > kUsualWay_m : jumps(foot, surface, last, h, glm::distance(h, seenFrom)))
       state_.limits.slew.begin();
   }
+  touch.inHollow = isDented && !contact_.touching;
+  const Vec3 unshaded = touch.normal;
   touch.shaded = hasShading(touch.body) && shadeAt(touch, foot, side);
+  if (touch.inHollow) fadeShading(touch, ShadingFade::Mode::kHollow, unshaded, -distance_m);
   return true;
 }
 

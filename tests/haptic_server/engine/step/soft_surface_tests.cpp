@@ -137,5 +137,33 @@ TEST(SoftSurface, IsShadedBySphereAndDentTogether) {
   EXPECT_LE(std::sqrt(squares / count) * 180 / std::numbers::pi, 0.25);
 }
 
+/// The smooth surface lies above its polygons, in the hollow of a dent too.
+TEST(SoftSurface, ThatIsSmoothComesBackToAStillHandWithoutAStep) {
+  const TriMesh mesh = makeSphere(0.05, 4).value();
+  const auto& [a, b, c] = mesh.triangles[0];
+  const Vec3 middle = (Vec3(mesh.vertices[a]) + Vec3(mesh.vertices[b]) + Vec3(mesh.vertices[c])) / 3.0;
+  const Vec3 outwards = glm::normalize(middle);
+  ServoObject ball = objectOf(1, surfaceOf(mesh), Vec3(0), kPad_N_per_m);
+  ball.damping_Ns_per_m = 0;
+  ball.detail = makeSurfaceDetail(*ball.surface, shading(1), {});
+  ball.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.02, 2), 400, 0.1});
+  const auto hip = [&](std::uint64_t tick) {
+    const double depth_m = tick < 500 ? 0.004 * std::min(1.0, static_cast<double>(tick) / 300) : 0.001;
+    return middle - depth_m * outwards;
+  };
+  VirtualServo servo(hip, kConfig, sceneOf(1, {ball}));
+  while (servo.tick() < 600) (void)servo.step();
+  ASSERT_EQ(servo.state().dents.count, 1U);
+  Vec3 last_N = servo.step().force.contact;
+  double steepest_N = 0;
+  while (servo.tick() < 3000) {
+    const Vec3 now_N = servo.step().force.contact;
+    steepest_N = std::max(steepest_N, glm::distance(now_N, last_N));
+    last_N = now_N;
+  }
+  EXPECT_LT(steepest_N, 0.03);
+  EXPECT_GT(glm::length(last_N), 0.3);
+}
+
 }  // namespace
 }  // namespace haptics::soft_surface_tests
