@@ -133,10 +133,16 @@ std::uint64_t dropOutOfRange(std::vector<TriangleIndices>& triangles, std::size_
   });
 }
 
-/// Numbers vertices in the order of first use by triangles that have area.
-TriMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIndices>& triangles,
-                const std::vector<std::uint32_t>& first) {
+struct OrderedMesh {
   TriMesh mesh;
+  std::vector<std::uint32_t> source;  // of each vertex, which it was
+};
+
+/// Numbers vertices in the order of first use by triangles that have area.
+OrderedMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIndices>& triangles,
+                    const std::vector<std::uint32_t>& first) {
+  OrderedMesh made;
+  TriMesh& mesh = made.mesh;
   std::vector<std::uint32_t> canonical(vertices.size(), kNone);
   forEach(triangles.size(), [&](std::size_t t) {
     TriangleIndices corners;
@@ -148,24 +154,28 @@ TriMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIn
       if (id == kNone) {
         id = static_cast<std::uint32_t>(mesh.vertices.size());
         mesh.vertices.push_back(vertices[corner]);
+        made.source.push_back(corner);
       }
       corner = id;
     }
     mesh.triangles.push_back(corners);
   });
-  return mesh;
+  return made;
 }
 
 /// Vertices that only rounding keeps apart, so that the surface has a crack that nobody can feel, are one.
-void closeCracks(TriMesh& mesh, MeshReport& report) {
+void closeCracks(ImportedMesh& result) {
+  auto& [mesh, report, source] = result;
   constexpr double kRounding = 0x1p-20;  // of the largest coordinate: as narrow as a gap that the contact closes
   if (report.boundaryEdges == 0) return;
   const Vec3 farthest_m = glm::max(glm::abs(report.boxMin_m), glm::abs(report.boxMax_m));
   const JoinedVertices vertices = joinOpenEdges(mesh, kRounding * std::max({farthest_m.x, farthest_m.y, farthest_m.z}));
   if (vertices.joined == 0) return;
-  TriMesh closed = ordered(mesh.vertices, mesh.triangles, vertices.becomes);
-  if (closed.triangles.empty()) return;
-  mesh = std::move(closed);
+  OrderedMesh closed = ordered(mesh.vertices, mesh.triangles, vertices.becomes);
+  if (closed.mesh.triangles.empty()) return;
+  mesh = std::move(closed.mesh);
+  for (std::uint32_t& v : closed.source) v = source[v];
+  source = std::move(closed.source);
   report.verticesJoined = vertices.joined;
   describeTopology(mesh, report);
 }
@@ -193,10 +203,12 @@ Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector
   const std::vector<std::uint32_t> first = firstAtSamePlace(metres->metres);
   for (std::uint32_t v = 0; v < first.size(); ++v) report.verticesWelded += first[v] != v ? 1 : 0;
 
-  result.mesh = ordered(metres->metres, triangles, first);
+  OrderedMesh made = ordered(metres->metres, triangles, first);
+  result.mesh = std::move(made.mesh);
+  result.source = std::move(made.source);
   if (result.mesh.triangles.empty()) return refused("", "no triangle has area; nothing could be felt");
   describeTopology(result.mesh, report);
-  closeCracks(result.mesh, report);
+  closeCracks(result);
   if (result.mesh.vertices.size() > kMaxVertices) {
     return refused("", "holds more than " + number(kMaxVertices) + " vertices");
   }

@@ -79,6 +79,7 @@ inline constexpr double kLargest_m = 1, kScaledTo_m = 0.1;
 struct ImportedMesh {
   TriMesh mesh;
   MeshReport report;
+  std::vector<std::uint32_t> source;  ///< Of each vertex, the first one at its place that was given.
 };
 
 enum class MeshFormat : std::uint8_t {

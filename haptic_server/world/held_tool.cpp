@@ -52,7 +52,7 @@ HeldTool::HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::To
 void HeldTool::adopt(const ServoScene& scene) {
   std::vector<ToolContact::Obstacle> obstacles;
   std::vector<Known> known;
-  bodies_.clear();
+  const std::vector<Body> bodiesBefore = std::exchange(bodies_, {});
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ServoObject& object = scene.objects[i];
     if (object.pendingRemoval) continue;
@@ -64,9 +64,13 @@ void HeldTool::adopt(const ServoScene& scene) {
                                    sharpPoints(*object.surface, spacing_m_, kMaxToolPoints))});
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
-    body.previous = body.current = scene.kinematic[i].number != 0 ? scene.kinematic[i].pose : object.pose;
+    const bool isDriven = scene.kinematic[i].number != 0;
+    body.current = isDriven ? scene.kinematic[i].pose : object.pose;
+    // A motion that no step has felt yet remains one.
+    body.previous =
+        isKnown && isDriven ? bodiesBefore[static_cast<std::size_t>(before - known_.begin())].previous : body.current;
     body.update();
-    obstacles.push_back({body.current, *known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
+    obstacles.push_back({body.previous, *known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
   }
   contact_.adopt(obstacles);
   known_ = std::move(known);

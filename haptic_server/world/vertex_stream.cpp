@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -12,7 +11,6 @@ namespace haptics {
 namespace {
 
 constexpr float kFarthestVertex_m = 1e3F;
-constexpr std::uint32_t kNoSource = std::numeric_limits<std::uint32_t>::max();
 
 [[nodiscard]] bool isPlace(const std::array<float, 3>& v) noexcept {
   return std::ranges::all_of(v, [](float x) { return std::abs(x) <= kFarthestVertex_m; });  // not for NaN
@@ -20,23 +18,8 @@ constexpr std::uint32_t kNoSource = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
-/// Canonical triangles are those of the mesh in their order, without what was left out.
-VertexStream::VertexStream(const World::Mesh& mesh, TriMesh canonical)
-    : given_(mesh.vertices.size()), rest_(std::move(canonical.vertices)), source_(rest_.size(), kNoSource) {
-  std::size_t kept = 0;
-  for (const auto& corners : mesh.triangles) {
-    if (kept == canonical.triangles.size()) break;
-    const TriangleIndices& at = canonical.triangles[kept];
-    bool isKept = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& v = mesh.vertices[corners[k]];
-      isKept = isKept && Vec3f(v[0], v[1], v[2]) == rest_[at[k]];
-    }
-    if (!isKept) continue;
-    for (std::size_t k = 0; k < 3; ++k) source_[at[k]] = std::min(source_[at[k]], corners[k]);
-    ++kept;
-  }
-}
+VertexStream::VertexStream(std::size_t given, ImportedMesh canonical)
+    : given_(given), rest_(std::move(canonical.mesh.vertices)), source_(std::move(canonical.source)) {}
 
 void VertexStream::take(std::span<const std::array<float, 3>> vertices, const CollisionMesh& surface) {
   if (vertices.size() != given_) {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "common/mesh/tri_mesh.h"
+#include "common/mesh/import.h"
 #include "haptic_server/engine/step/servo_scene.h"
 #include "haptic_server/world/world.h"
 
@@ -15,8 +15,8 @@ namespace haptics {
 /// The samples of where a body's vertices are, as its user numbers them.
 class VertexStream {
  public:
-  /// @param canonical  Of the mesh, which is checked.
-  VertexStream(const World::Mesh& mesh, TriMesh canonical);
+  /// @param given  Vertices of the mesh that this was made of.
+  VertexStream(std::size_t given, ImportedMesh canonical);
 
   /// Allocates at its first call.
   /// @throws InvalidInput another number of vertices, a place that cannot be; nothing is taken then.

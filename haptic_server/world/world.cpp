@@ -50,7 +50,7 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   return properties;
 }
 
-[[nodiscard]] TriMesh canonicalMesh(const World::Mesh& mesh) {
+[[nodiscard]] ImportedMesh canonicalMesh(const World::Mesh& mesh) {
   if (mesh.triangles.size() > kMaxTriangles || mesh.vertices.size() > kMaxVertices) {
     refuse("mesh", "has " + std::to_string(mesh.triangles.size()) + " triangles and " +
                        std::to_string(mesh.vertices.size()) + " vertices; at most " + std::to_string(kMaxTriangles) +
@@ -70,11 +70,11 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   for (const auto& v : mesh.vertices) vertices.emplace_back(v[0], v[1], v[2]);
   auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
   if (!made) refuse("mesh", made.error().text());
-  return std::move(made->mesh);
+  return *std::move(made);
 }
 
 [[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
-  const TriMesh canonical = canonicalMesh(mesh);
+  const TriMesh canonical = canonicalMesh(mesh).mesh;
   return buildCollisionMesh(canonical.vertices, canonical.triangles);
 }
 
@@ -171,11 +171,11 @@ std::uint64_t World::add(std::string_view name, const Mesh& mesh, const Material
   ServoObject object;
   object.pose = poseOf(pose);
   (void)propertiesOf(material);  // before the work on the mesh
-  TriMesh canonical = canonicalMesh(mesh);
-  object.surface = buildCollisionMesh(canonical.vertices, canonical.triangles);
+  ImportedMesh canonical = canonicalMesh(mesh);
+  object.surface = buildCollisionMesh(canonical.mesh.vertices, canonical.mesh.triangles);
   impl_->setMaterial(object, material);
   object.id = impl_->lastBody + 1;
-  impl_->vertices.emplace(object.id, VertexStream(mesh, std::move(canonical)));
+  impl_->vertices.emplace(object.id, VertexStream(mesh.vertices.size(), std::move(canonical)));
   ++impl_->lastBody;
   impl_->names.emplace_back(object.id, name);
   if (impl_->bodies.size() == kMaxServoObjects) {  // one that fades makes room

@@ -172,6 +172,51 @@ TEST(World, ToolFeelsEditsWithoutAStep) {
   EXPECT_LT(largest, 0.05);
 }
 
+TEST(World, AMotionPushesAToolWhateverElseIsEditedBeforeItsStep) {
+  ToolOverSlab scene;
+  const auto far = scene.world.add("far", Sphere().mesh(), {}, {.position_m = {0.5, 0.5, 0.5}});
+  const auto hold = [&] { return scene.world.stepTool({.position_m = {0, 0, 0.04}}); };
+  for (int i = 0; i < 100; ++i) static_cast<void>(hold());
+  for (int i = 1; i <= 60; ++i) {  // its top comes from z = 0 to 6 mm beyond the underside of the box
+    scene.world.moveKinematic(scene.ground, {.position_m = {0, 0, -0.05 + 0.041 * i / 60}});
+    scene.world.setMaterial(far, {.stiffness_N_per_m = 500.0 + i});
+    if (i < 60) static_cast<void>(hold());
+  }
+  EXPECT_NEAR(hold().proxy.position_m[2], 0.041 + 0.005, 1e-5);
+}
+
+/// Tiles whose turn is in their vertices, which float rounds: neighbours are a few nanometres higher or lower.
+TEST(World, ToolSlidesOverFlushTilesThatFloatRounds) {
+  const Quat turned = glm::normalize(Quat(0.4, -0.3, 0.8, 0.2));
+  const auto turn = [&](Vec3 v) { return turned * v; };
+  World world(World::Device{.maxForce_N = 1000});
+  const TriMesh tile = makeBox({0.03, 0.03, 0.02}, 1).value();
+  for (int i = 0; i < 10; ++i) {
+    std::vector<std::array<float, 3>> vertices;
+    for (const Vec3f& v : tile.vertices) {
+      const Vec3f at(turn(Vec3(v) + Vec3(0.03 * (i / 2 + 0.5), 0.03 * (i % 2 + 0.5), -0.01)));
+      vertices.push_back({at.x, at.y, at.z});
+    }
+    world.add("tile " + std::to_string(i), {vertices, tile.triangles});
+  }
+  const std::vector<std::array<float, 3>> tip{
+      {0, 0, 0}, {0.003F, 0, 0.02F}, {-0.0015F, 0.0026F, 0.02F}, {-0.0015F, -0.0026F, 0.02F}};
+  const std::vector<std::array<std::uint32_t, 3>> sides{{2, 1, 0}, {3, 2, 0}, {1, 3, 0}, {2, 3, 1}};
+  static_cast<void>(world.hold({tip, sides}, {.spacing_m = 0.001, .stiffness_N_per_m = 800}));
+  double lateral_N = 0;
+  for (int i = 0; i < 1700; ++i) {
+    const Vec3 at = turn({0.02 + 1e-4 * std::max(i - 600, 0), 0.03, std::max(-0.001, 0.01 - 2e-5 * i)});
+    const World::ToolSample sample =
+        world.stepTool({.position_m = {at.x, at.y, at.z}, .rotation = {turned.w, turned.x, turned.y, turned.z}});
+    const Vec3 force_N = glm::conjugate(turned) * Vec3(sample.force_N[0], sample.force_N[1], sample.force_N[2]);
+    lateral_N = std::max(lateral_N, std::hypot(force_N.x, force_N.y));
+    if (i > 650) {
+      ASSERT_NEAR(force_N.z, 0.8, 0.001) << i;
+    }
+  }
+  EXPECT_LT(lateral_N, 0.01);
+}
+
 TEST(World, ToolLosesItsForceSmoothlyWhereItsPoseIsNone) {
   ToolOverSlab scene;
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -335,6 +380,73 @@ TEST(World, VerticesThatAreMovedInEveryTickPushTheHandAtAnySpeed) {
           << "through edits";
     }
   }
+}
+
+TEST(World, SetPoseEndsAMotionAtOnceAndIsFeltAsAnEdit) {
+  const TriMesh box = makeBox(Vec3(0.1, 0.1, 0.04), 1).value();
+  Vertices vertices;
+  for (const Vec3f& v : box.vertices) vertices.push_back({v.x, v.y, v.z});
+  World world(World::Device{.maxForce_N = 20});
+  const auto body = world.add("box", {vertices, box.triangles}, {.stiffness_N_per_m = 500, .damping_Ns_per_m = 0},
+                              {.position_m = {0, 0, -0.02}});
+  const auto hold = [&](int tick) { return world.step({0, 0, std::max(-0.012, 0.01 - 1e-4 * tick)}).force_N[2]; };
+  for (int i = 0; i < 600; ++i) static_cast<void>(hold(i));
+  world.moveKinematic(body, {.position_m = {0, 0, -0.03}});
+  static_cast<void>(hold(600));
+  double last_N = hold(600), largest_N = 0;
+  EXPECT_NEAR(last_N, 5, 0.01);
+  world.setPose(body, {.position_m = {0, 0, -0.05}});
+  for (int i = 0; i < 400; ++i) {
+    const double now_N = hold(600);
+    largest_N = std::max(largest_N, std::abs(now_N - last_N));
+    last_N = now_N;
+  }
+  EXPECT_LE(largest_N, 0.031);
+  EXPECT_EQ(last_N, 0);
+}
+
+/// Where a tick ends in the plane of the sheets, rounding has one of them a little above and the other a little below.
+TEST(World, FlushSheetsLetNothingThroughWhereverATickEnds) {
+  int lost = 0;
+  for (int turn = 0; turn < 60; ++turn) {
+    const Quat turned = glm::normalize(Quat(std::cos(turn), std::sin(2.7 * turn), std::cos(1.3 * turn + 1), 0.3));
+    World world(World::Device{.maxForce_N = 1000});
+    for (const double y : {0.0, 0.05 + 2e-8}) {
+      Vertices sheet;
+      for (const Vec3 corner : {Vec3(0, y, 0), Vec3(0.1, y, 0), Vec3(0.1, y + 0.05, 0), Vec3(0, y + 0.05, 0)}) {
+        const Vec3f at(turned * corner);
+        sheet.push_back({at.x, at.y, at.z});
+      }
+      const std::vector<std::array<std::uint32_t, 3>> two{{0, 1, 2}, {0, 2, 3}};
+      world.add(y == 0 ? "one" : "other", {sheet, two}, {.stiffness_N_per_m = 1000, .damping_Ns_per_m = 0});
+    }
+    World::Sample sample;
+    const auto step = [&](Vec3 hip) {
+      hip = turned * hip;
+      sample = world.step({hip.x, hip.y, hip.z});
+    };
+    for (int i = 0; i < 600; ++i) step({0.05, 0.02, 0.01});
+    for (const double z : {0.01, 0.0003, 0.0002, 0.0001, 0.0, -0.0001, -0.0002, -0.001, -0.001})
+      step({0.04 + 0.0003 * turn, 0.05 + 1e-8, z});
+    lost += std::abs(std::hypot(sample.force_N[0], sample.force_N[1], sample.force_N[2]) - 1) > 0.01 ? 1 : 0;
+  }
+  EXPECT_EQ(lost, 0);
+}
+
+TEST(World, VerticesAreMovedOfAMeshWhoseCrackIsClosed) {
+  const Vertices patches{{0, 0, 0},           {0.05F, 0, 0},           {0.05F, 0.05F, 0}, {0, 0.05F, 0},
+                         {0, 0.05000002F, 0}, {0.05F, 0.05000002F, 0}, {0.05F, 0.1F, 0},  {0, 0.1F, 0}};
+  const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  World world;
+  const auto body = world.add("patches", {patches, triangles}, {.stiffness_N_per_m = 500, .damping_Ns_per_m = 0});
+  for (int i = 0; i < 300; ++i) static_cast<void>(world.step({0.02, 0.07, 0.001}));
+  double force_N = 0;
+  for (int i = 1; i <= 30; ++i) {
+    world.moveVerticesKinematic(body, raised(patches, 1e-4 * i));
+    static_cast<void>(world.step({0.02, 0.07, 0.001}));
+  }
+  for (int i = 0; i < 300; ++i) force_N = world.step({0.02, 0.07, 0.001}).force_N[2];
+  EXPECT_NEAR(force_N, 500 * 0.002, 1e-3);
 }
 
 TEST(World, ABallThatGrowsSlowlyPushesTheHandEvenly) {
