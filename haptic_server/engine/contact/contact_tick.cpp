@@ -44,7 +44,9 @@ class ContactTick {
 
 /// What a step did after the allowance was spent cannot be trusted, so that it counts as not made.
 ContactResult ContactTick::run() noexcept {
-  const std::int64_t depenetrationReserve = tick_.work.allowance.left() / 4;
+  // A tick after one that did not come to its end has all for its path: some steps cost more than the rest, however short.
+  const bool goesOn = tick_.stride < 1 && !tick_.state.containmentUnchecked;
+  const std::int64_t depenetrationReserve = goesOn ? 0 : tick_.work.allowance.left() / 4;
   tick_.work.allowance.spend(depenetrationReserve);
   gather();  // 1 gather
   double now = 0;

@@ -78,8 +78,8 @@ void NearBodies::setTime(std::span<const Body> bodies, double time) noexcept {
   }
 }
 
-bool NearBodies::isInGap(const Near& near, Vec3 to, const Crossing& rimmed, const Crossing& entered,
-                         ContactWork& work) const noexcept {
+bool isInGap(std::span<const NearBody> all, const NearBody& near, Vec3 to, const Crossing& rimmed,
+             const Crossing& entered, Allowance& allowance) noexcept {
   const CollisionMesh& surface = *near.surface;
   const TriangleRecord& triangle = surface.triangle(rimmed.triangle);
   const Vec3 place = glm::mix(near.from, to, rimmed.time);
@@ -89,7 +89,7 @@ bool NearBodies::isInGap(const Near& near, Vec3 to, const Crossing& rimmed, cons
   const double rim_m = kRim * surface.extent_m();
   const Vec3 away = near.frame.rotate((place - foot.point) * (2 * rim_m / distance));
   const Vec3 end = near.frame.toWorld(to);
-  const auto isEnteredAnyway = [&](const Near& of, std::uint32_t face) noexcept {
+  const auto isEnteredAnyway = [&](const NearBody& of, std::uint32_t face) noexcept {
     if (!entered) return false;
     const Vec3 normal = of.frame.rotate(of.surface->faceNormal(face));
     const Vec3 corner = of.frame.toWorld(of.surface->triangle(face).corner(0));
@@ -97,14 +97,19 @@ bool NearBodies::isInGap(const Near& near, Vec3 to, const Crossing& rimmed, cons
     return std::abs(glm::dot(normal, near.frame.rotate(surface.faceNormal(entered.triangle)))) > kBend &&
            std::abs(glm::dot(normal, at - corner)) < 4 * rim_m;
   };
-  for (int i = 0; i < count_; ++i) {
-    const Near& other = (*this)[i];
+  for (const NearBody& other : all) {
     const Vec3 aside = other.frame.toLocal(other.frame.origin + away);
     const Vec3 way = other.frame.toLocal(end) - other.from;
-    // Of two level planes rounding has one met first. At the boundary of an open mesh there are no such two.
-    const Vec3 longer = surface.closed() ? way * (2 * rim_m / std::max(glm::length(way), rim_m)) : Vec3(0);
-    const Crossing beyond =
-        other.surface->firstCrossing(other.from + aside - longer, other.from + way + aside + longer, work.allowance);
+    // Of two level planes rounding has one met first. At the boundary of an open mesh the mesh itself has no such two.
+    const bool mayBeLevel = surface.closed() || other.body != near.body;
+    const Vec3 longer = mayBeLevel ? way * (2 * rim_m / std::max(glm::length(way), rim_m)) : Vec3(0);
+    const Vec3 from = other.from + aside - longer, onwards = other.from + way + aside + longer;
+    allowance.spend(2 * Allowance::kPlace);
+    const Vec3 beside = glm::mix(from, onwards, rimmed.time);
+    const bool passesBy = glm::any(glm::lessThan(beside, other.surface->low() - 8 * rim_m)) ||
+                          glm::any(glm::greaterThan(beside, other.surface->high() + 8 * rim_m));
+    if (passesBy) continue;
+    const Crossing beyond = other.surface->firstCrossing(from, onwards, allowance);
     if (beyond && !isEnteredAnyway(other, beyond.triangle)) return true;
   }
   return false;

@@ -31,19 +31,29 @@ inline constexpr int kMaxNear = 256;
 /// Squared distance of the HIP (world, metres) to the body's box in its own frame, m^2; none when it is beyond `reach`.
 [[nodiscard]] std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexcept;
 
+/// A body that the IHIP, or a point of a tool, may come to in a tick.
+struct NearBody {
+  int body;
+  bool pendingRemoval;
+  const CollisionMesh* surface;
+  Vec3 from;  // body frame, metres
+  Frame frame;
+};
+static_assert(std::is_trivially_default_constructible_v<NearBody>, "a tick writes those alone that are in reach");
+
+/// Of a segment from near.from to a place in that body's frame that passes beside a triangle (RimmedSegment): is there something
+/// else beyond the gap, which the segment would enter two rims farther from the triangle's edge? Not what it enters where it is:
+/// one that goes over the upper edge of a wall onto the top passes no gap.
+/// @param entered  What it enters of that body by itself.
+[[nodiscard]] bool isInGap(std::span<const NearBody> all, const NearBody& near, Vec3 to, const Crossing& rimmed,
+                           const Crossing& entered, Allowance& allowance) noexcept;
+
 /// The bodies within reach in a tick and, for each, the invariant of the contact core: `from` is the IHIP in the body's
 /// own frame, and it advances only along segments that were tested against the body there. In every frame the IHIP thus
 /// draws one continuous polyline that never enters; the motion of a body is part of its segment.
 class NearBodies {
  public:
-  struct Near {
-    int body;
-    bool pendingRemoval;
-    const CollisionMesh* surface;
-    Vec3 from;  // body frame, metres
-    Frame frame;
-  };
-  static_assert(std::is_trivially_default_constructible_v<Near>, "a tick writes those alone that are in reach");
+  using Near = NearBody;
   using Points = std::array<Vec3, kMaxNear>;  ///< One for each near body, in its frame; the rest is not written.
   struct Hit {
     int near = -1;
@@ -125,15 +135,12 @@ class NearBodies {
   [[nodiscard, gnu::noinline]] Crossing inGapOrEntered(const Near& near, Vec3 to, const Crossing& rimmed,
                                                        ContactWork& work, Skip skip) const noexcept {
     const Crossing entered = near.surface->firstCrossing(near.from, to, !near.surface->closed(), work.allowance, skip);
-    return isInGap(near, to, rimmed, entered, work) ? rimmed : entered;
+    return isInGap({near_.data(), static_cast<std::size_t>(count_)}, near, to, rimmed, entered, work.allowance)
+               ? rimmed
+               : entered;
   }
 
   void admit(const Body& body, int index, double gap, ContactWork& work) noexcept;
-  /// Is there something else beyond the gap, which the segment would enter two rims farther from the triangle's edge? Not
-  /// what it enters where it is: one that goes over the upper edge of a wall onto the top passes no gap.
-  [[nodiscard]] bool isInGap(const Near& near, Vec3 to, const Crossing& rimmed, const Crossing& entered,
-                             ContactWork& work) const noexcept;
-
   std::array<Near, kMaxNear> near_;   // those beyond the count are not written
   std::array<double, kMaxNear> gap_;  // m^2 from the HIP to the box; -1 for a body that holds the IHIP
   int count_ = 0;
