@@ -8,6 +8,7 @@
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/contact/neighborhood_watch.h"
 #include "haptic_server/engine/contact/tolerances.h"
+#include "haptic_server/engine/geometry/neighbours.h"
 
 namespace haptics {
 namespace {
@@ -59,6 +60,34 @@ constexpr double kLifts = 16;
   const Vec3 normal = surface.faceNormal(triangle);
   const double height = glm::dot(normal, at - surface.triangle(triangle).corner(0));
   return {triangle, Feature::kPolygon, 0, at - height * normal, height * height};
+}
+
+/// Of the triangles that meet where a point has its foot, on a line or vertex that bends away from it, the one that the point is
+/// highest above. Another one is a wall to a point that comes over a flush seam.
+[[nodiscard]] std::uint32_t farthestBelow(const CollisionMesh& surface, const ClosestPoint& foot, Vec3 at,
+                                          int side) noexcept {
+  const TriangleRecord& met = surface.triangle(foot.triangle);
+  const double rounding_m = kStartOffset * surface.extent_m();
+  const auto heightOver = [&](std::uint32_t t, Vec3 place) noexcept {
+    return side * glm::dot(surface.faceNormal(t), place - foot.point);
+  };
+  std::uint32_t highest = foot.triangle;
+  double height = heightOver(highest, at);
+  const auto consider = [&](std::uint32_t t, int) noexcept {
+    const bool bendsAway = heightOver(t, met.corner(0)) <= rounding_m && heightOver(t, met.corner(1)) <= rounding_m &&
+                           heightOver(t, met.corner(2)) <= rounding_m;
+    if (bendsAway && heightOver(t, at) > height) {
+      highest = t;
+      height = heightOver(t, at);
+    }
+    return true;
+  };
+  if (foot.feature == Feature::kVertex) {
+    visitFan(surface, foot.triangle, foot.index, consider);
+  } else if (met.neighbour(foot.index) != kNoTriangle) {
+    consider(met.neighbour(foot.index), 0);
+  }
+  return highest;
 }
 
 }  // namespace
@@ -300,6 +329,7 @@ void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, All
     if (bodies[touch.body].pendingRemoval) continue;
     if (!allowance.isSpent()) {
       refreshTouch(bodies[touch.body], tool, touch, allowance);
+      if (touch.ofBody && bodies.size() > 1 && isFlushWithHeld(bodies, touch.body, touch.place, allowance)) continue;
       if (height(touch, tool) > reach + kTouchMargin * memory_.skin) continue;
       if (kept > 0 && memory_.touches[kept - 1].isOf(touch) && memory_.touches[kept - 1].triangle == touch.triangle)
         continue;
@@ -335,7 +365,9 @@ void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch
   allowance.spend(Allowance::kNearTriangle * (run.looked + 1));
   touch.triangle = foot.triangle;
   const double distance = std::sqrt(foot.squaredDistance);
-  touch.normal = surface.faceNormal(foot.triangle) * static_cast<double>(touch.side);
+  if (foot.feature != Feature::kPolygon && touch.hitIn != memory_.search)
+    touch.triangle = farthestBelow(surface, foot, at, touch.side);
+  touch.normal = surface.faceNormal(touch.triangle) * static_cast<double>(touch.side);
   if (foot.feature != Feature::kPolygon && distance > kTouchMargin * memory_.skin &&
       surface.isOutside(foot, at, touch.side))
     touch.normal = (at - foot.point) / distance;

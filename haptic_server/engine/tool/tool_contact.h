@@ -184,8 +184,12 @@ class ToolContact {
   [[nodiscard]] double height(const Touch& touch, const Frame& tool) const noexcept;
   [[nodiscard]] std::int64_t testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                         Allowance& allowance) noexcept;
+  [[nodiscard]] Crossing crossingBesideGaps(std::span<const Body> bodies, std::size_t index, Vec3 from, Vec3 to,
+                                            Allowance& allowance) const noexcept;
   [[nodiscard]] std::int64_t testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                              Allowance& allowance) noexcept;
+  [[nodiscard]] bool isFlushWithHeld(std::span<const Body> bodies, std::size_t index, const Vec3& place,
+                                     Allowance& allowance) const noexcept;
   void addHit(const Touch& hit, double time, double height) noexcept;
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;

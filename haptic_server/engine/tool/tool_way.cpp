@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 
+#include "haptic_server/engine/contact/near_bodies.h"
+#include "haptic_server/engine/contact/tolerances.h"
 #include "haptic_server/engine/tool/tool_contact.h"
 
 // Which points a way may take into something, and the test of those.
@@ -55,6 +58,32 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
   return scratch_.hitCount == 0 && !allowance.isSpent();
 }
 
+/// Where a point enters a body's surface. What the contact of a point takes for a gap (isInGap()) lets no point of a tool
+/// through.
+Crossing ToolContact::crossingBesideGaps(std::span<const Body> bodies, std::size_t index, Vec3 from, Vec3 to,
+                                         Allowance& allowance) const noexcept {
+  const CollisionMesh& surface = *bodies[index].surface;
+  const Crossing rimmed = surface.firstCrossing<RimmedSegment>(
+      from, to, !surface.closed(), allowance, [](std::uint32_t) noexcept { return false; }, kRim * surface.extent_m());
+  if (!rimmed.isBeside) return rimmed;
+  const Crossing entered = surface.firstCrossing(from, to, allowance);
+  const Vec3 here = toWorld(memory_.bodies[index].at, from), there = bodies[index].frame.toWorld(to);
+  constexpr std::size_t kMost = 16;
+  std::array<NearBody, kMost> near;  // not all of it is written
+  std::size_t count = 0;
+  const auto admit = [&](std::size_t b) noexcept {
+    near[count++] = {static_cast<int>(b), false, bodies[b].surface, toLocal(memory_.bodies[b].at, here),
+                     bodies[b].frame};
+  };
+  admit(index);
+  for (std::size_t b = 0; b < bodies.size() && count < kMost; ++b) {
+    const Body& body = bodies[b];
+    const double radius = body.surface->radius_m() + glm::distance(here, there) + scratch_.bodyMoved[b];
+    if (b != index && !body.pendingRemoval && squaredLength(there - body.centre) <= radius * radius) admit(b);
+  }
+  return isInGap(std::span(near).first(count), near[0], to, rimmed, entered, allowance) ? rimmed : entered;
+}
+
 /// The tool's points from scratch_.tested on, against the surfaces of bodies; how many needed it.
 std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                      Allowance& allowance) noexcept {
@@ -71,7 +100,9 @@ std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frame& 
       if (body.pendingRemoval || squaredLength(there - body.centre) > radius * radius) continue;
       const Vec3 from = toLocal(memory_.bodies[b].at, here);
       const Vec3 to = body.frame.toLocal(there);
-      const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
+      const bool mayHaveGaps = bodies.size() > 1 || !body.surface->closed() || body.surface->anySelfIntersecting();
+      const Crossing crossing = mayHaveGaps ? crossingBesideGaps(bodies, b, from, to, allowance)
+                                            : body.surface->firstCrossing(from, to, allowance);
       if (allowance.isSpent()) return tests;
       if (!crossing) continue;
       const auto point = static_cast<std::uint16_t>(scratch_.tested), of = static_cast<std::uint16_t>(b);
@@ -108,13 +139,31 @@ std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Fr
       const Vec3 from = toLocal(memory_.proxy, toWorld(memory_.bodies[b].at, points[j]));
       const Crossing crossing = scratch_.tool->surface->firstCrossing(from, tool.toLocal(place), allowance);
       if (allowance.isSpent()) return tests;
-      if (!crossing) continue;
+      if (!crossing || isFlushWithHeld(bodies, b, place, allowance)) continue;
       const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
       addHit({1, point, of, crossing.triangle, crossing.side, memory_.search, place, {}, 0}, crossing.time,
              heightOver(*scratch_.tool->surface, crossing.triangle, from));
     }
   }
   return tests;
+}
+
+/// Does a sharp point of a body lie flush in the surface of another one that a point of the tool stays above? Rounding has it a
+/// little above that: to a steep side of the tool it would be a wall.
+bool ToolContact::isFlushWithHeld(std::span<const Body> bodies, std::size_t index, const Vec3& place,
+                                  Allowance& allowance) const noexcept {
+  const auto isFlushWith = [&](const Touch& touch) noexcept {
+    if (touch.ofBody || touch.body == index) return false;
+    const Body& held = bodies[touch.body];
+    const double gap_m = 2 * kRim * std::max(held.surface->extent_m(), bodies[index].surface->extent_m());
+    const Vec3 at = held.frame.toLocal(place);
+    if (heightOver(*held.surface, touch.triangle, at) > gap_m) return false;
+    const double distance_m = distanceFrom(*held.surface, at, 2 * gap_m, allowance);
+    return !allowance.isSpent() && distance_m <= gap_m;
+  };
+  const std::span touching(memory_.touches.items.data(), memory_.touches.count);
+  return std::ranges::any_of(std::span(scratch_.hits).first(scratch_.hitCount), isFlushWith) ||
+         std::ranges::any_of(touching, isFlushWith);
 }
 
 void ToolContact::addHit(const Touch& hit, double time, double height) noexcept {
