@@ -64,8 +64,9 @@ void EditHistory::submit(Edit edit, EditDone done) {
     entry->of.insert(object.name);
   }
   // Further values of a drag that is to be undone are part of what is undone.
-  const auto before = std::ranges::find_if(
-      waiting_, [&](const Waiting& other) { return other.isTurn && other.entry && other.entry->isOneWith(*entry); });
+  const auto before = std::ranges::find_if(waiting_, [&](const Waiting& other) {
+    return other.turn && !other.turn->redo && other.entry->isOneWith(*entry);
+  });
   if (before == waiting_.end()) {
     entry->order = ++lastOrder_;
     unanswered_.push_back(entry);
@@ -81,11 +82,10 @@ void EditHistory::submit(Edit edit, EditDone done) {
 /// Edits of other objects pass.
 bool EditHistory::mayGo(std::deque<Waiting>::const_iterator waiting) const {
   const auto first = waiting_.begin();
-  if (waiting->isTurn) return waiting == first && inFlight_ == 0 && isMirrored();
+  if (waiting->turn) return waiting == first && inFlight_ == 0 && isMirrored();
   const std::set<std::string>& of = waiting->entry->of;
   const bool isBlocked = std::any_of(first, waiting, [&](const Waiting& before) {
-    return !before.entry ||
-           std::ranges::any_of(before.entry->of, [&](const std::string& name) { return of.contains(name); });
+    return std::ranges::any_of(before.entry->of, [&](const std::string& name) { return of.contains(name); });
   });
   if (isBlocked || !waiting->isComposed) return !isBlocked;
   return std::ranges::none_of(of, [&](const std::string& name) { return edited_.contains(name); });
@@ -104,6 +104,7 @@ void EditHistory::advance() {
     at = waiting_.begin();
   }
   isAdvancing_ = false;
+  if (port_.changed) port_.changed();
 }
 
 void EditHistory::begin(Edit edit, const std::shared_ptr<Entry>& entry, const EditDone& done) {
@@ -215,16 +216,29 @@ Changes EditHistory::take(const std::vector<EditedObject>& objects, const Mirror
   return changes;
 }
 
-void EditHistory::add(std::shared_ptr<Entry> entry) {
-  redo_.clear();
-  if (entry->changes.empty()) return;
+/// In the order of submission, but after earlier entries of its objects.
+EditHistory::Entries::iterator EditHistory::placeOf(const Entry& entry) {
   auto at = undo_.end();
   const auto isBefore = [&](const Entry& other) {
-    return other.order > entry->order && sharedObject(entry->changes, other.changes) == nullptr;
+    return other.order > entry.order && sharedObject(entry.changes, other.changes) == nullptr;
   };
   while (at != undo_.begin() && isBefore(**std::prev(at))) --at;
+  return at;
+}
+
+void EditHistory::add(std::shared_ptr<Entry> entry) {
+  const auto isBefore = [&](const std::shared_ptr<const Step>& turn, const std::shared_ptr<Entry>& undone) {
+    return turn && turn->redo && turn->entry == undone && turn->order < entry->order;
+  };
+  std::erase_if(redo_, [&](const std::shared_ptr<Entry>& undone) {
+    return !isBefore(turning_, undone) &&
+           std::ranges::none_of(waiting_, [&](const Waiting& waiting) { return isBefore(waiting.turn, undone); });
+  });
+  if (entry->changes.empty()) return;
+  auto at = placeOf(*entry);
   if (at != undo_.begin() && (*std::prev(at))->isOneWith(*entry)) {
     Entry& known = **--at;
+    known.of.merge(entry->of);
     known.changes = joined(std::move(known.changes), entry->changes);
     known.assets.merge(entry->assets);
     const auto needed = changedAssets(known.changes);
@@ -315,32 +329,60 @@ bool EditHistory::isMirrored() const {
   return view->epoch != epoch_ || view->scene->revision() >= revision_;
 }
 
-void EditHistory::ask(bool redo, EditDone done) {
-  if (std::ranges::count(waiting_, true, &Waiting::isTurn) >= std::ptrdiff_t{kMaxEntries}) return;
-  std::shared_ptr<Entry> undone;  // null: the newest by then
-  if (!redo && !unanswered_.empty()) {
-    const auto isAsked = [&](const std::shared_ptr<Entry>& entry) {
-      return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
-        return waiting.isTurn && waiting.entry && waiting.entry->isOneWith(*entry);
-      });
-    };
-    const auto newest = std::find_if_not(undo_.rbegin(), undo_.rend(), isAsked);
-    const bool isAnsweredFirst = newest != undo_.rend() && (*newest)->order > unanswered_.back()->order;
-    undone = isAnsweredFirst ? *newest : unanswered_.back();
-    std::erase_if(unanswered_, [&](const auto& entry) { return entry->isOneWith(*undone); });
+/// The newest entry once all is done that was asked for; null: there is none.
+std::shared_ptr<EditHistory::Entry> EditHistory::undoneByThen(bool redo) const {
+  using Ordered = std::pair<std::uint64_t, std::shared_ptr<Entry>>;
+  std::vector<Ordered> undo;
+  const auto add = [&](std::uint64_t order, const std::shared_ptr<Entry>& entry) {
+    const auto later =
+        std::find_if(undo.rbegin(), undo.rend(), [&](const Ordered& other) { return other.first <= order; });
+    undo.insert(later.base(), {order, entry});
+  };
+  for (const auto& entry : undo_) undo.emplace_back(entry->order, entry);
+  for (const auto& entry : unanswered_) add(entry->order, entry);
+  Entries again = redo_;
+  const auto follow = [&](const Step& turn) {
+    if (turn.redo) {
+      if (!again.empty()) again.pop_back();
+      add(turn.order, turn.entry);
+    } else {
+      std::erase_if(undo, [&](const Ordered& other) { return other.second->isOneWith(*turn.entry); });
+      again.push_back(turn.entry);
+    }
+  };
+  if (turning_) follow(*turning_);
+  for (const Waiting& waiting : waiting_) {
+    if (waiting.turn) follow(*waiting.turn);
   }
-  const auto turned = [this, done = std::move(done)](const Result<v1::Accepted>& outcome) {
-    if (!outcome) std::erase_if(waiting_, [](const Waiting& waiting) { return waiting.isTurn; });
+  if (redo) return again.empty() ? nullptr : again.back();
+  return undo.empty() ? nullptr : undo.back().second;
+}
+
+void EditHistory::ask(bool redo, EditDone done) {
+  const auto isTurn = [](const Waiting& waiting) { return waiting.turn != nullptr; };
+  if (std::ranges::count_if(waiting_, isTurn) >= std::ptrdiff_t{kMaxEntries}) return;
+  const auto entry = undoneByThen(redo);
+  if (!entry) {
+    if (done) done(tl::unexpected(check({nullptr, redo}).error()));
+    return;
+  }
+  if (!redo) std::erase_if(unanswered_, [&](const auto& other) { return other->isOneWith(*entry); });
+  const auto turned = [this, isTurn, done = std::move(done)](const Result<v1::Accepted>& outcome) {
+    turning_.reset();
+    if (!outcome) std::erase_if(waiting_, isTurn);
     if (done) done(outcome);
   };
-  const auto go = [this, redo, undone, turned] {
-    const Step step = undone ? undoneOf(*undone) : this->undone(redo);
-    if (undone && !step.entry && !isOtherScene()) {
+  const auto asked = std::make_shared<Step>(Step{entry, redo, ++lastOrder_});
+  const auto go = [this, asked, turned] {
+    const auto present = asked->redo ? undone(true).entry : undoneOf(*asked->entry).entry;
+    if (!asked->redo && !present && !isOtherScene()) {
       return turned(refused("", "the edit that it was to take back has changed nothing"));
     }
-    turn(step, turned);
+    asked->entry = present;
+    turning_ = asked;
+    turn(*asked, turned);
   };
-  waiting_.push_back({.go = go, .entry = undone, .isTurn = true});
+  waiting_.push_back({.go = go, .entry = entry, .turn = asked});
   advance();
 }
 
@@ -373,19 +415,27 @@ void EditHistory::turn(const Step& step, EditDone done) {
        });
 }
 
-/// The entry may have been dropped meanwhile, or an edit may have been accepted, after which nothing is redone.
+/// The entry may have been dropped meanwhile, or an edit may have been accepted, after which nothing is redone but what was
+/// asked for before it.
 void EditHistory::turned(const Step& step) {
   Entries& from = step.redo ? redo_ : undo_;
-  Entries& to = step.redo ? undo_ : redo_;
   const auto at = std::ranges::find(from, step.entry);
   if (at == from.end()) return;
   const auto later = from.erase(at);
-  step.entry->group = 0;
-  if (later == from.end()) {
-    to.push_back(step.entry);
-  } else {
-    renumber(later, from.end());
+  bool staysToRedo = later == from.end();
+  for (Waiting& waiting : waiting_) {
+    if (!waiting.turn || !waiting.entry->isOneWith(*step.entry)) continue;
+    waiting.entry = waiting.turn->entry = step.entry;  // which its edit may have become a part of
+    staysToRedo |= waiting.turn->redo;
   }
+  step.entry->group = 0;
+  if (!step.redo) {
+    if (staysToRedo) redo_.push_back(step.entry);
+    return renumber(later, undo_.end());
+  }
+  step.entry->order = step.order;
+  const auto place = undo_.insert(placeOf(*step.entry), step.entry);
+  if (std::next(place) != undo_.end()) renumber(place, undo_.end());
 }
 
 void EditHistory::drop(Entries& entries) {
@@ -404,11 +454,13 @@ void EditHistory::clear() {
   skipped_.clear();
   inFlight_ = 0;
   waiting_.clear();
+  turning_.reset();
   edited_.clear();
   unanswered_.clear();
   epoch_ = revision_ = 0;
   oldest_ = ++lastNumber_;
   markSaved(oldest_);
+  if (port_.changed) port_.changed();
 }
 
 }  // namespace haptics

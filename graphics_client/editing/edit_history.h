@@ -26,6 +26,7 @@ struct EditPort {
   std::function<void(v1::Transaction, EditCallbacks)> submit;
   /// Sends the content's canonical bytes, which may take long to make: not on this thread.
   std::function<void(AssetContent, UploadCallbacks)> upload;
+  std::function<void()> changed = nullptr;  ///< What can be undone and redone may be another now.
 };
 
 /// Makes an edit of what the scene is. Refused: it cannot be made of that.
@@ -73,10 +74,10 @@ class EditHistory {
   [[nodiscard]] std::optional<Offer> redoOffer() const { return offer(undone(true)); }
   /// The last edit is answered, and the view has it: until then nothing is undone or redone.
   [[nodiscard]] bool isSettled() const { return checkSettled().has_value(); }
-  /// As soon as the history is settled: takes back the edit that was submitted last before this, if that was accepted. While
-  /// that edit is under way, edits of other objects pass. The entry changes sides when the server accepts; in conflict or
-  /// rejected it stays, and what was asked of undo and redo behind it is dropped. `done` is told why, also when the offer is
-  /// a refusal.
+  /// As soon as the history is settled: takes back the edit that was submitted last before this, if that was accepted. Until
+  /// then edits of other objects pass. The entry changes sides when the server accepts; in conflict or rejected it stays, and
+  /// what was asked of undo and redo behind it is dropped. `done` is told why, also when the offer is a refusal, or there is
+  /// nothing to undo, which is said at once.
   void undo(EditDone done = {}) { ask(false, std::move(done)); }
   void redo(EditDone done = {}) { ask(true, std::move(done)); }
   /// Does what waits and need not any more. To be called now and then, as the mirror follows.
@@ -115,14 +116,15 @@ class EditHistory {
   struct Step {
     std::shared_ptr<Entry> entry;
     bool redo = false;
+    std::uint64_t order = 0;  // in which it was asked for, among the edits
     [[nodiscard]] Changes changes() const { return redo ? entry->changes : reversed(entry->changes); }
   };
   /// An edit, or a turn: an undo or redo.
   struct Waiting {
     std::function<void()> go;
-    std::shared_ptr<Entry> entry;  // of the edit; of the one that is to be undone, null: the newest by then
+    std::shared_ptr<Entry> entry;  // of the edit; the one that is to be undone or redone, or becomes a part of it
     bool isComposed = false;
-    bool isTurn = false;
+    std::shared_ptr<Step> turn = nullptr;
   };
 
   EditPort port_;
@@ -134,6 +136,7 @@ class EditHistory {
   std::set<std::string> skipped_;  // objects of dropped entries
   std::size_t inFlight_ = 0;
   std::deque<Waiting> waiting_;
+  std::shared_ptr<const Step> turning_;  // in flight
   bool isAdvancing_ = false;
   std::multiset<std::string> edited_;               // objects of edits that are in flight
   std::vector<std::shared_ptr<Entry>> unanswered_;  // and no undo was asked for; the newest last
@@ -147,6 +150,8 @@ class EditHistory {
   void ask(bool redo, EditDone done);
   void turn(const Step& step, EditDone done);
   void turned(const Step& step);
+  [[nodiscard]] std::shared_ptr<Entry> undoneByThen(bool redo) const;
+  [[nodiscard]] Entries::iterator placeOf(const Entry& entry);
   [[nodiscard]] Step undone(bool redo) const;
   [[nodiscard]] Step undoneOf(const Entry& entry) const;
   [[nodiscard]] std::optional<Offer> offer(const Step& step) const;

@@ -389,6 +389,76 @@ TEST_F(OvertakenEditTest, AnEditOfItsObjectThatOvertookItIsUndoneAfterIt) {
   EXPECT_EQ(stiffness("cup"), 800);
 }
 
+TEST_F(OvertakenEditTest, TurnsBehindItLetEditsOfOtherObjectsPassAndComeBeforeThem) {
+  undo();
+  history.redo();
+  undo();
+  history.redo();
+  history.submit({moveTo("ball", 2), "of another"});
+  editor.client.deliverAll();
+  EXPECT_EQ(position("ball"), 2);
+  deliver();
+  EXPECT_EQ(position("cup"), 1);
+  EXPECT_EQ(history.undoOffer()->text, "of another");
+  undo();
+  undo();
+  deliver();
+  EXPECT_EQ(refusal, "");
+  EXPECT_EQ(position("ball"), 0);
+  EXPECT_EQ(position("cup"), 0);
+}
+
+TEST_F(OvertakenEditTest, UndoAndRedoOfWhatWasBeforeItLetEditsOfOtherObjectsPass) {
+  for (const char* name : {"plate", "jug"}) ASSERT_TRUE(other.submit(addBox(name)));
+  history.submit({moveTo("plate", 3), "plate"});
+  history.submit({moveTo("jug", 4), "jug"});
+  editor.client.deliverAll();
+  undo();
+  undo();
+  history.redo();
+  history.submit({moveTo("ball", 2), "of another"});
+  editor.client.deliverAll();
+  EXPECT_EQ(position("ball"), 2) << "the turns wait for the edit of the cup";
+  EXPECT_EQ(position("jug"), 4);
+  deliver();
+  EXPECT_EQ(position("jug"), 0);
+  EXPECT_EQ(position("plate"), 3);
+  EXPECT_EQ(history.undoOffer()->text, "of another");
+}
+
+TEST_F(EditHistoryTest, UndoOfADragWhoseLastValueIsUnderWayIsRedoneAndUndoneAgain) {
+  const std::uint64_t group = editor.history.newGroup();
+  editor.history.submit({moveTo("cup", 1), "drag", {}, group});
+  editor.client.deliverAll();
+  editor.history.submit({moveTo("cup", 2), "drag", {}, group});
+  editor.history.undo();
+  editor.history.redo();
+  EXPECT_EQ(refusalOf(editor.undo()), "");
+  EXPECT_EQ(position("cup"), 0);
+  EXPECT_EQ(refusalOf(editor.redo()), "");
+  EXPECT_EQ(position("cup"), 2);
+}
+
+TEST_F(OvertakenEditTest, NothingToUndoIsSaidAtOnce) {
+  undo();
+  undo();
+  EXPECT_EQ(refusal, "there is nothing to undo");
+}
+
+TEST_F(EditHistoryTest, TellsWheneverItsOffersChange) {
+  std::vector<bool> busy;
+  EditPort port = editor.client.port();
+  std::function<void()> changed;
+  port.changed = [&changed] { changed(); };
+  EditHistory history(std::move(port));
+  changed = [&] { busy.push_back(!history.isSettled()); };
+  history.submit({moveTo("cup", 1), "Move cup"});
+  ASSERT_FALSE(busy.empty());
+  EXPECT_TRUE(busy.back()) << "it may be undone at once";
+  editor.client.deliverAll();
+  EXPECT_FALSE(busy.back());
+}
+
 TEST_F(EditHistoryTest, AnUndoThatIsInVainTakesTheRedoBehindItAlong) {
   ASSERT_TRUE(editor.submit(moveTo("ball", 1)));
   ASSERT_TRUE(editor.undo());
