@@ -47,10 +47,6 @@ std::string_view fieldsUsedBy(Kind kind) noexcept {
   return "";
 }
 
-bool uses(Kind kind, std::string_view field) {
-  return fieldsUsedBy(kind).find(" " + std::string(field) + " ") != std::string_view::npos;
-}
-
 const pb::FieldDescriptor& fieldOf(std::string_view name) {
   return *v1::Effect::descriptor()->FindFieldByName(std::string(name));
 }
@@ -209,7 +205,7 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
   const auto read = [&]<class T>(std::size_t i, T& value) {
     const std::string name(fields::nameOf(Effect::kFieldNames, i));
     if (first || name == "kind" || name == "frame" || name == "trigger") return;
-    const bool isUsed = uses(effect.kind, name);
+    const bool isUsed = usesField(effect.kind, name);
     if (!isUsed && isGiven(message, name) && !(name == "region" && effect.region == Region::kEverywhere))
       first =
           Error{name, "is given, but " + nameOf(fieldOf("kind"), message.kind()) + " does not use it; leave it out"};
@@ -223,16 +219,16 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
   if (auto bad = checkPosition(message.point_m(), "point_m")) return refuse(bad);
   effect.point_m = vectorFrom(message.point_m());
   effect.size_m = vectorFrom(message.size_m());
-  if (uses(effect.kind, "direction")) {
+  if (usesField(effect.kind, "direction")) {
     if (auto bad = takeDirection(message, effect.direction)) return refuse(bad);
   }
-  if (uses(effect.kind, "region")) {
+  if (usesField(effect.kind, "region")) {
     if (auto bad = checkRegion(message, effect)) return refuse(bad);
   }
   if (effect.kind == Kind::kTube) {
     if (auto bad = checkDiameter(effect, "tube")) return refuse(bad);
   }
-  if (uses(effect.kind, "reach_m")) {
+  if (usesField(effect.kind, "reach_m")) {
     if (auto bad = checkReach(message, effect)) return refuse(bad);
   }
   if (auto bad = checkOfMesh(message, effect)) return refuse(bad);
@@ -240,6 +236,10 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
 }
 
 }  // namespace
+
+bool usesField(Kind kind, std::string_view field) {
+  return fieldsUsedBy(kind).find(" " + std::string(field) + " ") != std::string_view::npos;
+}
 
 Result<std::vector<Effect>> announcedEffectsFrom(const pb::RepeatedPtrField<v1::Effect>& messages) {
   if (static_cast<std::size_t>(messages.size()) > kMaxEffects) {

@@ -1,4 +1,3 @@
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -18,8 +17,6 @@ constexpr Range kRolling{0, 0.1, " m"};
 constexpr Range kMoment{1e-15, 1e6, " kg m^2"};
 constexpr Range kTorsion{1e-6, 1e3, " Nm/rad"};
 constexpr Range kSpacing{1e-6, kMaxCoordinate_m, " m"};
-/// Several whole turns: a knob may have them.
-constexpr double kMaxAngle_rad = 200 * std::numbers::pi;
 constexpr int kMaxPlanesOfABody = 4;
 
 Refusal checkDirection(const v1::Vector3& v, const std::string& field) {
@@ -55,7 +52,7 @@ Result<JointProperties> jointFrom(const v1::Joint& message, JointProperties::Kin
   if (auto bad = checkPosition(message.anchor_m(), "anchor_m")) return refuse(bad);
   if (auto bad = checkDirection(message.axis(), "axis")) return refuse(bad);
   const bool hinge = kind == JointProperties::Kind::kHinge;
-  const double most = hinge ? kMaxAngle_rad : kMaxCoordinate_m;
+  const double most = hinge ? kMaxJointAngle_rad : kMaxCoordinate_m;
   const char* unit = hinge ? " rad" : " m";
   joint.lowest = message.has_lowest() ? message.lowest() : -most;
   joint.highest = message.has_highest() ? message.highest() : most;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <numbers>
+#include <string_view>
 #include <vector>
 
 #include "common/error/error.h"
@@ -14,6 +16,8 @@
 // Of a state ("announced") every number is kept bit for bit, and every source is an asset. Errors name the field below
 // the message ("texture.amplitude_m").
 namespace haptics {
+
+inline constexpr double kMaxJointAngle_rad = 200 * std::numbers::pi;  ///< Several whole turns: a knob may have them.
 
 /// A family, and where the field of each mapped or grown one in it comes from (whose hash is in place when that is an
 /// asset).
@@ -43,6 +47,8 @@ void toWire(const DeformationProperties& properties, v1::Deformation& message);
 [[nodiscard]] Result<std::vector<Effect>> effectsFrom(const google::protobuf::RepeatedPtrField<v1::Effect>& messages);
 [[nodiscard]] Result<std::vector<Effect>> announcedEffectsFrom(
     const google::protobuf::RepeatedPtrField<v1::Effect>& messages);
+/// @param field  Of v1::Effect, beside kind, frame and trigger, which all have.
+[[nodiscard]] bool usesField(Effect::Kind kind, std::string_view field);
 void toWire(const std::vector<Effect>& effects, google::protobuf::RepeatedPtrField<v1::Effect>& messages);
 
 }  // namespace haptics

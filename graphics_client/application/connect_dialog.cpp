@@ -21,7 +21,7 @@ QLabel* errorLabel(const QString& name) {
   label->setTextFormat(Qt::PlainText);
   label->setWordWrap(true);
   QPalette colors = label->palette();
-  colors.setColor(QPalette::WindowText, QColor(170, 30, 30));
+  colors.setColor(QPalette::WindowText, errorColor(colors));
   label->setPalette(colors);
   label->hide();
   return label;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/maths/vec.h"
+#include "graphics_client/application/object_effects.h"
 #include "graphics_client/application/scene_editor.h"
 #include "graphics_client/viewer/scene_view.h"
 
@@ -16,7 +17,7 @@ class QWidget;
 
 namespace haptics {
 
-/// Moves and turns the selected object by handles in the picture, and by steps. Each drag, and steps that follow each
+/// Moves and turns the selected object, or a spot of it, by handles in the picture, and by steps. Each drag, and steps that follow each
 /// other, are one edit. On the window's thread.
 class GizmoTool {
  public:
@@ -27,8 +28,10 @@ class GizmoTool {
   void addActions(QMenu* menu, QWidget* picture);
   /// Before each frame.
   /// @param object  The selected one's name; empty: none.
+  /// @param spot    Of it, that is moved in its place.
   /// @return  Whether the picture would be another one.
-  bool update(const MirrorView& view, const std::string& object, const std::optional<Pixel>& pointer);
+  bool update(const MirrorView& view, const std::string& object, const std::optional<HandleSpot>& spot,
+              const std::optional<Pixel>& pointer);
 
   /// The left button goes down. True when that is on a handle, which is dragged from now on.
   bool press(const Pixel& pointer);
@@ -45,11 +48,16 @@ class GizmoTool {
   SceneEditor& editor_;
   std::function<std::shared_ptr<const MirrorView>()> newest_;
   bool isOn_ = false;
-  std::string object_;  // empty: there is no gizmo
-  Vec3 centre_{0};      // of the box around it
+  std::string object_;              // empty: there is no gizmo
+  std::optional<HandleSpot> spot_;  // of the object, as far as it is there
+  GizmoPicture rest_;               // the gizmo where it is while it is not dragged
   std::optional<GizmoDrag> drag_;
   Pose begin_;  // what the drag or the steps began with
-  std::shared_ptr<std::optional<Pose>>
+  struct Began {
+    Pose pose;
+    SpotState spot;
+  };
+  std::shared_ptr<std::optional<Began>>
       beganAt_;  // where the object was by then, which the picture may have shown later
   std::optional<Pixel> draggedTo_;
   std::optional<Pose> stepped_;  // where the steps have the object
@@ -59,6 +67,8 @@ class GizmoTool {
   void step(Vec3 inPicture_m);
   void begin(const Pose& pose);
   void submit(const char* verb, const Pose& pose, bool turns);
+  [[nodiscard]] Composer moving(Vec3 by_m, Quat turn, bool turns) const;
+  [[nodiscard]] Composer movingSpot(Vec3 by_m, Quat turn) const;
   [[nodiscard]] std::optional<Pose> pose() const;
 };
 

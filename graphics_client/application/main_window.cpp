@@ -67,7 +67,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       handText_(new QLabel),
       editor_(
           this, link, [this](auto... words) { say(words...); },
-          [this](const v1::Accepted& accepted) { objects_->addWarnings(accepted); }),
+          [this](const v1::Accepted& accepted) { objects_->addWarnings(accepted); }, [this] { enableActions(); }),
       files_(this, editor_),
       connection_(this, link, files_),
       replay_(new ReplayPanel),
@@ -185,10 +185,9 @@ void MainWindow::frame() {
   if (options_.duration_s && now_s >= *options_.duration_s) return end();
   const auto view = replay_->isShown() ? replay_->next(now_s - framed_s_) : newest_();
   framed_s_ = now_s;
-  const bool gizmoChanged =
-      gizmo_.update(*view, replay_->isShown() ? std::string() : selected_.toStdString(), view_->pointer());
+  const bool gizmoChanged = gizmo_.update(*view, replay_->isShown() ? std::string() : selected_.toStdString(),
+                                          properties_->spot(), view_->pointer());
   editor_.advance();
-  enableActions();
   lead(*view, now_s - drawn_s_);
   const bool dirty = view_->takeDirty() || gizmoChanged || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
@@ -260,7 +259,7 @@ void MainWindow::select(const QString& name) {
   selected_ = name;
   for (QAction* action : ofSelected_) action->setEnabled(!name.isEmpty());
   objects_->select(name);
-  scene_.select(name.toStdString());
+  scene_.select({name.toStdString()});
   tools_.select(name.toStdString());
   view_shown_ = nullptr;
 }
@@ -268,7 +267,11 @@ void MainWindow::select(const QString& name) {
 void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   const MirrorView& view = *now;
   const SceneVersion::Object object = selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString());
-  properties_->show(object, now, scene_.objects().floor_m());
+  std::set<std::string> others = objects_->others();
+  std::erase_if(others, [&](const std::string& name) { return !view.scene->find(name); });
+  properties_->show(object, others, now, scene_.objects().floor_m());
+  others.insert(selected_.toStdString());
+  scene_.select(std::move(others));
   properties_->setAdvice(object ? advisor_->adviceOn(*object) : QString());
   if (!report_.isEmpty() && object) {
     properties_->say(std::exchange(report_, {}), false);
@@ -328,7 +331,9 @@ Vec3 MainWindow::placeOnFloor(const std::string& name, Vec3 size_m) {
 
 void MainWindow::withSelected(const std::function<void(const std::string&)>& does) {
   if (selected_.isEmpty()) return properties_->say("No object is selected", true);
-  does(selected_.toStdString());
+  std::set<std::string> names = objects_->others();
+  names.insert(selected_.toStdString());
+  for (const std::string& name : names) does(name);
 }
 
 void MainWindow::say(const QString& edit, const QString& words, bool isError) {

@@ -87,9 +87,9 @@ void MainWindow::makeEditMenu() {
               });
   }
   ofSelected_ = {
-      addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
+      addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Others like those that are selected, beside them",
                 [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }),
-      addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object",
+      addAction(edit, "&Delete", QKeySequence::Delete, "Removes what is selected",
                 [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); })};
   objects_->addActions(ofSelected_);
   for (QAction* action : ofSelected_) action->setEnabled(false);

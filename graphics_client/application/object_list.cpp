@@ -35,13 +35,20 @@ ObjectList::ObjectList() {
   setHeaderLabels({"object", "triangles", "kind", "warnings"});
   setRootIsDecorated(false);
   setUniformRowHeights(true);
-  setToolTip("The objects of the scene: click to see one's properties; the box shows or hides it in this picture");
+  setSelectionMode(QAbstractItemView::ExtendedSelection);
+  setToolTip(
+      "The objects of the scene: click to see one's properties, with Ctrl or Shift several, which a change is then "
+      "made to; "
+      "the box shows or hides it in this picture");
   setContextMenuPolicy(Qt::ActionsContextMenu);
   header()->setStretchLastSection(false);
   connect(this, &QTreeWidget::currentItemChanged, [this](QTreeWidgetItem* item) {
-    if (item == nullptr) return;
-    selected_ = item->text(kName);
-    emit selected(selected_);
+    if (item != nullptr) selectHere(item->text(kName));
+  });
+  connect(this, &QTreeWidget::itemSelectionChanged, [this] {
+    chosen_.clear();
+    for (const QTreeWidgetItem* item : selectedItems()) chosen_.insert(item->text(kName));
+    if (!chosen_.empty() && !chosen_.contains(selected_)) selectHere(*chosen_.begin());
   });
   connect(this, &QTreeWidget::itemChanged, [this](QTreeWidgetItem* item, int column) {
     if (column == kName) setVisible(item->text(kName).toStdString(), item->checkState(kName) == Qt::Checked);
@@ -65,6 +72,31 @@ void ObjectList::show(const MirrorView& view) {
   clear();
   for (const SceneVersion::Object& object : view.scene->objects()) addItem(*object, view);
   for (int column = 0; column < columnCount(); ++column) resizeColumnToContents(column);
+  choose();
+}
+
+void ObjectList::selectHere(const QString& name) {
+  isChoosing_ = true;
+  selected_ = name;
+  emit selected(name);
+  isChoosing_ = false;
+}
+
+/// What is chosen, in a list that is made anew.
+void ObjectList::choose() {
+  for (int row = 0; row < topLevelItemCount(); ++row) {
+    QTreeWidgetItem* item = topLevelItem(row);
+    if (item->text(kName) == selected_) setCurrentItem(item, kName, QItemSelectionModel::NoUpdate);
+    item->setSelected(chosen_.contains(item->text(kName)));
+  }
+}
+
+std::set<std::string> ObjectList::others() const {
+  std::set<std::string> names;
+  for (const QString& name : chosen_) {
+    if (name != selected_) names.insert(name.toStdString());
+  }
+  return names;
 }
 
 void ObjectList::addItem(const ObjectRecord& object, const MirrorView& view) {
@@ -83,14 +115,15 @@ void ObjectList::addItem(const ObjectRecord& object, const MirrorView& view) {
     for (int column = 0; column < columnCount(); ++column) item->setToolTip(column, lines.join("\n\n"));
     item->setData(kWarnings, Qt::AccessibleDescriptionRole, lines.join(" "));
   }
-  if (text(object.name) == selected_) setCurrentItem(item);
 }
 
 void ObjectList::select(const QString& name) {
   selected_ = name;
-  const auto items = findItems(name, Qt::MatchExactly, kName);
+  if (isChoosing_) return;
+  chosen_ = {name};
   const QSignalBlocker quiet(this);
-  setCurrentItem(items.isEmpty() ? nullptr : items.first());
+  if (name.isEmpty()) setCurrentItem(nullptr);
+  choose();
 }
 
 void ObjectList::addWarnings(const v1::Accepted& accepted) {

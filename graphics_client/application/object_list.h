@@ -21,6 +21,8 @@ class ObjectList : public QTreeWidget {
   /// Follows the view.
   void show(const MirrorView& view);
   void select(const QString& name);
+  /// Chosen beside the one that is selected.
+  [[nodiscard]] std::set<std::string> others() const;
   /// Takes in what the server answered to an edit.
   void addWarnings(const v1::Accepted& accepted);
   /// Shows the object in this viewer's picture, or hides it. The server and other viewers do not know of it.
@@ -40,6 +42,8 @@ class ObjectList : public QTreeWidget {
   ObjectWarnings warnings_;
   std::set<std::string> hidden_;
   QString selected_;
+  std::set<QString> chosen_;  // with it
+  bool isChoosing_ = false;   // a person, here
   /// Of the view that is shown.
   struct Shown {
     std::uint64_t epoch = 0, revision = 0;
@@ -48,6 +52,8 @@ class ObjectList : public QTreeWidget {
   } shown_;
   bool isStale_ = false;
 
+  void choose();
+  void selectHere(const QString& name);
   void addItem(const ObjectRecord& object, const MirrorView& view);
   void setVisible(const std::string& name, bool visible);
 };

@@ -21,6 +21,10 @@ constexpr double kUsualTissue_N_per_m = 300, kUsualDent_m = 0.015;
 constexpr double kUsualMass_kg = 0.1;
 /// How fast what is pushed comes to rest (per second).
 constexpr double kUsualDamping_per_s = 0.5;
+/// Ends of a joint to both sides.
+constexpr double kUsualTurn_rad = std::numbers::pi / 2, kUsualWay_m = 0.05;
+/// Points that a new tool touches with, along its longest side; a box has then 3,750 of 8,192.
+constexpr double kPointsAlongATool = 25, kMinSpacing_m = 5e-4;
 
 v1::Material& materialIn(v1::Operation& operation) { return *operation.mutable_set_material()->mutable_material(); }
 
@@ -202,7 +206,7 @@ const NumberProperty kSoftness[] = {
 const SwitchProperty kSoft[] = {
     {"soft", "Yields to the stylus; else rigid",
      [](const ObjectRecord& object) { return object.deformation.softness.has_value(); },
-     [](const ObjectRecord& /*object*/, bool on, double /*floor_m*/, v1::Operation& operation) {
+     [](const ObjectRecord& /*object*/, bool on, const Surroundings& /*around*/, v1::Operation& operation) {
        v1::Softness& softness = *operation.mutable_set_deformation()->mutable_deformation()->mutable_softness();
        if (!on) return;
        softness.set_stiffness_n_per_m(kUsualTissue_N_per_m);
@@ -235,9 +239,15 @@ const NumberProperty kMotion[] = {
      }},
 };
 
+void addFloor(v1::Motion& motion, const Surroundings& around) {
+  v1::Plane& floor = *motion.add_planes();
+  floor.mutable_normal()->set_z(1);
+  floor.set_offset_m(around.floor_m);
+}
+
 bool meetsOthers(const ObjectRecord& object) { return object.motion && object.motion->collision; }
 
-void setMoves(const ObjectRecord& object, bool on, double floor_m, v1::Operation& operation) {
+void setMoves(const ObjectRecord& object, bool on, const Surroundings& around, v1::Operation& operation) {
   v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
   if (!on) {
     if (!meetsOthers(object)) return;
@@ -249,9 +259,158 @@ void setMoves(const ObjectRecord& object, bool on, double floor_m, v1::Operation
   motion.set_linear_damping_per_s(kUsualDamping_per_s);
   motion.set_angular_damping_per_s(kUsualDamping_per_s);
   motion.mutable_collision();
-  v1::Plane& floor = *motion.add_planes();
-  floor.mutable_normal()->set_z(1);
-  floor.set_offset_m(floor_m);
+  addFloor(motion, around);
+}
+
+const JointProperties* jointOf(const ObjectRecord& object) {
+  return moves(object) && object.motion->joint ? &*object.motion->joint : nullptr;
+}
+bool hasJoint(const ObjectRecord& object) { return jointOf(object) != nullptr; }
+double noEnd(const JointProperties& joint) {
+  return joint.kind == JointProperties::Kind::kHinge ? kMaxJointAngle_rad : kMaxCoordinate_m;
+}
+bool hasEnds(const ObjectRecord& object) {
+  const JointProperties* joint = jointOf(object);
+  return joint != nullptr && (joint->lowest > -noEnd(*joint) || joint->highest < noEnd(*joint));
+}
+
+template <class Change>
+void changeJoint(const ObjectRecord& object, v1::Operation& operation, const Change& change) {
+  MotionProperties motion = *object.motion;
+  change(*motion.joint);
+  toWire(motion, *operation.mutable_set_motion()->mutable_motion());
+}
+
+void setEnds(const ObjectRecord& object, bool on, const Surroundings& /*around*/, v1::Operation& operation) {
+  changeJoint(object, operation, [on](JointProperties& joint) {
+    const double usual = joint.kind == JointProperties::Kind::kHinge ? kUsualTurn_rad : kUsualWay_m;
+    joint.highest = on ? usual : noEnd(joint);
+    joint.lowest = -joint.highest;
+  });
+}
+
+/// Free, hinge or slider. A joint takes the place of planes to rest on.
+Result<void> setJoint(const ObjectRecord& object, std::size_t entry, const Surroundings& around,
+                      v1::Operation& operation) {
+  if (!moves(object)) return refused("joint", "the object does not move any more");
+  MotionProperties motion = *object.motion;
+  using Kind = JointProperties::Kind;
+  const JointProperties before = motion.joint.value_or(JointProperties{.anchor_m = around.box.centre_m()});
+  motion.joint.reset();
+  if (entry > 0) {
+    motion.planes.clear();
+    motion.joint = {.kind = static_cast<Kind>(entry), .anchor_m = before.anchor_m, .axis = before.axis};
+    motion.joint->highest = noEnd(*motion.joint);
+    motion.joint->lowest = -motion.joint->highest;
+  }
+  v1::Motion& message = *operation.mutable_set_motion()->mutable_motion();
+  toWire(motion, message);
+  if (entry == 0 && motion.planes.empty()) addFloor(message, around);
+  return {};
+}
+
+std::optional<std::size_t> jointEntry(const ObjectRecord& object) {
+  if (!moves(object)) return std::nullopt;
+  return object.motion->joint ? static_cast<std::size_t>(object.motion->joint->kind) : 0;
+}
+
+template <Vec3 JointProperties::*kVector>
+NumberProperty ofJoint(const char* label, const char* tip, const char* unit, double factor, double most, int axis) {
+  return {label,
+          tip,
+          unit,
+          -most,
+          most,
+          factor == 1 ? 3 : 1,
+          false,
+          [factor, axis](const ObjectRecord& object) -> std::optional<double> {
+            const JointProperties* joint = jointOf(object);
+            return joint == nullptr ? std::nullopt : std::optional(factor * (joint->*kVector)[axis]);
+          },
+          [factor, axis](const ObjectRecord& object, double value, v1::Operation& operation) {
+            changeJoint(object, operation, [&](JointProperties& joint) {
+              if (factor == 1) {
+                setComponent(joint.*kVector, axis, value);
+              } else {
+                (joint.*kVector)[axis] = value / factor;
+              }
+            });
+          },
+          true};
+}
+
+template <double JointProperties::*kEnd>
+NumberProperty endOf(JointProperties::Kind kind, const char* label, double least, double most) {
+  const bool isHinge = kind == JointProperties::Kind::kHinge;
+  const double factor = isHinge ? degrees(1) : 1e3;
+  return {label,
+          "From where the scene has it, by the joint",
+          isHinge ? "°" : " mm",
+          least,
+          most,
+          1,
+          false,
+          [kind, factor](const ObjectRecord& object) -> std::optional<double> {
+            if (!hasEnds(object) || jointOf(object)->kind != kind) return std::nullopt;
+            return factor * jointOf(object)->*kEnd;
+          },
+          [factor](const ObjectRecord& object, double value, v1::Operation& operation) {
+            changeJoint(object, operation, [&](JointProperties& joint) { joint.*kEnd = value / factor; });
+          },
+          true};
+}
+
+const ToolProperties* toolOf(const ObjectRecord& object) {
+  return object.motion && object.motion->tool ? &*object.motion->tool : nullptr;
+}
+
+void setTool(const ObjectRecord& /*object*/, bool on, const Surroundings& around, v1::Operation& operation) {
+  v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
+  if (on) motion.mutable_tool()->set_spacing_m(std::max(around.box.longest_m() / kPointsAlongATool, kMinSpacing_m));
+}
+
+template <double ToolProperties::*kValue>
+NumberProperty ofTool(const char* label, const char* tip, const char* unit, double factor, double least, double most) {
+  return {label,
+          tip,
+          unit,
+          least,
+          most,
+          2,
+          true,
+          [factor](const ObjectRecord& object) -> std::optional<double> {
+            const ToolProperties* tool = toolOf(object);
+            return tool == nullptr ? std::nullopt : std::optional(factor * tool->*kValue);
+          },
+          [factor](const ObjectRecord& object, double value, v1::Operation& operation) {
+            MotionProperties motion = *object.motion;
+            (*motion.tool).*kValue = value / factor;
+            toWire(motion, *operation.mutable_set_motion()->mutable_motion());
+          },
+          true};
+}
+
+std::vector<NumberProperty> withJointAndTool(std::span<const NumberProperty> rows) {
+  constexpr const char* kAnchorTip = "A point of the hinge's axis, in the object's frame";
+  constexpr const char* kAxisTip =
+      "Part of the joint's axis, of length 1, in the object's frame: the two others go along";
+  std::vector<NumberProperty> all(rows.begin(), rows.end());
+  int axis = 0;
+  for (const char* label : {"anchor x", "anchor y", "anchor z"})
+    all.push_back(ofJoint<&JointProperties::anchor_m>(label, kAnchorTip, " mm", 1e3, 500, axis++));
+  axis = 0;
+  for (const char* label : {"axis x", "axis y", "axis z"})
+    all.push_back(ofJoint<&JointProperties::axis>(label, kAxisTip, "", 1, 1, axis++));
+  using Kind = JointProperties::Kind;
+  all.push_back(endOf<&JointProperties::lowest>(Kind::kHinge, "turns from", -360, 0));
+  all.push_back(endOf<&JointProperties::highest>(Kind::kHinge, "turns to", 0, 360));
+  all.push_back(endOf<&JointProperties::lowest>(Kind::kSlider, "slides from", -500, 0));
+  all.push_back(endOf<&JointProperties::highest>(Kind::kSlider, "slides to", 0, 500));
+  all.push_back(ofTool<&ToolProperties::spacing_m>(
+      "tool spacing", "Between the points of its surface that touch, which are 8,192 at most", " mm", 1e3, 0.5, 20));
+  all.push_back(ofTool<&ToolProperties::torsion_Nm_per_rad>(
+      "tool torsion", "Of the spring that turns it to where the device is turned", " Nm/rad", 1, 0.01, 10));
+  return all;
 }
 
 const SwitchProperty kMotionSwitches[] = {
@@ -260,9 +419,16 @@ const SwitchProperty kMotionSwitches[] = {
      moves, setMoves, true},
     {"meets others",
      "Objects that move are stopped by it, and it by them; else they pass through. Its mesh has to be closed",
-     meetsOthers, [](const ObjectRecord& object, bool on, double /*floor_m*/, v1::Operation& operation) {
+     meetsOthers,
+     [](const ObjectRecord& object, bool on, const Surroundings& /*around*/, v1::Operation& operation) {
        setMeetsOthers(object, on, operation);
-     }}};
+     }},
+    {"stops at ends", "Of its joint: how far it turns or slides", hasEnds, setEnds, false, hasJoint},
+    {"tool", "The hand holds the object in place of a point, and feels with the whole of it",
+     [](const ObjectRecord& object) { return toolOf(object) != nullptr; }, setTool}};
+
+const ChoiceProperty kMotionChoices[] = {
+    {"joint", "Free, or turns about an axis, or slides along one", {"free", "hinge", "slider"}, jointEntry, setJoint}};
 
 /// The rows, and one for each other number of the material, by what scene.proto says of it.
 std::vector<NumberProperty> withScalars(std::span<const NumberProperty> rows) {
@@ -296,12 +462,36 @@ std::vector<NumberProperty> withScalars(std::span<const NumberProperty> rows) {
 
 std::span<const PropertyGroup> propertyGroups() {
   static const std::vector<NumberProperty> kSurfaceNumbers = withScalars(kSurface);
+  static const std::vector<NumberProperty> kMotionNumbers = withJointAndTool(kMotion);
   static const PropertyGroup kGroups[] = {{"Place", {}, false, kPlace},
                                           {"Surface", {}, false, kSurfaceNumbers},
                                           {"Texture", {}, true, kTexture},
                                           {"Softness", kSoft, false, kSoftness},
-                                          {"Motion", kMotionSwitches, false, kMotion}};
+                                          {"Motion", kMotionSwitches, false, kMotionNumbers, kMotionChoices}};
   return kGroups;
+}
+
+double ObjectBox::longest_m() const {
+  const Vec3 sides = high_m - low_m;
+  return std::max({sides.x, sides.y, sides.z});
+}
+
+ObjectBox boxOf(const TriMesh& mesh) {
+  Vec3f low = mesh.vertices.front(), high = low;
+  for (const Vec3f& vertex : mesh.vertices) {
+    low = glm::min(low, vertex);
+    high = glm::max(high, vertex);
+  }
+  return {low, high};
+}
+
+void setComponent(Vec3& direction, int axis, double value) {
+  const double share = std::clamp(value, -1.0, 1.0);
+  Vec3 rest = direction;
+  rest[axis] = 0;
+  if (rest == Vec3(0)) rest[(axis + 1) % 3] = 1;
+  direction = glm::normalize(rest) * std::sqrt(1 - share * share);
+  direction[axis] = share;
 }
 
 std::array<int, 3> shownColor(const Color& color) {
@@ -337,6 +527,7 @@ void setObject(v1::Operation& operation, const std::string& name) {
   if (operation.has_set_material()) set(operation.mutable_set_material());
   if (operation.has_set_motion()) set(operation.mutable_set_motion());
   if (operation.has_set_deformation()) set(operation.mutable_set_deformation());
+  if (operation.has_set_effects()) set(operation.mutable_set_effects());
 }
 
 }  // namespace haptics

@@ -4,7 +4,11 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
+#include "common/error/error.h"
+#include "common/mesh/tri_mesh.h"
 #include "common/scene/scene.h"
 #include "haptics/v1/scene.pb.h"
 
@@ -22,6 +26,22 @@ struct NumberProperty {
   /// Nothing: the object has none.
   std::function<std::optional<double>(const ObjectRecord&)> get;
   std::function<void(const ObjectRecord&, double value, v1::Operation&)> set;
+  bool isHidden = false;  ///< Where the object has none; else it is grey there.
+};
+
+/// Along the axes of the object's frame, around its mesh; of size 0 until that is here.
+struct ObjectBox {
+  Vec3 low_m{0}, high_m{0};
+  [[nodiscard]] Vec3 centre_m() const { return (low_m + high_m) / 2.0; }
+  [[nodiscard]] Vec3 top_m() const { return {centre_m().x, centre_m().y, high_m.z}; }
+  [[nodiscard]] double longest_m() const;
+};
+
+/// What an operation needs beside the record.
+struct Surroundings {
+  double floor_m = 0;  ///< World z, on which the object comes to rest.
+  ObjectBox box = {};
+  Pose pose = {};  ///< Where it is, which of one that moves is not where the scene has it.
 };
 
 /// What an object has or has not.
@@ -29,9 +49,19 @@ struct SwitchProperty {
   const char* label;
   const char* tip;
   bool (*get)(const ObjectRecord&);
-  /// @param floor_m  World z, on which the object comes to rest.
-  void (*set)(const ObjectRecord&, bool on, double floor_m, v1::Operation&);
+  void (*set)(const ObjectRecord&, bool on, const Surroundings&, v1::Operation&);
   bool isOfAll = false;  ///< Switched on, the others have to meet it: they are given what meetsOthers() gives.
+  bool (*isThere)(const ObjectRecord&) = nullptr;  ///< Null: always. Else it is hidden where this is false.
+};
+
+/// One of several.
+struct ChoiceProperty {
+  const char* label;
+  const char* tip;
+  std::vector<std::string> entries;
+  /// Nothing: the object has none.
+  std::function<std::optional<std::size_t>(const ObjectRecord&)> get;
+  std::function<Result<void>(const ObjectRecord&, std::size_t entry, const Surroundings&, v1::Operation&)> set;
 };
 
 /// Properties under one heading.
@@ -40,9 +70,14 @@ struct PropertyGroup {
   std::span<const SwitchProperty> switches;
   bool isTexture;  ///< The family is chosen first.
   std::span<const NumberProperty> numbers;
+  std::span<const ChoiceProperty> choices = {};
 };
 
 [[nodiscard]] std::span<const PropertyGroup> propertyGroups();
+[[nodiscard]] ObjectBox boxOf(const TriMesh& mesh);
+
+/// Of a unit vector; the two others stay in their ratio.
+void setComponent(Vec3& direction, int axis, double value);
 
 /// As screens show it: sRGB, 8 bits each, red first.
 [[nodiscard]] std::array<int, 3> shownColor(const Color& color);

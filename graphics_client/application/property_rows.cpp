@@ -1,7 +1,9 @@
 #include "graphics_client/application/property_rows.h"
 
+#include <QAbstractItemView>
 #include <QCheckBox>
 #include <QColorDialog>
+#include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QGridLayout>
@@ -23,13 +25,31 @@ constexpr double kLargest = 1e6;
 /// The server has answered a change by then, as a rule: before, the row does not go back to the value before.
 constexpr int kAnswered_ms = 500;
 
+/// Black has the contrast to it that white has: 4.58 (WCAG 2.1).
+constexpr double kMiddleLuminance = 0.179;
+
+constexpr int kGap_px = 6;
+
 QString nameOf(const char* label) { return QString::fromUtf8(label); }
 
 }  // namespace
 
+SetProperty setterOf(const NumberProperty& number, double value) {
+  return [label = std::string(number.label), get = number.get, set = number.set, value](
+             const ObjectRecord& object, const Surroundings& /*around*/, v1::Operation& operation) -> Result<void> {
+    if (!get(object)) return refused(label, "the object has none any more");
+    set(object, value, operation);
+    return {};
+  };
+}
+
 NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::function<void(double)> change,
                      const std::function<void()>& finished)
-    : number_(number), box_(new QDoubleSpinBox), slider_(new QSlider(Qt::Horizontal)), reset_(new QToolButton) {
+    : number_(number),
+      row_(new QWidget),
+      box_(new QDoubleSpinBox),
+      slider_(new QSlider(Qt::Horizontal)),
+      reset_(new QToolButton) {
   box_->setObjectName(number.label);
   box_->setDecimals(number.decimals);
   box_->setSuffix(QString::fromUtf8(number.unit));
@@ -50,16 +70,15 @@ NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::funct
   reset_->setAccessibleName(nameOf(number.label) + " reset");
   auto* label = new QLabel(number.label);
   label->setToolTip(number.tip);
-  auto* row = new QWidget;
-  auto* layout = new QGridLayout(row);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = new QGridLayout(row_);
+  layout->setContentsMargins(0, 0, 0, number.isHidden ? kGap_px : 0);  // a form leaves a gap where a row is hidden
   layout->setVerticalSpacing(0);
   layout->addWidget(label, 0, 0);
   layout->addWidget(box_, 0, 1);
   layout->addWidget(reset_, 0, 2);
   layout->addWidget(slider_, 1, 0, 1, 3);
   layout->setColumnStretch(0, 1);
-  form->addRow(row);
+  form->addRow(row_);
   const auto changeTo = [this, change = std::move(change)](double value) {
     isTyping_ = false;
     sinceChange_.start();
@@ -87,6 +106,7 @@ bool NumberRow::isHeld() const {
 
 void NumberRow::show(const ObjectRecord& object, const MirrorView& view) {
   const std::optional<double> value = number_.get(object);
+  row_->setVisible(value || !number_.isHidden);
   box_->setEnabled(value.has_value());
   slider_->setEnabled(value.has_value());
   const std::pair of{view.epoch, object.id};  // another server has objects of the same numbers
@@ -126,8 +146,28 @@ SwitchRow::SwitchRow(const SwitchProperty& property, QFormLayout* form, const st
 }
 
 void SwitchRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
+  box_->setVisible(property_.isThere == nullptr || property_.isThere(object));
   box_->setChecked(property_.get(object));
 }
+
+ChoiceRow::ChoiceRow(const ChoiceProperty& property, QFormLayout* form, const std::function<void(std::size_t)>& change)
+    : property_(property), box_(new QComboBox) {
+  box_->setObjectName(property.label);
+  box_->setToolTip(property.tip);
+  box_->setAccessibleName(property.label);
+  for (const std::string& entry : property.entries) box_->addItem(QString::fromStdString(entry));
+  form->addRow(property.label, box_);
+  QObject::connect(box_, QOverload<int>::of(&QComboBox::activated),
+                   [change](int entry) { change(static_cast<std::size_t>(entry)); });
+}
+
+void ChoiceRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
+  const auto entry = property_.get(object);
+  box_->setEnabled(entry.has_value());
+  box_->setCurrentIndex(static_cast<int>(entry.value_or(0)));
+}
+
+bool ChoiceRow::isHeld() const { return box_->view()->isVisible(); }
 
 ColorRow::ColorRow(QFormLayout* form, const std::function<void(std::array<int, 3>)>& change)
     : button_(new QPushButton) {
@@ -147,19 +187,11 @@ void ColorRow::show(const ObjectRecord& object, const MirrorView& /*view*/) {
   if (now == shown_ && !button_->text().isEmpty()) return;
   shown_ = now;
   const QColor color(now[0], now[1], now[2]);
+  const Color& light = object.material.color;
+  const double luminance = 0.2126 * light.red + 0.7152 * light.green + 0.0722 * light.blue;
   button_->setText(color.name());
   button_->setStyleSheet(
-      QString("background-color: %1; color: %2").arg(color.name(), color.lightnessF() > 0.45 ? "black" : "white"));
-}
-
-double longestSide_m(const TriMesh& mesh) {
-  Vec3f low = mesh.vertices.front(), high = low;
-  for (const Vec3f& vertex : mesh.vertices) {
-    low = glm::min(low, vertex);
-    high = glm::max(high, vertex);
-  }
-  const Vec3 sides = Vec3(high) - Vec3(low);
-  return std::max({sides.x, sides.y, sides.z});
+      QString("background-color: %1; color: %2").arg(color.name(), luminance > kMiddleLuminance ? "black" : "white"));
 }
 
 NameAndSizeRow::NameAndSizeRow(QFormLayout* form, const std::function<void(const QString&)>& rename,
@@ -197,7 +229,7 @@ void NameAndSizeRow::show(const ObjectRecord& object, const MirrorView& view) {
   }
   if (shownMesh_ != object.mesh) {
     shownMesh_ = object.mesh;
-    shown_mm_ = 1e3 * longestSide_m(*mesh->second);
+    shown_mm_ = 1e3 * boxOf(*mesh->second).longest_m();
   }
   const QSignalBlocker quiet(size_);
   size_->setValue(shown_mm_);

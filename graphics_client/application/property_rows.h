@@ -2,6 +2,7 @@
 
 #include <QElapsedTimer>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "graphics_client/mirror/mirror_view.h"
 
 class QCheckBox;
+class QComboBox;
 class QDoubleSpinBox;
 class QFormLayout;
 class QLineEdit;
@@ -21,6 +23,11 @@ class QSlider;
 class QToolButton;
 
 namespace haptics {
+
+/// Makes an operation of an object as earlier edits have left it. Refused: it cannot be made of that.
+using SetProperty = std::function<Result<void>(const ObjectRecord&, const Surroundings&, v1::Operation&)>;
+/// It may outlive the property.
+[[nodiscard]] SetProperty setterOf(const NumberProperty& number, double value);
 
 /// One property of an object.
 class PropertyRow {
@@ -32,7 +39,8 @@ class PropertyRow {
   [[nodiscard]] virtual bool isHeld() const = 0;
 };
 
-/// A slider and a field for a number. The field takes what the slider does not: the server decides on it.
+/// A slider and a field for a number. The field takes what the slider does not: the server decides on it. One that may be hidden
+/// has the gap below it in itself: its form has none.
 class NumberRow : public PropertyRow {
  public:
   /// @param change    Called while the slider is dragged, and when the field is left.
@@ -47,6 +55,7 @@ class NumberRow : public PropertyRow {
   static constexpr int kSteps = 1000;
 
   const NumberProperty& number_;
+  QWidget* row_;
   QDoubleSpinBox* box_;
   QSlider* slider_;
   QToolButton* reset_;
@@ -73,6 +82,19 @@ class SwitchRow : public PropertyRow {
   QCheckBox* box_;
 };
 
+/// A list to choose from.
+class ChoiceRow : public PropertyRow {
+ public:
+  ChoiceRow(const ChoiceProperty& property, QFormLayout* form, const std::function<void(std::size_t)>& change);
+
+  void show(const ObjectRecord& object, const MirrorView& view) override;
+  [[nodiscard]] bool isHeld() const override;
+
+ private:
+  const ChoiceProperty& property_;
+  QComboBox* box_;
+};
+
 /// A button in the object's colour that asks for another.
 class ColorRow : public PropertyRow {
  public:
@@ -87,9 +109,6 @@ class ColorRow : public PropertyRow {
 };
 
 /// The name, and the longest side of the box around the object, each done when Return is pressed or the field is left.
-/// Of the box around it, along the axes.
-[[nodiscard]] double longestSide_m(const TriMesh& mesh);
-
 class NameAndSizeRow : public PropertyRow {
  public:
   NameAndSizeRow(QFormLayout* form, const std::function<void(const QString&)>& rename,

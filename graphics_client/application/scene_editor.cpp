@@ -46,11 +46,15 @@ QString wordsOf(const v1::Accepted& accepted) {
 
 }  // namespace
 
-SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted)
-    : window_(window), link_(link), say_(std::move(say)), accepted_(std::move(accepted)), history_(port()) {}
+SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted, std::function<void()> changed)
+    : window_(window),
+      link_(link),
+      say_(std::move(say)),
+      accepted_(std::move(accepted)),
+      history_(port(std::move(changed))) {}
 
 /// Callbacks come on the link's thread, which ends before the application does.
-EditPort SceneEditor::port() {
+EditPort SceneEditor::port(std::function<void()> changed) {
   const auto here = [this](auto callback) -> decltype(callback) {
     if (!callback) return nullptr;
     return [this, callback, server = std::weak_ptr(server_)](const auto&... arguments) {
@@ -84,7 +88,8 @@ EditPort SceneEditor::port() {
                 encoding_.start([this, content, answers = std::move(answers)] {
                   link_.upload(kindOf(content), canonicalBytes(content).copy(), answers);
                 });
-              }};
+              },
+          .changed = std::move(changed)};
 }
 
 EditDone SceneEditor::said(const QString& edit) {

@@ -21,8 +21,9 @@ class SceneEditor {
   using Say = std::function<void(const QString& edit, const QString& words, bool isError)>;
   using Accepted = std::function<void(const v1::Accepted&)>;
 
-  /// @param window  On whose thread callbacks come; none comes after it is gone.
-  SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted);
+  /// @param window   On whose thread callbacks come; none comes after it is gone.
+  /// @param changed  What can be undone and redone may be another now.
+  SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted, std::function<void()> changed);
 
   /// A value of a property that is being dragged; the values until finishDrag() are one edit.
   /// @param value  Its text is `edit`.
@@ -87,7 +88,7 @@ class SceneEditor {
 
   /// "cup", or "cup-2", "cup-3" ... where there is one.
   [[nodiscard]] std::string freeName(const SceneVersion& scene, const std::string& wanted);
-  [[nodiscard]] EditPort port();
+  [[nodiscard]] EditPort port(std::function<void()> changed);
   [[nodiscard]] EditDone said(const QString& edit);
   void submit(const QString& edit, v1::Operation operation);
 };

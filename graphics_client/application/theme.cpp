@@ -11,6 +11,15 @@ namespace {
 
 constexpr const char* kKey = "dark";
 
+/// White on it has a contrast of 6.
+const QColor kChosen(40, 100, 170);
+
+QPalette lightPalette() {
+  QPalette light = QApplication::style()->standardPalette();
+  light.setColor(QPalette::Highlight, kChosen);
+  return light;
+}
+
 /// Contrast of text to ground above 4.5, also where it is disabled to what is beside it.
 QPalette darkPalette() {
   const QColor ground(45, 47, 51), base(30, 31, 34), text(232, 232, 232), faint(150, 150, 150), blue(80, 160, 240);
@@ -20,7 +29,7 @@ QPalette darkPalette() {
   dark.setColor(QPalette::ToolTipBase, base);
   dark.setColor(QPalette::ToolTipText, text);
   dark.setColor(QPalette::Link, blue);
-  dark.setColor(QPalette::Highlight, QColor(40, 100, 170));
+  dark.setColor(QPalette::Highlight, kChosen);
   dark.setColor(QPalette::HighlightedText, Qt::white);
   dark.setColor(QPalette::Mid, QColor(95, 95, 95));
   for (const auto role : {QPalette::Text, QPalette::WindowText, QPalette::ButtonText}) {
@@ -36,11 +45,16 @@ bool isDarkChosen() { return QSettings("haptics", "graphics_client").value(kKey)
 void chooseDark(bool on) {
   QSettings("haptics", "graphics_client").setValue(kKey, on);
   QApplication::setStyle(QStyleFactory::create("Fusion"));
-  QApplication::setPalette(on ? darkPalette() : QApplication::style()->standardPalette());
+  QApplication::setPalette(on ? darkPalette() : lightPalette());
 }
 
 void applyTheme() {
-  if (isDarkChosen()) chooseDark(true);
+  if (isDarkChosen()) return chooseDark(true);
+  QApplication::setPalette(lightPalette());
+}
+
+QColor errorColor(const QPalette& palette) {
+  return palette.color(QPalette::Window).lightnessF() < 0.5 ? QColor(255, 138, 128) : QColor(176, 0, 32);
 }
 
 }  // namespace haptics

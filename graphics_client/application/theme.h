@@ -1,5 +1,8 @@
 #pragma once
 
+class QColor;
+class QPalette;
+
 namespace haptics {
 
 /// Whether the user has chosen dark panels.
@@ -8,5 +11,8 @@ namespace haptics {
 void chooseDark(bool on);
 /// As chosen; where nothing was, as the desktop has it.
 void applyTheme();
+
+/// Of words about an error, on the ground of a window.
+[[nodiscard]] QColor errorColor(const QPalette& palette);
 
 }  // namespace haptics

@@ -51,11 +51,15 @@ double cosineToSight(const PictureCamera& camera, Vec3 centre, Vec3 axis) {
 
 }  // namespace
 
-Gizmo::Gizmo(const PictureCamera& camera, Vec3 centre)
-    : camera_(camera), centre_(centre), metresPerPixel_(std::max(camera.depth_m(centre), 0.0) * camera.pixelWidth) {}
+Gizmo::Gizmo(const PictureCamera& camera, Vec3 centre, GizmoHandles handles)
+    : camera_(camera),
+      centre_(centre),
+      handles_(handles),
+      metresPerPixel_(std::max(camera.depth_m(centre), 0.0) * camera.pixelWidth) {}
 
 bool Gizmo::isShown(const GizmoHandle& handle) const {
-  if (!(metresPerPixel_ > 0)) return false;
+  const bool isThere = handle.kind == GizmoHandle::Kind::kTurn ? handles_.turns : handles_.moves;
+  if (!isThere || !(metresPerPixel_ > 0)) return false;
   return handle.kind == GizmoHandle::Kind::kTurn || cosineToSight(camera_, centre_, unit(handle.axis)) < kAlongSight;
 }
 

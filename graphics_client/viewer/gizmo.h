@@ -17,6 +17,12 @@ struct GizmoHandle {
   bool operator==(const GizmoHandle&) const = default;
 };
 
+/// Which of them there are.
+struct GizmoHandles {
+  bool moves = true, turns = true;
+  bool operator==(const GizmoHandles&) const = default;
+};
+
 /// The handles as a camera sees them; their size in the picture is the same everywhere.
 class Gizmo {
  public:
@@ -25,7 +31,7 @@ class Gizmo {
   /// So near a handle the pointer is on it.
   static constexpr double kReach_px = 8;
 
-  Gizmo(const PictureCamera& camera, Vec3 centre);
+  Gizmo(const PictureCamera& camera, Vec3 centre, GizmoHandles handles = {});
 
   [[nodiscard]] Vec3 centre() const { return centre_; }
   /// Of a pixel at the centre.
@@ -38,6 +44,7 @@ class Gizmo {
  private:
   PictureCamera camera_;
   Vec3 centre_;
+  GizmoHandles handles_;
   double metresPerPixel_;
 
   [[nodiscard]] double distance_px(const GizmoHandle& handle, PicturePoint pointer) const;

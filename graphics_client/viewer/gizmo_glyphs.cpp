@@ -34,15 +34,24 @@ GizmoGlyphs::Axis::Axis(ScenePane& pane)
   ring.setLineWidth(kRingLine_px);
 }
 
-GizmoGlyphs::GizmoGlyphs(ScenePane& pane) : axes_{Axis(pane), Axis(pane), Axis(pane)} { update(std::nullopt, {}); }
+GizmoGlyphs::GizmoGlyphs(ScenePane& pane)
+    : axes_{Axis(pane), Axis(pane), Axis(pane)}, direction_(pane, unitCylinder(), Glyph::Kind::kAbove) {
+  update(std::nullopt, {});
+}
 
 void GizmoGlyphs::update(const std::optional<GizmoPicture>& picture, const PictureCamera& camera) {
   for (Axis& axis : axes_) {
     for (Glyph* glyph : {&axis.ring, &axis.shaft, &axis.tip}) glyph->setVisible(false);
   }
+  direction_.setVisible(false);
   if (!picture) return;
-  const Gizmo gizmo(camera, picture->centre);
+  const Gizmo gizmo(camera, picture->centre, picture->handles);
   const double pixel_m = gizmo.metresPerPixel();
+  if (picture->direction) {
+    const double half_m = Gizmo::kArrow_px * pixel_m;
+    direction_.show(palette::kSelected, alongAxis(picture->centre - half_m * *picture->direction, *picture->direction,
+                                                  2 * half_m, kShaft_px * pixel_m));
+  }
   for (int i = 0; i < 3; ++i) {
     Axis& axis = axes_[static_cast<std::size_t>(i)];
     Vec3 along(0);

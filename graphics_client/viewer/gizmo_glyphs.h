@@ -12,6 +12,8 @@ namespace haptics {
 struct GizmoPicture {
   Vec3 centre{0};
   std::optional<GizmoHandle> lit;  ///< Under the pointer, or dragged.
+  GizmoHandles handles = {};
+  std::optional<Vec3> direction = std::nullopt;  ///< That the rings turn, drawn through the centre; unit.
 
   bool operator==(const GizmoPicture&) const = default;
 };
@@ -30,6 +32,7 @@ class GizmoGlyphs {
     Glyph ring, shaft, tip;
   };
   std::array<Axis, 3> axes_;
+  Glyph direction_;
 };
 
 }  // namespace haptics

@@ -177,19 +177,20 @@ void SceneView::showPointer(const MirrorView& view, double metresPerPixel) {
   }
 }
 
-/// The corners of the box around it.
+/// The corners of the box around each.
 void SceneView::showSelection() {
-  selectionGlyph_.setVisible(false);
-  const auto boxes = objects_.boxes();
-  const auto box = std::ranges::find(boxes, selected_, &NamedBox::name);
-  if (selected_.empty() || box == boxes.end()) return;
   std::vector<Vec3> ends;
-  for (std::size_t from = 0; from < box->corners.size(); ++from) {
-    for (const std::size_t axis : {1U, 2U, 4U}) {
-      const Vec3 corner = box->corners[from];
-      ends.insert(ends.end(), {corner, glm::mix(corner, box->corners[from ^ axis], kBracketShare)});
+  for (const NamedBox& box : objects_.boxes()) {
+    if (!selected_.contains(box.name)) continue;
+    for (std::size_t from = 0; from < box.corners.size(); ++from) {
+      for (const std::size_t axis : {1U, 2U, 4U}) {
+        const Vec3 corner = box.corners[from];
+        ends.insert(ends.end(), {corner, glm::mix(corner, box.corners[from ^ axis], kBracketShare)});
+      }
     }
   }
+  selectionGlyph_.setVisible(!ends.empty());
+  if (ends.empty()) return;
   selectionGlyph_.setShape(segments(ends));
   selectionGlyph_.show(palette::kSelected, matrixOf({}));
 }

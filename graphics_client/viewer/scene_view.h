@@ -59,8 +59,8 @@ class SceneView {
   [[nodiscard]] SurfaceProbe& probe() { return probe_; }
   /// Where the pointer is on the surface, and where it pulls the hand from; nothing: it leads no hand.
   void showPointer(const std::optional<SurfacePoint>& pointer) { pointer_ = pointer; }
-  /// The object of this name is marked; empty: none.
-  void select(std::string name) { selected_ = std::move(name); }
+  /// The objects of these names are marked.
+  void select(std::set<std::string> names) { selected_ = std::move(names); }
   /// Places that are measured, joined by lines.
   void showMeasured(std::vector<Vec3> places) { measured_ = std::move(places); }
   /// As SceneActors has it.
@@ -109,7 +109,7 @@ class SceneView {
   Style style_;
   std::optional<SurfacePoint> pointer_;
   std::optional<GizmoPicture> gizmo_;
-  std::string selected_;
+  std::set<std::string> selected_;
   std::vector<Vec3> measured_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
   std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet

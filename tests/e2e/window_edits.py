@@ -3,6 +3,7 @@ editor, who is never overwritten, and a window in which nothing happens costs ne
 import copy
 import os
 import random
+import re
 import statistics
 import time
 import unittest
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import harness
 from haptic_client import Client
+from haptics.v1 import scene_pb2
 from led_hand import GROUND
 from viewer_window import MessageBus, ReadableWindow, Window
 
@@ -19,6 +21,8 @@ MAX_FELT_MS = float(os.environ.get("HAPTICS_MAX_FELT_MS", "100"))
 MAX_IDLE = float(os.environ.get("HAPTICS_MAX_IDLE", "0.1"))
 SEED = int(os.environ.get("HAPTICS_SEED", "1"))
 ON_GROUND = (760, 400)
+Z_HANDLES = (42, 84, 252)  # as the screen shows them
+WHEEL_PIXELS = 60          # by which a click of the wheel scrolls the properties
 
 
 def content(client):
@@ -126,6 +130,63 @@ class WindowEdits(harness.EndToEnd):
             self.window.do("key", "ctrl+z")
             time.sleep(0.15)
         self.assertEqual(left, first)
+
+    def in_panel(self, role, name):
+        """A widget of the properties, once they are scrolled to where it is seen."""
+        def find():
+            all_of_them = self.window.widgets()
+
+            def its(role, name):
+                return next((each for each in all_of_them if each["role"] == role and re.search(name, each["name"])), None)
+            title, widget, answer = its("label", "^ground$"), its(role, name), its("filler", "^answer of the server$")
+            if not (title and widget and answer):
+                return None
+            top, bottom = title["box"][1] + 30, answer["box"][1]
+            _, y, _, height = widget["box"]
+            if top < y and y + height < bottom:
+                return widget
+            away = top - y if y <= top else y + height - bottom
+            self.window.do("mousemove", 14, top + 60, "click", "--repeat", 1 + away // WHEEL_PIXELS, 4 if y <= top else 5)
+            return None
+        return harness.wait_until(find, 20, f"{name} is not seen", pause_s=0.1)
+
+    def effects(self):
+        return self.other.objects()["ground"].effects
+
+    def test_an_effect_is_added_set_by_its_slider_moved_by_its_handles_and_removed(self):
+        self.start()
+        self.window.click(*ON_GROUND)
+        self.window.click(*self.window.middle(self.in_panel("push button", "^add effect$")))
+        self.window.do("key", "Down", "Down", "Return")  # the second kind
+        harness.wait_until(self.effects, 20, "no effect")
+        self.assertEqual(self.effects()[0].kind, scene_pb2.EFFECT_KIND_SPRING_TO_POINT)
+
+        first = self.effects()[0].stiffness_N_per_m
+        slider = self.in_panel("slider", "^effect stiffness slider$")
+        x, y, width, height = slider["box"]
+        handle = x + round(width * slider["value"] / slider["max"]), y + height // 2
+        self.window.drag(handle, (handle[0] + width // 4, handle[1]))
+        harness.wait_until(lambda: self.effects()[0].stiffness_N_per_m > 2 * first, 20, "the slider sets nothing")
+        self.assertEqual(self.stiffness(), 400, "of the surface")
+
+        self.window.do("key", "g")
+        tip = harness.wait_until(lambda: min(self.window.pixels(*Z_HANDLES), key=lambda pixel: pixel[1], default=None), 20,
+                                 "no handles")
+        place = self.effects()[0].point_m.z
+        self.window.drag((tip[0], tip[1] + 6), (tip[0], tip[1] - 50))
+        harness.wait_until(lambda: self.effects()[0].point_m.z > place + 0.005, 20, "the handles do not move it")
+        self.assertEqual(self.other.objects()["ground"].pose.position.z, -0.02, "not the object")
+
+        for what, undone in (("the handles", lambda: self.effects()[0].point_m.z == place),
+                             ("the slider", lambda: self.effects()[0].stiffness_N_per_m == first)):
+            self.window.do("key", "ctrl+z")
+            harness.wait_until(undone, 20, f"one undo does not take back {what}")
+        for _ in range(2):  # lets go of it, and chooses it; its rows come and go
+            self.window.click(*self.window.middle(self.in_panel("list item", "spring to point")))
+            time.sleep(0.5)
+        self.window.do("key", "Delete")
+        harness.wait_until(lambda: not self.effects(), 20, "it is not removed")
+        self.assertIn("ground", self.other.objects())
 
     def test_a_conflict_is_said_and_nothing_is_overwritten(self):
         self.start()

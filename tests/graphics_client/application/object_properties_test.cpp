@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <numbers>
 #include <string>
 
 #include "common/wire/convert.h"
@@ -11,6 +12,7 @@ namespace haptics::object_properties_test {
 namespace {
 
 constexpr double kFloor_m = -0.02;
+const Surroundings kAround{kFloor_m, {{-0.1, 0, 0}, {0.1, 0.02, 0.05}}};
 
 const NumberProperty& number(const std::string& label) {
   for (const PropertyGroup& group : propertyGroups()) {
@@ -55,9 +57,10 @@ struct Edited : testing::Test {
     number(label).set(object, value, operation);
     apply(std::move(operation));
   }
+  void choose(std::size_t entry);
   void turn(const std::string& label, bool on) {
     v1::Operation operation;
-    has(label).set(object, on, kFloor_m, operation);
+    has(label).set(object, on, kAround, operation);
     apply(std::move(operation));
   }
 };
@@ -69,12 +72,69 @@ TEST_F(Edited, HasEachNumberThatIsSet) {
   for (const PropertyGroup& group : propertyGroups()) {
     for (const NumberProperty& property : group.numbers) {
       for (const double share : {0.5, 0.25}) {
+        if (property.isHidden) continue;
         const double value = property.least + share * (property.most - property.least);
         set(property.label, value);
         EXPECT_NEAR(property.get(object).value(), value, 1e-9 * property.most) << property.label;
       }
     }
   }
+}
+
+const ChoiceProperty& joint() {
+  for (const PropertyGroup& group : propertyGroups()) {
+    if (!group.choices.empty()) return group.choices.front();
+  }
+  throw std::out_of_range("joint");
+}
+
+void Edited::choose(std::size_t entry) {
+  v1::Operation operation;
+  ASSERT_TRUE(joint().set(object, entry, kAround, operation));
+  apply(std::move(operation));
+}
+
+TEST_F(Edited, TurnsAboutAHingeAndSlidesAndIsFreeAgain) {
+  EXPECT_FALSE(joint().get(object));
+  turn("moves", true);
+  EXPECT_EQ(joint().get(object), 0U);
+  choose(1);
+  ASSERT_EQ(joint().get(object), 1U);
+  EXPECT_EQ(object.motion->joint->anchor_m, Vec3(0, 0.01, 0.025)) << "the middle of the box around it";
+  EXPECT_FALSE(has("stops at ends").get(object));
+  EXPECT_FALSE(number("turns to").get(object));
+  turn("stops at ends", true);
+  set("turns to", 30);
+  EXPECT_NEAR(object.motion->joint->highest, std::numbers::pi / 6, 1e-12);
+  EXPECT_NEAR(number("turns from").get(object).value(), -90, 1e-9);
+  EXPECT_FALSE(number("slides to").get(object));
+  set("anchor y", 40);
+  set("axis x", 0.6);
+  EXPECT_NEAR(glm::distance(object.motion->joint->axis, Vec3(0.6, 0, 0.8)), 0, 1e-12);
+  choose(2);
+  EXPECT_FALSE(has("stops at ends").get(object)) << "of the hinge";
+  EXPECT_EQ(object.motion->joint->anchor_m.y, 0.04);
+  EXPECT_NEAR(object.motion->joint->axis.x, 0.6, 1e-12);
+  turn("stops at ends", true);
+  set("slides from", -20);
+  EXPECT_NEAR(object.motion->joint->lowest, -0.02, 1e-12);
+  choose(0);
+  EXPECT_FALSE(object.motion->joint);
+  ASSERT_EQ(object.motion->planes.size(), 1U);
+  EXPECT_EQ(object.motion->planes[0].offset_m, kFloor_m);
+}
+
+TEST_F(Edited, IsTheToolAndNoToolAgain) {
+  turn("tool", true);
+  EXPECT_NEAR(object.motion->tool->spacing_m, 0.2 / 25, 1e-12);
+  EXPECT_FALSE(has("moves").get(object));
+  EXPECT_FALSE(joint().get(object));
+  set("tool torsion", 2);
+  set("tool spacing", 4);
+  EXPECT_EQ(object.motion->tool->torsion_Nm_per_rad, 2);
+  EXPECT_EQ(object.motion->tool->spacing_m, 0.004);
+  turn("tool", false);
+  EXPECT_FALSE(object.motion);
 }
 
 TEST_F(Edited, HasNumbersOfWhatItIsOnly) {

@@ -70,6 +70,20 @@ TEST(Gizmo, FindsEveryArrowUnderThePointerAndNothingBeside) {
   }
 }
 
+TEST(Gizmo, HasTheHandlesThatItIsGiven) {
+  const PictureCamera& camera = kCameras[0];
+  const Gizmo whole(camera, kCentre), moves(camera, kCentre, {.turns = false}),
+      turns(camera, kCentre, {.moves = false});
+  const GizmoHandle up{Kind::kMove, 2};
+  const auto tip = camera.project(kCentre + unit(2) * (Gizmo::kArrow_px * whole.metresPerPixel()));
+  EXPECT_EQ(whole.handleAt(*tip), up);
+  EXPECT_EQ(moves.handleAt(*tip), up);
+  EXPECT_FALSE(turns.handleAt(*tip));
+  const auto rim = camera.project(kCentre + glm::normalize(Vec3(1, 1, 0)) * (Gizmo::kRing_px * whole.metresPerPixel()));
+  EXPECT_TRUE(turns.handleAt(*rim));
+  EXPECT_FALSE(moves.handleAt(*rim));
+}
+
 TEST(Gizmo, FindsEveryRingUnderThePointer) {
   for (const PictureCamera& camera : kCameras) {
     const Gizmo gizmo(camera, kCentre);
