@@ -259,7 +259,7 @@ class EveryAction(harness.EndToEnd):
         self.act("Help", "Guide", "shift+F1", self.opens("Guide"))
         self.act("Help", "About", "ctrl+F1", self.opens("About"))
         self.act("File", "Save picture", "s", self.writes("haptic_view_*.png"))
-        self.toggle("File", "Film the window", "ctrl+shift+f", self.writes("haptic_film_*.webm"))
+        self.toggle("File", "Film the window", "ctrl+shift+f", self.writes("haptic_film_*.webm.part"))
         self.act("File", "Save plots", "ctrl+l", self.writes("haptic_plots.pdf"))
         self.act("Session", "Save the last 10 seconds", "ctrl+r", self.writes("recordings/*.haptics"))
 
