@@ -209,7 +209,8 @@ void EffectRows::list(const ObjectRecord& object) {
 
 void EffectRows::makeRows(const EffectPlace& place, std::size_t pathPoint) {
   rows_.reset();
-  Rows& rows = rows_.emplace();
+  rows_ = std::make_unique<Rows>();
+  Rows& rows = *rows_;
   rows.place = place;
   rows.pathPoint = pathPoint;
   rows.choices = effectChoices(place);

@@ -56,7 +56,7 @@ class EffectRows : public QObject, public PropertyRow {
   std::vector<Effect::Kind> listed_;
   int rowBeforePress_ = -1;
   bool isAdding_ = false;  // the next that comes is chosen
-  std::optional<Rows> rows_;
+  std::unique_ptr<Rows> rows_;
 
   [[nodiscard]] std::optional<EffectPlace> chosen() const;
   void edit(const std::string& what, const SetProperty& set);
