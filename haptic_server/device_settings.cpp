@@ -45,7 +45,8 @@ DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, co
           limits.stiffness_N_per_m,
           limits.damping_Ns_per_m,
           limits.torsion_Nm_per_rad,
-          1};
+          1,
+          options.stabiliser};
 }
 
 DeviceLimits ofBoth(const DeviceLimits& first, const DeviceLimits& second) {
@@ -55,7 +56,8 @@ DeviceLimits ofBoth(const DeviceLimits& first, const DeviceLimits& second) {
           .stiffest_N_per_m = std::min(first.stiffest_N_per_m, second.stiffest_N_per_m),
           .maxDamping_Ns_per_m = std::min(first.maxDamping_Ns_per_m, second.maxDamping_Ns_per_m),
           .stiffestTorsion_Nm_per_rad = first.stiffestTorsion_Nm_per_rad,  // the second hand holds no tool
-          .hands = first.hands + second.hands};
+          .hands = first.hands + second.hands,
+          .observed = first.observed && second.observed};
 }
 
 }  // namespace haptics

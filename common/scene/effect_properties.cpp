@@ -16,6 +16,11 @@ void addValue(Hasher& h, const std::vector<float>& samples) {
   for (const float sample : samples) h.add(static_cast<double>(sample));
 }
 
+void addValue(Hasher& h, const std::vector<double>& numbers) {
+  h.add(static_cast<std::uint64_t>(numbers.size()));
+  for (const double number : numbers) h.add(number);
+}
+
 template <class T>
 void addValue(Hasher& h, const T& value) {
   if constexpr (std::is_enum_v<T>) {

@@ -28,7 +28,8 @@ struct Effect {
     kMagnet,
     kSpringToVertex,
     kSpringToEdge,
-    kSamples
+    kSamples,
+    kRecordedTexture
   };
   enum class Frame : std::uint8_t { kObject = 1, kWorld };
   enum class Region : std::uint8_t { kEverywhere = 1, kBox, kSphere, kInside };
@@ -54,12 +55,15 @@ struct Effect {
   double mass_kg = 0;
   std::vector<float> samples = {};
   double sample_rate_Hz = 0;
+  std::vector<double> speeds_m_per_s = {};
+  std::vector<double> forces_N = {};
+  std::vector<double> models = {};  ///< Of each speed those of all forces: deviation, reflection coefficients.
 
   bool operator==(const Effect&) const = default;
   HAPTICS_FIELDS(self.kind, self.frame, self.point_m, self.direction, self.path_m, self.stiffness_N_per_m,
                  self.damping_Ns_per_m, self.amplitude_N, self.frequency_Hz, self.phase_rad, self.limit_N, self.reach_m,
                  self.release_m, self.fade_m, self.region, self.size_m, self.trigger, self.mass_kg, self.samples,
-                 self.sample_rate_Hz);
+                 self.sample_rate_Hz, self.speeds_m_per_s, self.forces_N, self.models);
 };
 
 /// Of all objects of a scene together.
@@ -68,6 +72,10 @@ inline constexpr std::size_t kMaxEffects = 32;
 inline constexpr std::size_t kMaxPathPoints = 4096;
 /// Of one effect: eight seconds at 8 kHz.
 inline constexpr std::size_t kMaxSamples = 65'536;
+/// Of one recorded texture. More take longer to make ready for the servo: 0.3 ms each.
+inline constexpr std::size_t kMaxTextureModels = 64;
+/// Reflection coefficients of each of them.
+inline constexpr std::size_t kMaxTextureOrder = 32;
 
 /// In canonical form: the members of each before `trigger`, in order; then the triggers where one is not kAlways; then each later
 /// member that is not absent. Nothing for no effects.

@@ -43,6 +43,8 @@ std::string_view fieldsUsedBy(Kind kind) noexcept {
       return " stiffness_N_per_m damping_Ns_per_m limit_N reach_m release_m fade_m ";
     case Kind::kSamples:
       return " direction amplitude_N samples sample_rate_Hz region point_m size_m fade_m ";
+    case Kind::kRecordedTexture:
+      return " amplitude_N limit_N sample_rate_Hz speeds_m_per_s forces_N models ";
   }
   return "";
 }
@@ -116,6 +118,53 @@ Refusal takeSamples(const v1::Effect& message, std::vector<float>& samples) {
   return std::nullopt;
 }
 
+std::string listName(std::string_view name, std::size_t i) { return std::string(name) + "[" + std::to_string(i) + "]"; }
+
+/// Speeds or forces of the models of a recorded texture.
+Refusal takeAscending(const pb::RepeatedField<double>& given, std::string_view name, Range range,
+                      std::vector<double>& values) {
+  if (given.empty() || static_cast<std::size_t>(given.size()) > kMaxTextureModels) {
+    return Error{std::string(name),
+                 "has " + std::to_string(given.size()) + "; give 1 to " + std::to_string(kMaxTextureModels)};
+  }
+  values.assign(given.begin(), given.end());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (auto bad = checkRange(values[i], range, listName(name, i))) return bad;
+    if (i > 0 && !(values[i] > values[i - 1]))
+      return outside(listName(name, i), values[i], "give more than the one before, " + numberText(values[i - 1]));
+  }
+  return std::nullopt;
+}
+
+/// Reflection coefficients within the unit circle have all poles there, and so has what is between two such models.
+Refusal takeTexture(const v1::Effect& message, Effect& effect) {
+  constexpr double kMaxReflection = 0.99999;
+  if (auto bad = takeAscending(message.speeds_m_per_s(), "speeds_m_per_s", {1e-4, 10, " m/s"}, effect.speeds_m_per_s))
+    return bad;
+  if (auto bad = takeAscending(message.forces_n(), "forces_N", {1e-3, 100, " N"}, effect.forces_N)) return bad;
+  const std::size_t count = effect.speeds_m_per_s.size() * effect.forces_N.size();
+  if (count > kMaxTextureModels) {
+    return Error{"speeds_m_per_s", "and forces_N make " + std::to_string(count) + " pairs; at most " +
+                                       std::to_string(kMaxTextureModels) + " have a model"};
+  }
+  const auto size = static_cast<std::size_t>(message.models_size());
+  if (size % count != 0 || size < 2 * count || size > (1 + kMaxTextureOrder) * count) {
+    return Error{"models", "has " + std::to_string(size) + " numbers for " + std::to_string(count) +
+                               " models; give each a deviation and equally many reflection coefficients, 1 to " +
+                               std::to_string(kMaxTextureOrder)};
+  }
+  effect.models.assign(message.models().begin(), message.models().end());
+  for (std::size_t i = 0; i < size; ++i) {
+    const bool isDeviation = i % (size / count) == 0;
+    const double least = isDeviation ? 0 : -kMaxReflection, most = isDeviation ? 1 : kMaxReflection;
+    if (auto bad = checkRange(effect.models[i], {least, most, ""}, listName("models", i))) {
+      if (!isDeviation) bad->reason += ": with more it has poles on the unit circle or beyond, and would not die away";
+      return bad;
+    }
+  }
+  return std::nullopt;
+}
+
 Refusal takeDirection(const v1::Effect& message, Vec3& direction) {
   direction = vectorFrom(message.direction());
   if (direction == Vec3(0)) return Error{"direction", "has length 0; give a direction of length 1"};
@@ -180,7 +229,7 @@ Refusal checkReach(const v1::Effect& message, const Effect& effect) {
 
 bool isOfMesh(const Effect& effect) noexcept {
   return effect.kind == Kind::kMagnet || effect.kind == Kind::kSpringToVertex || effect.kind == Kind::kSpringToEdge ||
-         effect.region == Region::kInside;
+         effect.kind == Kind::kRecordedTexture || effect.region == Region::kInside;
 }
 
 /// What is of the object's mesh is where that is; without an end, a search would be of all of it.
@@ -188,7 +237,7 @@ Refusal checkOfMesh(const v1::Effect& message, const Effect& effect) {
   if (!isOfMesh(effect)) return std::nullopt;
   if (effect.frame == Effect::Frame::kWorld)
     return Error{"frame", "is EFFECT_FRAME_WORLD; what is of the object's mesh moves with it: leave it out"};
-  if (effect.region == Region::kInside || isGiven(message, "reach_m")) return std::nullopt;
+  if (!usesField(effect.kind, "reach_m") || isGiven(message, "reach_m")) return std::nullopt;
   return Error{"reach_m", "is missing; give how near the hand has to be"};
 }
 
@@ -228,6 +277,9 @@ Result<Effect> announcedEffectFrom(const v1::Effect& message) {
   if (effect.kind == Kind::kTube) {
     if (auto bad = checkDiameter(effect, "tube")) return refuse(bad);
   }
+  if (effect.kind == Kind::kRecordedTexture) {
+    if (auto bad = takeTexture(message, effect)) return refuse(bad);
+  }
   if (usesField(effect.kind, "reach_m")) {
     if (auto bad = checkReach(message, effect)) return refuse(bad);
   }
@@ -247,10 +299,14 @@ Result<std::vector<Effect>> announcedEffectsFrom(const pb::RepeatedPtrField<v1::
                                   std::to_string(kMaxEffects));
   }
   std::vector<Effect> effects;
+  bool isRecorded = false;
   for (int i = 0; i < messages.size(); ++i) {
     auto effect = announcedEffectFrom(messages[i]);
-    if (auto bad = take(std::move(effect), effects.emplace_back(), "effects[" + std::to_string(i) + "]."))
-      return refuse(bad);
+    const std::string field = listName("effects", static_cast<std::size_t>(i)) + ".";
+    if (auto bad = take(std::move(effect), effects.emplace_back(), field)) return refuse(bad);
+    if (effects.back().kind != Kind::kRecordedTexture) continue;
+    if (isRecorded) return refused(field + "kind", "is EFFECT_KIND_RECORDED_TEXTURE again; give an object one of them");
+    isRecorded = true;
   }
   return effects;
 }
@@ -281,6 +337,8 @@ void toWire(const std::vector<Effect>& effects, pb::RepeatedPtrField<v1::Effect>
         if (value != Vec3(0)) toWire(value, static_cast<v1::Vector3&>(*reflection.MutableMessage(&message, &field)));
       } else if constexpr (std::is_same_v<T, std::vector<float>>) {
         message.mutable_samples()->Add(value.begin(), value.end());
+      } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+        for (const double number : value) reflection.AddDouble(&message, &field, number);
       } else {
         for (const Vec3& point : value) {
           for (const double number : {point.x, point.y, point.z}) message.add_path_m(number);

@@ -139,6 +139,7 @@ std::vector<Vec3> effectLines(const Effect& effect) {
     case Kind::kMagnet:
     case Kind::kSpringToVertex:
     case Kind::kSpringToEdge:
+    case Kind::kRecordedTexture:
       break;
   }
   return lines.take();
@@ -155,6 +156,7 @@ palette::Shade effectShade(Kind kind) {
     case Kind::kConstant:
     case Kind::kVibration:
     case Kind::kSamples:
+    case Kind::kRecordedTexture:
       return palette::kActs;
     default:
       return palette::kPulls;

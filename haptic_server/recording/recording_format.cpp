@@ -123,11 +123,12 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
 /// Binds every member: a new one is recorded, or of no concern to ServoSceneBuilder, by decision.
 void setLimits(const DeviceLimits& limits, v1::RecordedLimits& message) {
   const auto& [encoderStep_m, stableLateral_N_per_m, period_s, stiffest_N_per_m, maxDamping_Ns_per_m,
-               stiffestTorsion_Nm_per_rad, hands] = limits;
+               stiffestTorsion_Nm_per_rad, hands, observed] = limits;
   message.set_stiffest_n_per_m(stiffest_N_per_m);
   message.set_max_damping_ns_per_m(maxDamping_Ns_per_m);
   message.set_stiffest_torsion_nm_per_rad(stiffestTorsion_Nm_per_rad);
   message.set_hands(static_cast<std::uint32_t>(hands));
+  message.set_unobserved(!observed);
 }
 
 [[nodiscard]] Result<DeviceLimits> limitsFrom(const v1::RecordedLimits& limits, double period_s) {
@@ -140,7 +141,8 @@ void setLimits(const DeviceLimits& limits, v1::RecordedLimits& message) {
                       .stiffest_N_per_m = limits.stiffest_n_per_m(),
                       .maxDamping_Ns_per_m = limits.max_damping_ns_per_m(),
                       .stiffestTorsion_Nm_per_rad = limits.stiffest_torsion_nm_per_rad(),
-                      .hands = static_cast<int>(limits.hands())};
+                      .hands = static_cast<int>(limits.hands()),
+                      .observed = !limits.unobserved()};
 }
 
 }  // namespace

@@ -89,7 +89,10 @@ std::size_t heldBy(const std::optional<MotionProperties>& motion) noexcept {
 
 std::size_t heldBy(const std::vector<Effect>& effects) noexcept {
   std::size_t bytes = effects.capacity() * sizeof(Effect);
-  for (const Effect& effect : effects) bytes += heldBy(effect.path_m) + heldBy(effect.samples);
+  for (const Effect& effect : effects) {
+    bytes += heldBy(effect.path_m) + heldBy(effect.samples) + heldBy(effect.speeds_m_per_s) + heldBy(effect.forces_N) +
+             heldBy(effect.models);
+  }
   return bytes;
 }
 
@@ -117,12 +120,14 @@ struct HeldByOperation {
 }  // namespace
 
 std::size_t detailSizeOf(const ObjectRecord& record) {
-  constexpr std::size_t kCrease_bytes = 16, kControlPoint_bytes = 12, kPathPoint_bytes = 24, kSample_bytes = 4;
+  constexpr std::size_t kCrease_bytes = 16, kControlPoint_bytes = 12, kPathPoint_bytes = 24, kSample_bytes = 4,
+                        kNumber_bytes = 8;
   const SurfaceProperties& surface = record.material.surface;
   std::size_t bytes = 0;
   if (record.deformation.lattice) bytes += kControlPoint_bytes * record.deformation.lattice->control_m.size();
   for (const Effect& effect : record.effects)
-    bytes += kPathPoint_bytes * effect.path_m.size() + kSample_bytes * effect.samples.size();
+    bytes += kPathPoint_bytes * effect.path_m.size() + kSample_bytes * effect.samples.size() +
+             kNumber_bytes * (effect.speeds_m_per_s.size() + effect.forces_N.size() + effect.models.size());
   if (surface.shading) bytes += kCrease_bytes * surface.shading->creases.size();
   if (surface.texture) bytes += detailSizeOf(surface.texture->family);
   const auto add = [&bytes](const FactorMap& map) {

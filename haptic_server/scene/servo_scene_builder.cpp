@@ -247,7 +247,7 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
     const auto apparentMass_kg = moves ? std::optional(parts.body.apparentMass_kg) : std::nullopt;
     parts.effects.clear();
     for (const Effect& effect : stableEffects(record.effects, apparentMass_kg, device_))
-      parts.effects.push_back(std::make_shared<const EffectField>(effect));
+      parts.effects.push_back(std::make_shared<const EffectField>(effect, device_.period_s));
   }
   if (!sameSurface) {
     parts.sharp = nullptr;

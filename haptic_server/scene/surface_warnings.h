@@ -24,6 +24,8 @@ struct DeviceLimits {
   double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();         ///< The same of damping,
   double stiffestTorsion_Nm_per_rad = std::numeric_limits<double>::infinity();  ///< and of what turns a tool.
   int hands = 1;                                                                ///< That may push a body at once.
+  bool observed =
+      true;  ///< The step has an observer (StepConfig), by which springs from both sides are as stable as walls.
 };
 
 /// Warnings of a texture, or a map of friction, stiffness or softness, whose finest detail is finer than two steps of the device's encoder, which feel it

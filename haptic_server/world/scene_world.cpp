@@ -19,8 +19,12 @@ namespace haptics {
 namespace {
 
 [[nodiscard]] DeviceLimits limitsFor(const SteppedScene& scene) {
-  return {scene.config().positionStep_m, scene.config().stableLateral_N_per_m, scene.config().period_s,
-          scene.limits().stiffness_N_per_m, scene.limits().damping_Ns_per_m};
+  return {.encoderStep_m = scene.config().positionStep_m,
+          .stableLateral_N_per_m = scene.config().stableLateral_N_per_m,
+          .period_s = scene.config().period_s,
+          .stiffest_N_per_m = scene.limits().stiffness_N_per_m,
+          .maxDamping_Ns_per_m = scene.limits().damping_Ns_per_m,
+          .observed = scene.config().observer.has_value()};
 }
 
 [[nodiscard]] Transaction transactionOf(const Result<v1::Transaction>& message) {

@@ -124,6 +124,8 @@ BAD_SCENES |= {
                                 (EFFECT + "path_m", "same place")),
     "damping that is no number": (effect("kind: EFFECT_KIND_VISCOSITY damping_Ns_per_m: nan"),
                                   (EFFECT + "damping_Ns_per_m", "nan")),
+    "texture that does not die away": (effect("kind: EFFECT_KIND_RECORDED_TEXTURE amplitude_N: 1 sample_rate_Hz: 1e4 "
+                                              "speeds_m_per_s: 0.1 forces_N: 1 models: [1, -1.01]"), (EFFECT + "models[1]", "poles")),
     "magnet that reaches anywhere": (effect("kind: EFFECT_KIND_MAGNET stiffness_N_per_m: 9"), (EFFECT + "reach_m", "missing")),
 }
 

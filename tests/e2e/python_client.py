@@ -163,7 +163,8 @@ class PythonClient(harness.EndToEnd):
                       "EFFECT_KIND_TUBE path_m: [9, 0, 0, 9, 9, 0] stiffness_N_per_m: 50 size_m { x: 0.1 } }",
                       f"effects {{ kind: EFFECT_KIND_MAGNET {spring} }} effects {{ kind: EFFECT_KIND_INERTIA mass_kg: 0.25 "
                       "stiffness_N_per_m: 100 region: EFFECT_REGION_INSIDE } effects { kind: EFFECT_KIND_SAMPLES direction { y: 1 } "
-                      "amplitude_N: 0.1 samples: [0.1, -0.0, -1] sample_rate_Hz: 8000 }", ""):
+                      "amplitude_N: 0.1 samples: [0.1, -0.0, -1] sample_rate_Hz: 8000 } effects { kind: EFFECT_KIND_RECORDED_TEXTURE "
+                      "amplitude_N: 1 sample_rate_Hz: 1e4 speeds_m_per_s: [0.1, 0.2] forces_N: 1 models: [0.1, -0.9, -0.0, 1, 0.5, 0] }", ""):
             with self.subTest(given=given):
                 client.apply('operations { set_effects { object { name: "ball" } %s } }' % given)
                 self.assert_in_step(client)

@@ -82,7 +82,9 @@ SCENES = {
                'stiffness_N_per_m: 100 reach_m: 0.01 release_m: 0.02 fade_m: 0.01 } effects { kind: EFFECT_KIND_VIBRATION '
                'direction { z: 1 } amplitude_N: 1 frequency_Hz: 50 region: EFFECT_REGION_BOX size_m { x: 1 y: 1 z: 1 } } '
                'effects { kind: EFFECT_KIND_INERTIA mass_kg: 1 stiffness_N_per_m: 9 region: EFFECT_REGION_INSIDE } effects { '
-               'kind: EFFECT_KIND_SAMPLES direction { z: 1 } amplitude_N: 1 samples: [0, 1, -1] sample_rate_Hz: 800 } } }',
+               'kind: EFFECT_KIND_SAMPLES direction { z: 1 } amplitude_N: 1 samples: [0, 1, -1] sample_rate_Hz: 800 } effects { '
+               'kind: EFFECT_KIND_RECORDED_TEXTURE amplitude_N: 1 sample_rate_Hz: 1e4 speeds_m_per_s: 0.1 forces_N: [1, 2] '
+               'models: [0.1, -0.9, 1, 0.5] } } }',
     "remove": 'operations { remove { object { name: "a" } } }',
     "condition": 'preconditions { object { name: "a" } expected_revision: 1 } operations { remove { object { id: 1 } } }',
     "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',

@@ -171,6 +171,7 @@ magnet = _effect(EffectKind.EFFECT_KIND_MAGNET)
 spring_to_vertex = _effect(EffectKind.EFFECT_KIND_SPRING_TO_VERTEX)
 spring_to_edge = _effect(EffectKind.EFFECT_KIND_SPRING_TO_EDGE)
 samples = _effect(EffectKind.EFFECT_KIND_SAMPLES)
+recorded_texture = _effect(EffectKind.EFFECT_KIND_RECORDED_TEXTURE)
 
 MAX_SAMPLES = 65536  # of an effect
 

@@ -13,6 +13,9 @@ namespace {
 
 using Kind = Effect::Kind;
 
+/// What a recorded texture may give the hand at once, and again in each second: it is active, and so the account has an end.
+constexpr double kTextureBudget_J = 5e-3;
+
 /// 0 at the border and outside of it, 1 from `fade_m` inside on; C1 where that is more than 0.
 [[nodiscard]] double fading(double inside_m, double fade_m) noexcept {
   if (inside_m <= 0) return 0;
@@ -28,13 +31,15 @@ using Kind = Effect::Kind;
 
 }  // namespace
 
-EffectField::EffectField(const Effect& effect)
+EffectField::EffectField(const Effect& effect, double period_s)
     : effect_(effect),
       reach_m_(effect.reach_m > 0 ? effect.reach_m : std::numeric_limits<double>::infinity()),
       release_m_(std::max(reach_m_, effect.release_m)),
       isOfMesh_(effect.kind == Kind::kMagnet || effect.kind == Kind::kSpringToVertex ||
-                effect.kind == Kind::kSpringToEdge || effect.region == Effect::Region::kInside) {
+                effect.kind == Kind::kSpringToEdge || effect.kind == Kind::kRecordedTexture ||
+                effect.region == Effect::Region::kInside) {
   if (!effect.path_m.empty()) path_ = EffectPath(effect.path_m);
+  if (isTexture()) texture_ = RecordedTexture(effect, period_s);
 }
 
 bool EffectField::isPlaceOf(const EffectMemory& memory) const noexcept {
@@ -227,6 +232,19 @@ EffectField::Felt EffectField::vibrate(EffectMemory& memory, double weight, doub
   return felt;
 }
 
+EffectField::Felt EffectField::feltAlong(EffectMemory& memory, TextureMemory& texture, const Vec3& normal,
+                                         double normal_N, const Vec3& velocity, double period_s,
+                                         double given_J) const noexcept {
+  memory.part = std::clamp(memory.part + given_J / kTextureBudget_J - period_s, 0.0, 1.0);
+  const bool held = memory.holds;
+  memory.holds = normal != Vec3(0);
+  if (!memory.holds) return {};
+  if (!held) texture.restart();
+  const RecordedTexture::Felt felt = texture_.felt(texture, normal, normal_N, velocity);
+  const double share = std::min(2 * (1 - memory.part), 1.0);
+  return {limited(share * felt.force_N), false, share * felt.byTime_N};
+}
+
 EffectField::Felt EffectField::felt(EffectMemory& memory, const Vec3& hip, const Vec3& velocity, double period_s,
                                     const NearMesh& mesh) const noexcept {
   const Vec3& n = effect_.direction;
@@ -263,6 +281,8 @@ EffectField::Felt EffectField::felt(EffectMemory& memory, const Vec3& hip, const
     case Kind::kSpringToVertex:
     case Kind::kSpringToEdge:
       return pullToMesh(memory, hip, velocity, mesh);
+    case Kind::kRecordedTexture:
+      break;
   }
   return {};
 }

@@ -7,6 +7,7 @@
 #include "common/scene/effect_properties.h"
 #include "haptic_server/engine/effects/effect_path.h"
 #include "haptic_server/engine/effects/near_mesh.h"
+#include "haptic_server/engine/effects/recorded_texture.h"
 #include "haptic_server/engine/force/spring_damper.h"
 
 namespace haptics {
@@ -17,11 +18,12 @@ struct EffectMemory {
   std::uint64_t number = 0;   ///< and which of its effects it is.
   Word<bool> holds = false;   ///< The spring or guide has taken hold; the HIP is in the region.
   std::uint64_t segment = 0;  ///< Of the path: where the target was,
-  double part = 0;            ///< and at which part of it. Of inertia: how much of the mass there is.
-  double turns = 0;           ///< Of a vibration, 0 to 1; of samples, at which of them it is.
-  Vec3 hip{0}, target{0};     ///< In the last tick, in the effect's frame. Of inertia: where the mass is,
-  Vec3 velocity{0};           ///< and its velocity.
-  Vec3 force_N{0};            ///< Likewise, on the hand; world.
+  /// And at which part of it. Of inertia: how much of the mass there is. Of a recorded texture: how much of its budget is spent.
+  double part = 0;
+  double turns = 0;        ///< Of a vibration, 0 to 1; of samples, at which of them it is.
+  Vec3 hip{0}, target{0};  ///< In the last tick, in the effect's frame. Of inertia: where the mass is,
+  Vec3 velocity{0};        ///< and its velocity.
+  Vec3 force_N{0};         ///< Likewise, on the hand; world.
 
   HAPTICS_FIELDS(self.object, self.number, self.holds, self.segment, self.part, self.turns, self.hip, self.target,
                  self.velocity, self.force_N);
@@ -30,7 +32,8 @@ struct EffectMemory {
 /// A field of force over position and velocity (README.md), ready for the servo. noexcept, no allocation once it is made.
 class EffectField {
  public:
-  explicit EffectField(const Effect& effect);
+  /// @param period_s  Of the servo's ticks, for a recorded texture.
+  explicit EffectField(const Effect& effect, double period_s = 1e-3);
 
   [[nodiscard]] bool isInWorld() const noexcept { return effect_.frame == Effect::Frame::kWorld; }
   [[nodiscard]] Effect::Trigger trigger() const noexcept { return effect_.trigger; }
@@ -57,6 +60,14 @@ class EffectField {
   [[nodiscard]] Felt felt(EffectMemory& memory, const Vec3& hip, const Vec3& velocity, double period_s,
                           const NearMesh& mesh = {}) const noexcept;
 
+  [[nodiscard]] bool isTexture() const noexcept { return effect_.kind == Effect::Kind::kRecordedTexture; }
+  /// Likewise, of one that isTexture(), on the object that carries it where that is touched.
+  /// @param normal  Unit, outward; 0: it is not touched.
+  /// @param normal_N  Force of the surface along it.
+  /// @param given_J  What it gave the hand on the way to here.
+  [[nodiscard]] Felt feltAlong(EffectMemory& memory, TextureMemory& texture, const Vec3& normal, double normal_N,
+                               const Vec3& velocity, double period_s, double given_J) const noexcept;
+
  private:
   /// How much of a pull over that way is felt; takes hold and lets go.
   [[nodiscard]] double reachWeight(EffectMemory& memory, double far_m, bool& jumped) const noexcept;
@@ -78,6 +89,7 @@ class EffectField {
   double reach_m_, release_m_;  // infinite where there is none
   bool isOfMesh_;
   EffectPath path_;
+  RecordedTexture texture_;
 };
 
 }  // namespace haptics

@@ -94,6 +94,11 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       const Vec3 relative = toFrame * (velocity - carried / config.period_s);
       if (!effect.field->isOfMesh()) {
         felt = effect.field->felt(memory, here, relative, config.period_s, kNoMesh);
+      } else if (effect.field->isTexture()) {
+        const bool touched = result.contact.touching && static_cast<std::size_t>(result.contact.body) == effect.body;
+        const Vec3 normal = touched ? result.contact.normal : Vec3(0);
+        felt = effect.field->feltAlong(memory, state.texture, toFrame * normal, glm::dot(result.force.contact, normal),
+                                       relative, config.period_s, part * glm::dot(memory.force_N, way));
       } else if (const NearMesh mesh = effect.field->near(*body.surface, here, allowance); allowance.isSpent()) {
         state.fallBehind(result.contact.work);
       } else {

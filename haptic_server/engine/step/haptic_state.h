@@ -277,11 +277,12 @@ struct StateFields {
   Sequence<KinematicMotion, kMaxServoObjects> driven;
   Sequence<ShapeMotion, kMaxServoObjects> reshaped;  ///< Of all objects, where the vertices of one are moved.
   Sequence<EffectMemory, kMaxEffects> effects;       ///< In the order of the scene's.
+  TextureMemory texture;
 
   HAPTICS_FIELDS(self.adoption, self.features, self.motion, self.denting, self.estimate, self.contact, self.groove,
                  self.report, self.limits, self.supervision, self.observer, self.energy, self.dents, self.surface,
                  self.moving, self.objects, self.bumps, self.pairs, self.tool, self.grasp, self.driven, self.reshaped,
-                 self.effects);
+                 self.effects, self.texture);
 };
 static_assert(fields::isListed<StateFields>(), "no pointer, no padding, every member in the list");
 static_assert(std::is_trivially_copyable_v<StateFields>);

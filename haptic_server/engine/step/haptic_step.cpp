@@ -103,6 +103,25 @@ void followClutch(HapticState& state, const StepInput& input) noexcept {
   return state.objects[felt].stiffness.value();
 }
 
+/// The same with the effects that pull meanwhile, N/m.
+[[gnu::noinline, gnu::cold]] double stiffnessWithExtras(const HapticState& state,
+                                                        const ContactResult& contact) noexcept {
+  double all_N_per_m = touchedStiffness(state, contact).spring_N_per_m;
+  for (std::size_t i = 0; i < state.effects.count; ++i) {
+    if (state.effects[i].force_N != Vec3(0)) all_N_per_m += state.scene->effects[i].field->stiffness().spring_N_per_m;
+  }
+  return all_N_per_m;
+}
+
+/// What the observer has to hold: on the touched surface, N/m; 0 when free.
+[[gnu::always_inline]] inline double heldStiffness_N_per_m(const HapticState& state,
+                                                           const ContactResult& contact) noexcept {
+  if (!contact.touching) return 0;
+  if (state.features.extras) [[unlikely]]
+    return stiffnessWithExtras(state, contact);
+  return state.objects[static_cast<std::size_t>(contact.body)].stiffness.value().spring_N_per_m;
+}
+
 void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
   if (work.allowanceSpent) ++state.report.allowanceSpent;
   if (work.depenetrated) {
@@ -392,8 +411,7 @@ void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& 
   state.report.object = result.object;
   accountEnergy(state, config, result);
   if (state.observer.active()) {
-    state.observer.onForceWritten(result.force.written, result.geometricNormal,
-                                  touchedStiffness(state, contact).spring_N_per_m,
+    state.observer.onForceWritten(result.force.written, result.geometricNormal, heldStiffness_N_per_m(state, contact),
                                   surfaceSpeed(state, contact.body, contact.ihip, result.geometricNormal, config));
   }
   state.now = {};

@@ -22,6 +22,17 @@ const std::string kAlongZ = "direction { z: 1 } ";
 const std::string kSpring = "stiffness_N_per_m: 200 ";
 const std::string kPath = "path_m: [0, 0, 0, 0.1, 0, 0] ";
 
+std::string times(const std::string& text, int count) {
+  std::string all;
+  for (int i = 0; i < count; ++i) all += text;
+  return all;
+}
+
+std::string texture(const std::string& speeds, const std::string& forces, const std::string& models) {
+  return "amplitude_N: 1 sample_rate_Hz: 1e4 speeds_m_per_s: [" + speeds + "] forces_N: [" + forces + "] models: [" +
+         models + "] ";
+}
+
 struct BadEffect {
   std::string text;
   std::string field;
@@ -108,6 +119,24 @@ INSTANTIATE_TEST_SUITE_P(
         {effect("SAMPLES", kAlongZ + "amplitude_N: 1 sample_rate_Hz: 8000 samples: [nan, 1]"), "samples[0]", "nan"},
         {effect("SAMPLES", kAlongZ + "amplitude_N: 1 samples: [0, 1]"), "sample_rate_Hz", "more than 0"},
         {effect("SAMPLES", kAlongZ + "samples: [0, 1] sample_rate_Hz: 8000"), "amplitude_N", "more than 0"},
+        {effect("RECORDED_TEXTURE", texture("", "1", "1, 0.5")), "speeds_m_per_s", "has 0; give 1 to 64"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "", "1, 0.5")), "forces_N", "has 0; give 1 to 64"},
+        {effect("RECORDED_TEXTURE", texture("0.1, nan", "1", "1, 0, 1, 0")), "speeds_m_per_s[1]", "nan"},
+        {effect("RECORDED_TEXTURE", texture("0.1, 0.1", "1", "1, 0, 1, 0")), "speeds_m_per_s[1]",
+         "more than the one before, 0.1"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "0", "1, 0.5")), "forces_N[0]", "is 0"},
+        {effect("RECORDED_TEXTURE", texture("0.1, 0.2", "1", "1, 0.5, 1")), "models", "has 3 numbers for 2 models"},
+        {effect("RECORDED_TEXTURE", texture("0.1, 0.2", "1", "1, 1")), "models", "1 to 32"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "1", "1" + times(", 0", 33))), "models", "has 34 numbers"},
+        {effect("RECORDED_TEXTURE", texture("1, 2, 3, 4, 5, 6, 7, 8, 9", "1, 2, 3, 4, 5, 6, 7, 8", "1, 1")),
+         "speeds_m_per_s", "make 72 pairs; at most 64"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "1", "2, 0.5")), "models[0]", "give 0 to 1"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "1", "1, 0.5, -1")), "models[2]", "poles on the unit circle"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "1", "1, nan")), "models[1]", "nan"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "1", "1, 0") + kAlongZ), "direction", "does not use it"},
+        {effect("RECORDED_TEXTURE", texture("0.1", "1", "1, 0") + "frame: EFFECT_FRAME_WORLD"), "frame",
+         "moves with it"},
+        {effect("VISCOSITY", "damping_Ns_per_m: 1 models: 1"), "models", "does not use it"},
         {effect("VISCOSITY", "damping_Ns_per_m: 1 trigger: 9"), "trigger", "is 9; give EFFECT_TRIGGER_ALWAYS"},
     }));
 
@@ -136,6 +165,13 @@ TEST(ConvertEffect, AnHourOfSamplesIsRefused) {
   EXPECT_THAT(result.error().reason, HasSubstr("has 360000; give 2 to 65536"));
 }
 
+TEST(ConvertEffect, ASecondRecordedTextureIsRefused) {
+  const std::string one = effect("RECORDED_TEXTURE", texture("0.1", "1", "1, 0.5"));
+  const auto result = effectsFrom(parse(one + effect("VISCOSITY", "damping_Ns_per_m: 1") + one).effects());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().field, "effects[2].kind");
+}
+
 TEST(ConvertEffect, MoreThanASceneHasAreRefused) {
   v1::AddObject message;
   for (int i = 0; i < 33; ++i) message.add_effects();
@@ -160,6 +196,7 @@ TEST(ConvertEffect, AStateKeepsEachKindBitForBit) {
       effect("MAGNET", kSpring + "reach_m: 0.1") + effect("SPRING_TO_VERTEX", kSpring + "reach_m: 0.1") +
       effect("SPRING_TO_EDGE", kSpring + "reach_m: 0.1 limit_N: 2") +
       effect("SAMPLES", kAlongZ + "amplitude_N: 1 sample_rate_Hz: 8000 samples: [0, 0.1, -1]") +
+      effect("RECORDED_TEXTURE", texture("0.1, 0.2", "0.5, 1.5", "1, -0.99, 0, 0.5, 0.1, 0.3, 0.4, 0") + "limit_N: 2") +
       effect("VIBRATION",
              kAlongZ + "amplitude_N: 1 frequency_Hz: 50 phase_rad: 1 region: EFFECT_REGION_SPHERE size_m { x: 1 }"));
   const auto asked = effectsFrom(message.effects());

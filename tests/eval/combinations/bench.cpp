@@ -77,16 +77,19 @@ Vec3 printedForce(double depth_m, Vec3 normal, double height_m, Vec3 gradient) {
   return d >= raised ? (d - raised) * normal + raised * m : d * m;
 }
 
-Bench::Bench(std::vector<ServoObject> objects, const Pose& frame)
+Bench::Bench(std::vector<ServoObject> objects, const Pose& frame, const std::vector<Effect>& effects)
     : frame_(frame),
       config_{.period_s = kTick_s, .maxForce_N = 1e9},
       state_(std::make_unique<HapticState>(config_)),
       scene_(std::make_unique<ServoScene>()) {
+  for (const Effect& effect : effects)
+    effects_.push_back({0, effects_.size(), std::make_shared<const EffectField>(effect)});
   adopt(std::move(objects));
 }
 
-Bench::Bench(std::vector<ServoObject> objects, const Pose& frame, const Method* guest, const Skin& skin)
-    : Bench(guest == nullptr ? objects : std::vector<ServoObject>{}, frame) {
+Bench::Bench(std::vector<ServoObject> objects, const Pose& frame, const Method* guest, const Skin& skin,
+             const std::vector<Effect>& effects)
+    : Bench(guest == nullptr ? objects : std::vector<ServoObject>{}, frame, effects) {
   if (guest == nullptr) return;
   if ((skin.shaded || skin.muStatic > 0) && !guest->surfaces)
     throw NotApplicable("a surface is shaded or has friction");
@@ -107,6 +110,7 @@ void Bench::adopt(std::vector<ServoObject> objects) {
   next->number = next->revision = scene_->revision + 1;
   for (ServoObject& object : objects) object.pose = composed(frame_, object.pose);
   next->objects = std::move(objects);
+  next->effects = effects_;
   if (!adoptScene(*next, *state_, ticks_)) throw std::logic_error("a scene is adopted while its objects are touched");
   scene_ = std::move(next);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
+#include "common/scene/effect_properties.h"
 #include "haptic_server/engine/step/haptic_step.h"
 #include "tests/eval/combinations/pair.h"
 #include "tests/eval/combinations/waves.h"
@@ -49,10 +50,12 @@ struct Skin {
 /// world.
 class Bench {
  public:
-  Bench(std::vector<ServoObject> objects, const Pose& frame);
+  /// @param effects  Of the first object.
+  Bench(std::vector<ServoObject> objects, const Pose& frame, const std::vector<Effect>& effects = {});
   /// The same by another method, if there is one: it gets the objects' meshes and poses, all with the first one's stiffness
   /// and with this skin. Throws NotApplicable where the method knows nothing of that.
-  Bench(std::vector<ServoObject> objects, const Pose& frame, const Method* guest, const Skin& skin);
+  Bench(std::vector<ServoObject> objects, const Pose& frame, const Method* guest, const Skin& skin,
+        const std::vector<Effect>& effects = {});
 
   /// The same objects in another shape.
   void adopt(std::vector<ServoObject> objects);
@@ -75,6 +78,7 @@ class Bench {
   StepConfig config_;
   std::unique_ptr<HapticState> state_;
   std::unique_ptr<ServoScene> scene_;
+  std::vector<ServoEffect> effects_;
   std::uint64_t ticks_ = 0;
 };
 

@@ -76,6 +76,25 @@ Skin randomSkin(Feature a, Feature b, Random& random) {
   return drawn;
 }
 
+std::vector<Effect> Pulls::effects() const {
+  return {{.kind = Effect::Kind::kSpringToPoint, .point_m = point_m, .stiffness_N_per_m = toPoint_N_per_m},
+          {.kind = Effect::Kind::kSpringToLine,
+           .point_m = line_m,
+           .direction = along,
+           .stiffness_N_per_m = toLine_N_per_m}};
+}
+
+Vec3 Pulls::force_N(Vec3 hip) const {
+  const Vec3 toLine = line_m - hip;
+  return toPoint_N_per_m * (point_m - hip) + toLine_N_per_m * (toLine - glm::dot(toLine, along) * along);
+}
+
+Pulls randomPulls(Random& random) {
+  constexpr double kFar_m = 0.03;
+  return {random.direction() * kFar_m, random.direction() * kFar_m, random.direction(), random.between(10, 30),
+          random.between(10, 30)};
+}
+
 Slider randomSlider(Random& random) {
   Slider slider;
   const double tilt = random.between(0, 0.6), turn = random.between(0, 6.28);

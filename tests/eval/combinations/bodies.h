@@ -39,6 +39,17 @@ struct Slider {
 };
 [[nodiscard]] Slider randomSlider(Random& random);
 
+/// Springs to a point and to a line, in the body's frame, and their law.
+struct Pulls {
+  Vec3 point_m{0}, line_m{0}, along{0, 0, 1};
+  double toPoint_N_per_m = 0, toLine_N_per_m = 0;
+
+  [[nodiscard]] std::vector<Effect> effects() const;
+  /// @param hip  Body frame, and so is what comes back.
+  [[nodiscard]] Vec3 force_N(Vec3 hip) const;
+};
+[[nodiscard]] Pulls randomPulls(Random& random);
+
 /// Newton's law for a slider under a force that is held for each tick.
 class SliderReference {
  public:

@@ -55,10 +55,11 @@ PairResult run(const FeaturePair& pair, Ablation ablation, std::uint64_t seed, c
     if (guest != nullptr && std::ranges::find(kHandedOver, feature) == kHandedOver.end())
       throw NotApplicable(std::string(nameOf(feature)) + " is not handed over");
   }
-  constexpr std::uint64_t kApart = 1000;
+  constexpr std::uint64_t kApart = 1000, kOfFirst = 8;
   const std::uint64_t number =
-      static_cast<std::uint64_t>(pair.first) * kFeatures + static_cast<std::uint64_t>(pair.second);
+      static_cast<std::uint64_t>(pair.first) * kOfFirst + static_cast<std::uint64_t>(pair.second);
   const Random random(seed * kApart + number);
+  if (pair.first == Feature::kSeveral) return runGroove(pair.second, ablation, random, guest);
   return pair.second == Feature::kSeveral ? runGroove(pair.first, ablation, random, guest)
                                           : runSolo(pair.first, pair.second, ablation, random, guest);
 }

@@ -39,6 +39,7 @@ class Groove {
     speed_m_per_s_ = random.between(0.03, 0.1) * random.sign();
     length_m_ = random.between(0.02, 0.03);
     slider_ = randomSlider(random);
+    if (has(Feature::kEffects)) pulls_ = randomPulls(random);
     if (guest_ != nullptr) {
       sides_[0].skin.variation = 0;
       sides_[1].skin = sides_[0].skin;
@@ -54,7 +55,8 @@ class Groove {
   [[nodiscard]] PairResult run() {
     PairResult result;
     stroke(result);
-    if (feature_ == Feature::kSoftness || feature_ == Feature::kLattice || feature_ == Feature::kShading) loop(result);
+    if (has(Feature::kSoftness) || has(Feature::kLattice) || has(Feature::kShading) || has(Feature::kEffects))
+      loop(result);
     return result;
   }
 
@@ -133,7 +135,10 @@ class Groove {
     if (has(Feature::kMotion) && i == 0) object.motion = slider_.body(mesh);
     return object;
   }
-  [[nodiscard]] Bench makeBench() const { return Bench({object(0), object(1)}, frame_, guest_, sides_[0].skin); }
+  [[nodiscard]] Bench makeBench() const {
+    return Bench({object(0), object(1)}, frame_, guest_, sides_[0].skin,
+                 has(Feature::kEffects) ? pulls_.effects() : std::vector<Effect>{});
+  }
 
   /// Of two planes, or of ball and pad.
   [[nodiscard]] Parts partsOf(const std::array<Pose, 2>& poses, Vec3 h) const {
@@ -223,6 +228,7 @@ class Groove {
       if (ablation_ == Ablation::kFirstNormal) applyFirstNormal(felt, right);
       const double rubbed_m = std::abs(along_m - from_m);
       Comparison::Right expected{.normal_N = right.normal_N, .slides = rubs, .judged = rubbed_m > (rubs ? 8e-3 : 1e-3)};
+      if (has(Feature::kEffects)) expected.normal_N += poses[0].rotation * pulls_.force_N(toLocal(poses[0], hip));
       const bool isFlat = !isRound() && !has(Feature::kTexture);  // the reference knows one side alone
       if (!isFlat && !expected.judged && std::min(parts.depth_m[0], parts.depth_m[1]) <= 0)
         expected.normal_N = felt.force.contact - felt.force.friction;
@@ -287,6 +293,7 @@ class Groove {
   double falloff_m_ = 0, plastic_ = 0, speed_m_per_s_ = 0, length_m_ = 0;
   double level_m_ = 0, circle_m_ = 0;  // of ball and pad
   Slider slider_;
+  Pulls pulls_;
 };
 
 }  // namespace

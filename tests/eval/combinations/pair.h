@@ -13,9 +13,19 @@
 /// runtime. SI in the code; units as the names say in the results.
 namespace haptics::eval {
 
-enum class Feature : std::uint8_t { kTexture, kShading, kFriction, kSoftness, kPlastic, kLattice, kMotion, kSeveral };
-inline constexpr std::array<std::string_view, 8> kFeatureNames{"texture", "shading", "friction", "softness",
-                                                               "plastic", "lattice", "motion",   "several"};
+enum class Feature : std::uint8_t {
+  kTexture,
+  kShading,
+  kFriction,
+  kSoftness,
+  kPlastic,
+  kLattice,
+  kMotion,
+  kSeveral,
+  kEffects
+};
+inline constexpr std::array<std::string_view, 9> kFeatureNames{"texture", "shading", "friction", "softness", "plastic",
+                                                               "lattice", "motion",  "several",  "effects"};
 inline constexpr std::size_t kFeatures = kFeatureNames.size();
 
 [[nodiscard]] constexpr std::string_view nameOf(Feature feature) {

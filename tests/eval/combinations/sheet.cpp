@@ -18,6 +18,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, kFeatures> k
     {"Lattice", "free-form deformation"},
     {"Motion", "slides against a spring"},
     {"Several surfaces", "groove of two bodies"},
+    {"Effects", "springs to a point and a line"},
 }};
 
 /// Short: beside a bar.

@@ -40,6 +40,9 @@ class Solo {
   [[nodiscard]] DeformedShape exactShape() const {
     return round_ ? DeformedShape::sphere(kBallRadius_m) : DeformedShape::plane(kPadSide_m / 2);
   }
+  [[nodiscard]] std::vector<Effect> effects() const {
+    return has(Feature::kEffects) ? pulls_.effects() : std::vector<Effect>{};
+  }
   [[nodiscard]] double share() const { return yields() ? contact_N_per_m_ / (contact_N_per_m_ + tissue_N_per_m_) : 0; }
 
   void draw(Random& random) {
@@ -66,6 +69,7 @@ class Solo {
       shape_.shapeBy(*lattice_);
     }
     slider_ = randomSlider(random);
+    pulls_ = randomPulls(random);
   }
 
   [[nodiscard]] const TriMesh& mesh() const {
@@ -195,7 +199,7 @@ class Solo {
   void stroke(PairResult& result) {
     DeformedShape shape = shape_;
     const ServoObject first = freshObject();
-    Bench bench({first}, frame_, guest_, skin_);
+    Bench bench({first}, frame_, guest_, skin_, effects());
     if (has(Feature::kPlastic) && !isPressed()) pressDent(bench, first, shape, result);
     Comparison comparison;
     SliderReference body(slider_);
@@ -215,6 +219,7 @@ class Solo {
                                  .highest_m = 2 * skin_.textureHeight_m,
                                  .slides = has(Feature::kFriction),
                                  .judged = way.judged};
+      if (has(Feature::kEffects)) expected.normal_N += pose.rotation * pulls_.force_N(toLocal(pose, hip));
       if (has(Feature::kFriction)) {
         constexpr double kAhead_m = 1e-4;
         const Vec3 ahead = shape.now(shape.walked(start_, along_ * (way.along_m + kAhead_m))) - at.place;
@@ -238,7 +243,7 @@ class Solo {
     const Skin kept = skin_;
     if (sticks) skin_ = roughened(skin_);
     if (guest_ != nullptr) skin_.variation = 0;
-    Bench bench({freshObject()}, frame_, guest_, skin_);
+    Bench bench({freshObject()}, frame_, guest_, skin_, effects());
     const auto from = shape_.at(start_);
     std::vector<Vec3> force_N, place;
     Vec3 material = start_;
@@ -300,6 +305,7 @@ class Solo {
   Skin skin_;
   std::optional<Lattice> lattice_;
   Slider slider_;
+  Pulls pulls_;
   mutable Vec3 shift_{0};  // of the last answer: the displaced IHIP less the material point
 };
 

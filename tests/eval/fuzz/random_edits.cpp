@@ -263,9 +263,23 @@ void RandomEdits::addBends(v1::Lattice& lattice) {
   }
 }
 
+void RandomEdits::setTexture(v1::Effect& effect) {
+  effect.set_amplitude_n(spread(0.01, 5));
+  if (chance(0.3)) effect.set_limit_n(spread(0.1, 10));
+  effect.set_sample_rate_hz(spread(10, 1e5));
+  const int speeds = one({1, 2, 4}), forces = one({1, 3}), order = one({1, 8, 32});
+  for (int i = 1; i <= speeds; ++i) effect.add_speeds_m_per_s(i * spread(1e-3, 1.2e-3));
+  for (int i = 1; i <= forces; ++i) effect.add_forces_n(i * spread(0.1, 0.12));
+  for (int i = 0; i < speeds * forces; ++i) {
+    effect.add_models(random_.between(0, 1));
+    for (int k = 0; k < order; ++k) effect.add_models(random_.between(-1, 1) * one({0.9, 0.99999}));
+  }
+}
+
 void RandomEdits::addEffect(v1::Effect& effect) {
-  const int kind = 1 + random_.below(15);
+  const int kind = 1 + random_.below(16);
   effect.set_kind(static_cast<v1::EffectKind>(kind));
+  if (kind == v1::EFFECT_KIND_RECORDED_TEXTURE) return setTexture(effect);
   const bool isOfMesh = kind == v1::EFFECT_KIND_MAGNET || kind == v1::EFFECT_KIND_SPRING_TO_VERTEX ||
                         kind == v1::EFFECT_KIND_SPRING_TO_EDGE;
   if (!isOfMesh && chance(0.4)) effect.set_frame(v1::EFFECT_FRAME_WORLD);

@@ -43,6 +43,7 @@ class RandomEdits {
   void addMotion(v1::Motion& motion);
   void addJoint(v1::Joint& joint);
   void addDeformation(v1::Deformation& deformation, const ObjectRecord* object);
+  void setTexture(v1::Effect& effect);
   void addEffect(v1::Effect& effect);
   void addObject(v1::AddObject& add);
   void addOperation(v1::Operation& operation, const SceneVersion& scene);

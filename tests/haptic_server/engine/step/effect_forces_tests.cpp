@@ -11,6 +11,7 @@
 #include "haptic_server/engine/motion/support_points.h"
 #include "haptic_server/recording/state_image.h"
 #include "haptic_server/scene/effect_limits.h"
+#include "haptic_server/servo/server_step_config.h"
 #include "haptic_server/servo/stiffness_limit.h"
 #include "tests/haptic_server/engine/step/surface_world.h"
 
@@ -355,48 +356,239 @@ TEST(EffectForces, AVibrationIsNotTakenForAnEdit) {
   EXPECT_NEAR(highest_N, 1, 0.01);
 }
 
-/// As stiff as they are felt at most, in nobody's hand and in a light one: from half a millimetre beside, and from five with as much
-/// damping as two ticks of the stiffness.
-TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
-  struct Resting final : HandIntent {
-    double beside_m = 0;
-    HandTarget next(double, Vec3) noexcept override { return {Vec3(beside_m, 0.0123, 0)}; }
+/// White noise of a model, felt as strongly as asked for from the lowest speed on.
+Effect texture(double amplitude_N, double lowest_m_per_s = 1e-3) {
+  Effect effect{.kind = Kind::kRecordedTexture, .amplitude_N = amplitude_N, .sample_rate_Hz = 1000};
+  effect.speeds_m_per_s = {lowest_m_per_s, 0.2};
+  effect.forces_N = {0.1, 2};
+  effect.models = {1, 0, 0.5, 0.3, 1, -0.2, 0.8, -0.5};
+  return effect;
+}
+
+/// An effect of each kind that holds or drags, which has its rest at x = 0, y = 0.0123, z = 0, and what else has to be there.
+struct Held {
+  const char* name;
+  Effect effect;
+  ServoObject object = away();
+  bool drags = false;  ///< It has no rest of its own.
+};
+
+std::vector<Held> eachKind() {
+  const Vec3 rest(0, 0.0123, 0), x(1, 0, 0);
+  const std::vector<Vec3> path{Vec3(0, -1, 0), Vec3(0, 1, 0)};
+  const auto world = Effect::Frame::kWorld;
+  Effect tube{.kind = Kind::kTube, .frame = world, .path_m = path, .size_m = Vec3(1e-4, 0, 0)};
+  // Of a block whose upper side is at x = 0, whose corner is the rest, and whose edge goes through it.
+  const auto block = [](Vec3 centre) {
+    static const auto surface = surfaceOf(makeBox(Vec3(0.1), 8).value());
+    return objectOf(1, surface, centre, 100);
   };
-  for (const DevicePreset& preset : devicePresets()) {
+  const auto ofMesh = [](Kind kind) { return Effect{.kind = kind, .reach_m = 0.02}; };
+  return {
+      {"point", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}},
+      {"line", {.kind = Kind::kSpringToLine, .frame = world, .point_m = rest, .direction = Vec3(0, 1, 0)}},
+      {"plane", {.kind = Kind::kSpringToPlane, .frame = world, .point_m = rest, .direction = x}},
+      {"path", {.kind = Kind::kSpringToPath, .frame = world, .path_m = path}},
+      {"guide", {.kind = Kind::kGuide, .frame = world, .path_m = path}},
+      {"tube", tube},
+      {"magnet", ofMesh(Kind::kMagnet), block(Vec3(-0.05, 0, 0))},
+      {"vertex", ofMesh(Kind::kSpringToVertex), block(rest - Vec3(0.05))},
+      {"edge", ofMesh(Kind::kSpringToEdge), block(Vec3(-0.05, 0, -0.05))},
+      {"forbidden side", {.kind = Kind::kForbiddenSide, .frame = world, .direction = x}},
+      {"viscosity", {.kind = Kind::kViscosity, .frame = world}, away(), true},
+      {"light inertia", {.kind = Kind::kInertia, .frame = world, .mass_kg = 1e-3}, away(), true},
+      {"heavy inertia", {.kind = Kind::kInertia, .frame = world, .mass_kg = 1}, away(), true},
+  };
+}
+
+struct Resting final : HandIntent {
+  double beside_m = 0;
+  HandTarget next(double, Vec3) noexcept override { return {Vec3(beside_m, 0.0123, 0)}; }
+};
+
+/// The server's step on a device, and what it lets through at most.
+struct Bounded {
+  StepConfig config;
+  DeviceLimits bounds;
+
+  Bounded(const DevicePreset& preset, bool observed) {
     Resting hand;
     const DeviceInfo info = SimulatedDevice({preset, findHandPreset("none").value(), kPeriod_s}, hand).info();
-    const SurfaceLimits limits = surfaceLimits(info, 1 / kPeriod_s, false);
-    DeviceLimits bounds;
+    const SurfaceLimits limits = surfaceLimits(info, 1 / kPeriod_s, observed);
+    config = serverStepConfig(info, 1 / kPeriod_s, observed);
     bounds.stiffest_N_per_m = limits.stiffness_N_per_m;
     bounds.maxDamping_Ns_per_m = limits.damping_Ns_per_m;
-    for (const char* name : {"none", "light"}) {
-      for (const double beside_m : {0.0005, 0.005}) {
-        hand.beside_m = beside_m;
-        for (const Kind kind : {Kind::kSpringToPoint, Kind::kGuide, Kind::kTube}) {
-          const Effect asked{.kind = kind,
-                             .frame = Effect::Frame::kWorld,
-                             .point_m = Vec3(0, 0.0123, 0),
-                             .path_m = {Vec3(0, -1, 0), Vec3(0, 1, 0)},
-                             .stiffness_N_per_m = 1e5,
-                             .damping_Ns_per_m = beside_m > 0.001 ? 2 * kPeriod_s * bounds.stiffest_N_per_m : 0,
-                             .size_m = Vec3(1e-4, 0, 0)};
-          SimulatedDevice device({preset, findHandPreset(name).value(), kPeriod_s}, hand);
-          VirtualServo servo({}, {.period_s = kPeriod_s, .maxForce_N = preset.maxForce_N},
-                             carrying(1, away(), stableEffects({asked}, std::nullopt, bounds)));
-          double least = 1, most = -1;
-          for (std::uint64_t tick = 0; tick < 2500; ++tick) {
-            const Vec3 at = device.read(tick).position;
-            device.write(servo.stepAt(at, DeviceState::kReady).force.written);
-            if (tick < 1500) continue;
-            least = std::min(least, at.x);
-            most = std::max(most, at.x);
+    bounds.observed = observed;
+  }
+};
+
+/// How far the device goes yet along x in the last of four seconds, m.
+double unrest_m(const DevicePreset& preset, const char* handName, HandIntent& hand, const StepConfig& config,
+                std::unique_ptr<ServoScene> scene) {
+  SimulatedDevice device({preset, findHandPreset(handName).value(), kPeriod_s}, hand);
+  VirtualServo servo({}, config, std::move(scene));
+  double least = 1, most = -1;
+  for (std::uint64_t tick = 0; tick < 4000; ++tick) {
+    const Vec3 at = device.read(tick).position;
+    device.write(servo.stepAt(at, DeviceState::kReady).force.written);
+    if (tick < 3000) continue;
+    least = std::min(least, at.x);
+    most = std::max(most, at.x);
+  }
+  return most - least;
+}
+
+/// As stiff and as damped as they are felt at most, from 15 mm beside, 5 mm with a soft and damped spring where they have no rest of their own:
+/// asked for without damping, with so much that all of the stiffness is felt, and with as much as there is.
+TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
+  for (const DevicePreset& preset : devicePresets()) {
+    for (const bool observed : {false, true}) {
+      const auto [config, bounds] = Bounded(preset, observed);
+      for (const double dampedTicks : {0.0, 1.0, 1e6}) {
+        for (const Held& held : eachKind()) {
+          Resting hand;
+          hand.beside_m = held.drags ? 0.005 : 0.015;
+          Effect asked = held.effect;
+          asked.stiffness_N_per_m = 1e5;
+          asked.damping_Ns_per_m = dampedTicks * kPeriod_s * bounds.stiffest_N_per_m;
+          if (asked.kind == Kind::kForbiddenSide) asked.point_m.x = hand.beside_m + 0.0005;
+          std::vector<Effect> effects{asked};
+          if (held.drags) {
+            effects.push_back({.kind = Kind::kSpringToPoint,
+                               .frame = Effect::Frame::kWorld,
+                               .point_m = Vec3(0, 0.0123, 0),
+                               .stiffness_N_per_m = 0.1 * bounds.stiffest_N_per_m,
+                               .damping_Ns_per_m = 0.1 * bounds.maxDamping_Ns_per_m});
           }
-          EXPECT_LE(most - least, std::max(2 * preset.resolution_m, 20e-6) * 1.001)
-              << preset.name << ' ' << name << " kind " << static_cast<int>(kind) << " from " << beside_m;
+          effects = stableEffects(effects, std::nullopt, bounds);
+          for (const char* name : {"none", "light"}) {
+            EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects)),
+                      std::max(2 * preset.resolution_m, 20e-6) * 1.001)
+                << preset.name << ' ' << name << ' ' << held.name << ' ' << dampedTicks << " observed " << observed;
+          }
         }
       }
     }
   }
+}
+
+/// At rest it is silent: what it adds to the hand's speed does not keep itself up.
+TEST(EffectForces, ARecordedTextureLeavesEveryPresetAtRest) {
+  struct Stroking final : HandIntent {
+    double time_s = 0;
+    HandTarget next(double dt_s, Vec3) noexcept override {
+      time_s += dt_s;
+      return {Vec3(0.05 * std::min(time_s, 1.0), 0.0123, 0.002 - 0.1 * std::min(time_s, 0.2))};
+    }
+  };
+  for (const DevicePreset& preset : devicePresets()) {
+    for (const bool observed : {false, true}) {
+      const auto [config, bounds] = Bounded(preset, observed);
+      ServoObject object = slab();
+      object.stiffness_N_per_m = std::min(bounds.stiffest_N_per_m, 1000.0);
+      const std::vector<Effect> effects = stableEffects({texture(100)}, std::nullopt, bounds);
+      Stroking hand, again;
+      EXPECT_LE(unrest_m(preset, "light", hand, config, carrying(1, object, effects)),
+                std::max(3 * preset.resolution_m, 30e-6))
+          << preset.name << " observed " << observed;
+      SimulatedDevice device({preset, findHandPreset("light").value(), kPeriod_s}, again);
+      VirtualServo servo({}, config, carrying(1, object, effects));
+      double felt_N = 0;
+      for (std::uint64_t tick = 0; tick < 1000; ++tick) {
+        device.write(servo.stepAt(device.read(tick).position, DeviceState::kReady).force.written);
+        felt_N = std::max(felt_N, glm::length(servo.state().effects[0].force_N));
+      }
+      EXPECT_GT(felt_N, 0.01) << preset.name << " observed " << observed;
+    }
+  }
+}
+
+/// On every kind of surface, across the stroke, and nowhere else.
+TEST(EffectForces, ARecordedTextureAddsToWhatIsFeltOfEverySurfaceFeature) {
+  for (int feature = 0; feature < 8; ++feature) {
+    const auto stroke = strokeAlongX(0.001, 0.05);
+    VirtualServo both(stroke, kWide, carrying(1, featured(feature), {texture(0.2)}));
+    VirtualServo surface(stroke, kWide, carrying(1, featured(feature), {}));
+    double square_N2 = 0;
+    for (int i = 0; i < 1200; ++i) {
+      const TelemetrySample sample = surface.step();
+      const Vec3 added_N = both.step().force.contact - sample.force.contact;
+      ASSERT_LE(glm::length(added_N), 2) << "feature " << feature << " tick " << i;
+      if (sample.object == 0) {
+        ASSERT_EQ(added_N, Vec3(0)) << "feature " << feature << " tick " << i;
+      }
+      if (i < 400) continue;
+      ASSERT_NEAR(added_N.x, 0, 0.01) << "feature " << feature << " tick " << i;
+      square_N2 += added_N.y * added_N.y / 800;
+    }
+    EXPECT_NEAR(std::sqrt(square_N2), 0.2, 0.1) << "feature " << feature;
+    VirtualServo copy = both;
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(both.step().force.written, copy.step().force.written);
+    EXPECT_EQ(stateImage(both.state()), stateImage(copy.state()));
+  }
+}
+
+/// A slow hand presses as much as before, so that nothing but the texture changes the force.
+TEST(EffectForces, EditsOfARecordedTextureComeAtTheRateOfThoseOfSurfaces) {
+  constexpr int kEdits = 20'000, kTicks = 8;
+  constexpr double kSpeed = 1e-3;
+  std::mt19937 engine(31);
+  std::uniform_real_distribution<double> number(0, 1);
+  const auto hand = [](std::uint64_t tick) {
+    const double s = kSpeed * kPeriod_s * static_cast<double>(tick), half = std::fmod(s, 0.08);
+    return Vec3(half < 0.04 ? half - 0.02 : 0.06 - half, 0.0123, std::max(-0.001, 0.003 - s * 0.1));
+  };
+  struct Felt {
+    double amplitude_N;
+    std::shared_ptr<const EffectField> field;
+  };
+  std::vector<Felt> textures;
+  for (int i = 0; i < 100; ++i) {
+    Effect effect = texture(3 * number(engine), 1e-3 * (1 + number(engine)));
+    effect.models[1] = 2 * number(engine) - 1;
+    textures.push_back({effect.amplitude_N, std::make_shared<const EffectField>(effect)});
+  }
+  VirtualServo servo(hand, kWide, carrying(1, slab(), {}));
+  Vec3 before = servo.run(60'000).force.written;
+  double beyond_N = 0, reached_N = 0;
+  const Felt* felt = nullptr;
+  for (int edit = 0; edit < kEdits; ++edit) {
+    auto scene = sceneOf(2 + static_cast<std::uint64_t>(edit), {slab()});
+    const Felt* const last = felt;
+    felt = number(engine) < 0.8 ? &textures[engine() % textures.size()] : nullptr;
+    if (felt != nullptr) scene->effects.push_back({0, 0, felt->field});
+    servo.adopt(std::move(scene));
+    for (int i = 0; i < kTicks; ++i) {
+      const Vec3 now = servo.step().force.written;
+      const TextureMemory& its = servo.state().texture;
+      const bool goesOn = felt != nullptr && (i > 0 || felt == last);
+      const double byTime_N = goesOn ? felt->amplitude_N * std::abs(its.next - its.last) : 0;
+      beyond_N = std::max(beyond_N, glm::distance(now, before) - byTime_N);
+      reached_N = std::max(reached_N, std::abs(now.y));
+      before = now;
+    }
+  }
+  EXPECT_LE(beyond_N, kRate_N + 2 * kStiffness * kSpeed * kPeriod_s + 1e-3);
+  EXPECT_GT(reached_N, 0.5);
+}
+
+/// Of a hand that goes where it is pushed.
+TEST(EffectForces, ARecordedTextureGivesNoMoreThanItsBudget) {
+  Vec3 at(-0.04, 0.0123, 0.003);
+  Vec3 pushed(0);
+  VirtualServo servo({}, kWide, carrying(1, slab(), {texture(3)}));
+  double given_J = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 before = at;
+    at.z = std::max(-0.001, at.z - 5e-5);
+    at.x = -0.04 + 0.00002 * (i % 4000);
+    at.y = std::clamp(at.y + 2e-4 * pushed.y, -0.04, 0.04);
+    given_J += glm::dot(pushed, at - before);
+    static_cast<void>(servo.stepAt(at, DeviceState::kReady));
+    pushed = servo.state().effects[0].force_N;
+    ASSERT_LE(given_J, 5e-3 * (1 + kPeriod_s * i) + 1e-3) << i;
+  }
+  EXPECT_GT(given_J, 0.01) << "and it is used";
 }
 
 TEST(EffectForces, TheirEnergyIsCountedForTheObjectThatCarriesThem) {
