@@ -266,7 +266,9 @@ std::string effectName(Kind kind) { return wordsOf(*fieldOf("kind").enum_type(),
 
 std::vector<Kind> effectKinds() {
   std::vector<Kind> kinds;
-  for (int i = 1; i < fieldOf("kind").enum_type()->value_count(); ++i) kinds.push_back(static_cast<Kind>(i));
+  for (int i = 1; i < fieldOf("kind").enum_type()->value_count(); ++i) {
+    if (!usesField(static_cast<Kind>(i), "models")) kinds.push_back(static_cast<Kind>(i));
+  }
   return kinds;
 }
 

@@ -29,6 +29,7 @@ struct HandleSpot {
 
 /// "spring to point".
 [[nodiscard]] std::string effectName(Effect::Kind kind);
+/// That can be added without data of their own: a recorded texture is made of a recording (make_texture.py).
 [[nodiscard]] std::vector<Effect::Kind> effectKinds();
 /// Felt at the upper side of a box, and there alone where its kind has a place.
 [[nodiscard]] Effect usualEffect(Effect::Kind kind, const ObjectBox& box);
