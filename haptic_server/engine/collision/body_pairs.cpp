@@ -191,6 +191,7 @@ struct PairNow {
     }
     if (found.count > 0) NearPoints::chooseOf(std::span(near).first(found.count), found.normal, before, pair);
     pair.range_m = found.count > 0 ? way.range_m : std::max(way.range_m, found.gap_m);
+    if (found.isOneOfTwo) pair.range_m = reach_m;  // to look again once they have moved
     pair.depth_m = std::max(0.0, -found.gap_m);
     pair.relative = relative;
     pair.units = 0;

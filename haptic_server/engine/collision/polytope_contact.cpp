@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "haptic_server/engine/collision/clipped_polygon.h"
+#include "haptic_server/engine/collision/level_axis.h"
 
 namespace haptics {
 namespace {
@@ -16,11 +17,8 @@ constexpr double kParallel = 1e-4;
 /// An axis of two edges, and one of the first's faces, has to be better by so much, m: faces that lie on each other do not
 /// take turns.
 constexpr double kBetter_m = 2e-6;
-/// Axes are of one side where their cosine is larger, and of opposite sides where it is less than minus this.
-constexpr double kAlike = 0.9, kOpposite = 0.5;
 /// Where the axis of two edges is so near to a face's (15 degrees), the edges meet at the border of what the faces share.
 constexpr double kAlong = 0.966;
-constexpr double kLessFast_m_per_s = 1e-5;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 enum class AxisKind { kFaceOfSecond, kFaceOfFirst, kEdges };
@@ -32,11 +30,6 @@ struct Axis {
   Vec3 normal;        ///< Out of the second.
   double gap_m;
   Vec3 nearest;  ///< Of a face's axis: the corner that is nearest to it.
-
-  /// Speed at which the two come nearer there.
-  [[nodiscard]] double closing_m_per_s(const PolytopeWay& way) const noexcept {
-    return -glm::dot(normal, way.linear + glm::cross(way.angular, nearest));
-  }
 };
 
 constexpr Axis kNoAxis{AxisKind::kEdges, 0, 0, Vec3(0), -kInfinite, Vec3(0)};
@@ -62,16 +55,16 @@ class Meeting {
         return made;
       }
     }
-    const Axis level = levelAxis();
-    const bool isLevel = level.gap_m > -kInfinite;
-    if (isLevel) made.normal = level.normal;
-    const Axis& axis = isLevel ? level : best_;
-    if (axis.kind == AxisKind::kEdges) {
-      addEdges(axis, made);
+    if (best_.kind == AxisKind::kEdges) {
+      addEdges(best_, made);
+    } else if (const Axis* const axis = levelAxis(made.isOneOfTwo)) {
+      made.normal = axis->normal;
+      addFace(*axis, made);
+      if (axis != &best_) return made;
     } else {
-      addFace(axis, made);
+      return made;
     }
-    if (made.count == 0 && !isLevel && best_.gap_m > 0) addClosest(made);
+    if (made.count == 0 && best_.gap_m > 0) addClosest(made);
     return made;
   }
 
@@ -101,10 +94,8 @@ class Meeting {
     return least;
   }
 
-  [[nodiscard]] bool isTurnedOver(Vec3 normal) const noexcept { return glm::dot(normal, way_.normal) < -kOpposite; }
-
   void take(const Axis& axis, double better_m) noexcept {
-    if (axis.gap_m > best_.gap_m + better_m && !isTurnedOver(axis.normal)) best_ = axis;
+    if (axis.gap_m > best_.gap_m + better_m && !way_.isTurnedOver(axis.normal)) best_ = axis;
   }
 
   void findAxis() noexcept {
@@ -148,19 +139,16 @@ class Meeting {
     }
   }
 
-  /// Of the face axes along which the bodies are level, if they are by two: the one to which they come less fast, unless that
-  /// is the best one. Without a gap: there is none.
-  [[nodiscard]] Axis levelAxis() const noexcept {
-    if (best_.kind == AxisKind::kEdges) return kNoAxis;
-    double slowest = best_.closing_m_per_s(way_) - kLessFast_m_per_s;
-    Axis level = kNoAxis;
+  /// The best axis, which is a face's, or a face's that is to stand for it. Null: neither counts.
+  [[nodiscard]] const Axis* levelAxis(bool& isOneOfTwo) const noexcept {
+    LevelAxis level(way_, best_.normal, best_.gap_m, best_.nearest);
+    const Axis* slowest = &best_;
     for (const Axis& axis : std::span(faces_).first(faceCount_)) {
-      if (axis.gap_m < -way_.step_m || glm::dot(axis.normal, best_.normal) > kAlike) continue;
-      if (isTurnedOver(axis.normal) || axis.closing_m_per_s(way_) >= slowest) continue;
-      slowest = axis.closing_m_per_s(way_);
-      level = axis;
+      if (axis.gap_m < -way_.step_m || !level.mayTake(axis.normal)) continue;
+      if (level.takes(axis.normal, axis.gap_m, axis.nearest)) slowest = &axis;
     }
-    return level;
+    isOneOfTwo = level.isOneOfTwo();
+    return level.isTied() ? nullptr : slowest;
   }
 
   void addFace(const Axis& axis, PolytopeContact& made) noexcept {

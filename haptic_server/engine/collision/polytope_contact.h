@@ -21,10 +21,11 @@ struct PolytopeContact {
   };
   static constexpr std::uint32_t kIds = 1U << 20U;
 
-  Vec3 normal{0};          ///< Unit, out of the second towards the first.
-  double gap_m = 0;        ///< Along it; negative: how deep. The distance of the two is no less.
-  bool ofSecond = false;   ///< Points of the second body touch a face of the first; else the other way round.
-  std::int64_t units = 0;  ///< What it took (Allowance).
+  Vec3 normal{0};           ///< Unit, out of the second towards the first.
+  double gap_m = 0;         ///< Along it; negative: how deep. The distance of the two is no less.
+  bool isOneOfTwo = false;  ///< They are level along another axis as well, which counts once they come to it less fast.
+  bool ofSecond = false;    ///< Points of the second body touch a face of the first; else the other way round.
+  std::int64_t units = 0;   ///< What it took (Allowance).
   std::size_t count = 0;
   std::array<Point, 2 * Polytope::kMaxOfFace> points;  // not initialised
 
@@ -38,6 +39,11 @@ struct PolytopeWay {
   Vec3 linear{0};  ///< Velocity of the first against the second at the second's origin; second's frame, as the others.
   Vec3 angular{0};
   Vec3 normal{0};  ///< Of the last tick, out of the second; 0: none. They are not turned over to the other side of it.
+
+  [[nodiscard]] bool isTurnedOver(Vec3 axis) const noexcept {
+    constexpr double kOpposite = 0.5;  // cosine, below minus this
+    return glm::dot(axis, normal) < -kOpposite;
+  }
 };
 
 /// By separating axes (Gottschalk, Lin and Manocha 1996): the one along which they are least deep, or farthest apart.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "haptic_server/engine/collision/clipped_polygon.h"
+#include "haptic_server/engine/collision/level_axis.h"
 #include "haptic_server/engine/collision/polytope_contact.h"
 
 namespace haptics {
@@ -151,10 +152,10 @@ class RoundMeeting {
     double best_m = -std::numeric_limits<double>::infinity();
     steps_ += static_cast<std::int64_t>(first_.faces.size() + second_.faces.size()) / 2;
     const auto take = [&](Vec3 normal, double gap_m, Vec3 place) {
-      if (gap_m <= best_m || glm::dot(normal, way_.normal) < -kTurnedOver) return;
+      if (gap_m <= best_m || way_.isTurnedOver(normal)) return;
       best_m = gap_m;
       normal_ = normal;
-      closest_ = place;
+      closest_ = ofFirst_ = place;
     };
     for (const Polytope::Face& face : second_.faces) {
       onFirst_ = first_.farthest(inFirst(-face.normal), onFirst_);
@@ -168,6 +169,33 @@ class RoundMeeting {
       take(-out, glm::dot(out, corner - frame_.origin) - face.offset_m, corner);
     }
   }
+  /// After findApart() or findLeastDeep(): turns to the axis that is to stand for the one found.
+  void findLevel() noexcept {
+    toSupports();
+    if (gap_m_ > way_.range_m) return;
+    const Vec3 found = normal_;
+    if (gap_m_ < -kSlight_m) {  // of those made smaller it may be another one
+      visitAxes(found, [&](Vec3 normal, Vec3 place, auto heightOf, auto findNearest) noexcept {
+        if (heightOf(place) <= gap_m_ || way_.isTurnedOver(normal)) return;
+        ++steps_;
+        const Vec3 nearest = findNearest();
+        if (heightOf(nearest) <= gap_m_) return;
+        gap_m_ = heightOf(nearest);
+        normal_ = normal;
+      });
+    }
+    const Vec3 best = normal_;
+    LevelAxis level(way_, best, gap_m_, closest_);
+    visitAxes(found, [&](Vec3 normal, Vec3 place, auto heightOf, auto findNearest) noexcept {
+      if (!level.mayTake(normal) || heightOf(place) < -way_.step_m) return;
+      ++steps_;
+      const Vec3 nearest = findNearest();
+      if (level.takes(normal, heightOf(nearest), nearest)) normal_ = normal;
+    });
+    isLevel_ = normal_ != best;
+    isTied_ = level.isTied();
+    isOneOfTwo_ = level.isOneOfTwo();
+  }
   /// After findApart() or findLeastDeep().
   [[nodiscard]] PolytopeContact contact() noexcept {
     PolytopeContact made;
@@ -175,9 +203,10 @@ class RoundMeeting {
     made.normal = normal_;
     made.gap_m = gap_m_;
     made.units = kMeeting + kStep * steps_;
-    if (gap_m_ > way_.range_m) return made;
+    made.isOneOfTwo = isOneOfTwo_;
+    if (gap_m_ > way_.range_m || isTied_) return made;
     addFaces(made);
-    if (made.count == 0) {
+    if (made.count == 0 && !isLevel_) {
       const Vec3 foot =
           closest_ + (glm::dot(normal_, second_.corners[onSecond_]) - glm::dot(normal_, closest_)) * normal_;
       made.points[made.count++] = {kOfClosest, foot + gap_m_ * normal_, foot, gap_m_};
@@ -189,7 +218,8 @@ class RoundMeeting {
   /// The one with more faces is made smaller about its middle, by this part: bodies that rest are a little deep in each other.
   static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1;
   static constexpr int kMaxSteps = 32;
-  static constexpr double kTurnedOver = 0.5;  ///< Cosine, below minus this, of an axis and the one that was pressed.
+  /// Where they are deeper along the axis of the ones made smaller, that may not be the least deep one, m.
+  static constexpr double kSlight_m = 1e-5;
   static constexpr std::int64_t kMeeting = 600, kStep = 200;  ///< Units.
   static constexpr double kConverged = 1e-3, kMinApart_m = 1e-9;
   /// Cosine of an axis and a face's normal that are one.
@@ -202,8 +232,10 @@ class RoundMeeting {
   const Second& second_;
   Frame frame_;
   const PolytopeWay& way_;
-  Vec3 normal_{0}, closest_{0};  ///< Out of the second; the second's place that is nearest to the first.
+  Vec3 normal_{0};                ///< Out of the second.
+  Vec3 closest_{0}, ofFirst_{0};  ///< The second's place that is nearest to the first, and the first's to it.
   double gap_m_ = 0;
+  bool isLevel_ = false, isTied_ = false, isOneOfTwo_ = false;  ///< As findLevel() finds it.
   std::int64_t steps_ = 0;
   Polytope::Corner onFirst_ = 0, onSecond_ = 0;
 
@@ -244,6 +276,7 @@ class RoundMeeting {
       if (isApart || isFar) {
         normal_ = apart / std::sqrt(squared);
         closest_ = step > 0 ? simplex.ofSecond() : vertex.ofSecond;
+        ofFirst_ = closest_ + apart;
         return true;
       }
       simplex.add(vertex);
@@ -252,7 +285,37 @@ class RoundMeeting {
     }
     normal_ = glm::normalize(apart);
     closest_ = simplex.ofSecond();
+    ofFirst_ = closest_ + apart;
     return true;
+  }
+
+  /// Shows the faces that meet the one which looks most along a direction, at its corners; of few faces all.
+  template <class Look>
+  static void visitFaces(const Polytope& of, Polytope::Corner corner, Vec3 along, Look look) noexcept {
+    if (of.faces.size() <= Polytope::kFewFaces) {
+      for (const Polytope::Face& face : of.faces) look(face);
+      return;
+    }
+    for (const Polytope::Corner at : of.loopOf(of.facingAt(corner, along))) {
+      for (const Polytope::Side& side : of.sidesOf(at)) look(of.faces[side.face]);
+    }
+  }
+
+  /// Shows the faces about where the two are nearest along a direction: the normal out of the second, a place of the other body,
+  /// its height over the face, and what finds the lowest such place.
+  template <class Look>
+  void visitAxes(Vec3 found, Look look) noexcept {
+    visitFaces(second_, onSecond_, found, [&](const Polytope::Face& face) noexcept {
+      look(
+          face.normal, ofFirst_, [&](Vec3 at) { return glm::dot(face.normal, at) - face.offset_m; },
+          [&] { return placeOfFirst(first_.farthest(inFirst(-face.normal), onFirst_)); });
+    });
+    visitFaces(first_, onFirst_, inFirst(-found), [&](const Polytope::Face& face) noexcept {
+      const Vec3 out = frame_.rotate(face.normal);
+      look(
+          -out, closest_, [&](Vec3 at) { return glm::dot(out, at - frame_.origin) - face.offset_m; },
+          [&] { return second_.corners[second_.farthest(-out, onSecond_)]; });
+    });
   }
 
   void toSupports() noexcept {
@@ -319,6 +382,7 @@ PolytopeContact contactOfRound(const Polytope& first, const Polytope& second, co
                                const PolytopeWay& way) noexcept {
   RoundMeeting meeting(first, second, relative, way);
   if (!meeting.findApart()) meeting.findLeastDeep();
+  meeting.findLevel();
   return meeting.contact();
 }
 

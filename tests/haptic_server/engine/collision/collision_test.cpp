@@ -133,22 +133,42 @@ TEST(Collision, BoardsAndThinPlatesStandOnWhatIsSmallerOrThinner) {
   for (const auto& [body, z] : all) EXPECT_NEAR(world.pose(body).position.z, z, 1e-4);
 }
 
-TEST(Collision, SlabSlidesOverFlushTilesAndFineGroundAsOverOne) {
-  constexpr double kSeconds = 0.6, kPull_m_per_s2 = 0.5;
-  const auto wayOver = [&](const TriMesh& ground, int tiles, double width) {
-    World world;
-    for (int i = 0; i < tiles; ++i) world.add(ground, 0, at({(i - (tiles - 1) / 2.0) * width, 0, -0.01}), 0);
-    const std::size_t slab = world.add(makeBox({0.02, 0.02, 0.02}, 1).value(), 0.05, at({-0.06, 0.003, 0.01}), 0);
-    world.body(slab).gravity_m_per_s2 = {kPull_m_per_s2, 0, -9.81};
-    world.putAll();
-    world.allowForSearch(200'000);
-    world.run(kSeconds);
-    EXPECT_EQ(world.waits(), 0);
-    return world.pose(slab).position.x + 0.06;
-  };
-  constexpr double kWay_m = 0.5 * kPull_m_per_s2 * kSeconds * kSeconds;
-  EXPECT_NEAR(wayOver(makeBox({0.0303, 0.1, 0.02}, 1).value(), 5, 0.0303), kWay_m, 3e-4);
-  EXPECT_NEAR(wayOver(makeBox({0.2, 0.1, 0.02}, 40).value(), 1, 0.2), kWay_m, 3e-4);
+constexpr double kPull_m_per_s2 = 0.5, kSlide_s = 0.6;
+constexpr double kWay_m = 0.5 * kPull_m_per_s2 * kSlide_s * kSlide_s;
+/// How far a body is pulled aside without friction over a ground whose top is z = 0, m.
+double wayOver(World& ground, const TriMesh& body, Vec3 from) {
+  const std::size_t added = ground.add(body, 0.05, at(from), 0);
+  ground.body(added).gravity_m_per_s2 = {kPull_m_per_s2, 0, -9.81};
+  ground.putAll();
+  ground.allowForSearch(200'000);
+  ground.run(kSlide_s);
+  EXPECT_EQ(ground.waits(), 0);
+  EXPECT_NEAR(ground.pose(added).position.y, from.y, 1e-4);
+  return ground.pose(added).position.x - from.x;
+}
+const TriMesh kCube = makeBox(Vec3(0.02), 1).value(), kPuck = makeCylinder(0.01, 0.02, 64).value();
+
+TEST(Collision, SlidesOverFlushTilesAndFineGroundAsOverOne) {
+  for (const TriMesh& body : {kCube, kPuck}) {
+    World tiles;
+    for (int i = -2; i <= 2; ++i) tiles.add(makeBox({0.0303, 0.1, 0.02}, 1).value(), 0, at({0.0303 * i, 0, -0.01}), 0);
+    EXPECT_NEAR(wayOver(tiles, body, {-0.06, 0.003, 0.01}), kWay_m, 3e-4);
+    World fine;
+    fine.add(makeBox({0.2, 0.1, 0.02}, 40).value(), 0, at({0, 0, -0.01}), 0);
+    EXPECT_NEAR(wayOver(fine, body, {-0.06, 0.003, 0.01}), kWay_m, 3e-4);
+  }
+}
+
+TEST(Collision, IsNotHeldByTheTilesBesideOneOfItsOwnSize) {
+  for (const TriMesh& body : {kCube, kPuck}) {
+    for (const double before_m : {0.0, 1e-5, 2e-5, 1e-4}) {
+      World tiles;
+      for (int i = -1; i <= 5; ++i) {
+        for (int j = -1; j <= 1; ++j) tiles.add(kCube, 0, at({0.02 * i, 0.02 * j, -0.01}), 0);
+      }
+      EXPECT_NEAR(wayOver(tiles, body, {-before_m, 0, 0.01}), kWay_m, 3e-4) << before_m;
+    }
+  }
 }
 
 TEST(Collision, FiveBricksStandOnOneAnother) {

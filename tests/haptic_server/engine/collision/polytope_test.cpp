@@ -179,6 +179,46 @@ TEST(Polytopes, PassAFlushNeighboursSideButNotAStep) {
   EXPECT_NEAR(normalAt(1e-4).normal.x, -1, 1e-12);
 }
 
+/// A prism lies on the tile before it, its front near the next one's side.
+TEST(Polytopes, PassAFlushNeighboursSideHoweverManyFacesTheyHave) {
+  constexpr double kRadius_m = 0.02, kReach_m = 0.05, kTop_m = 0.01, kHalf_m = 0.006;
+  const std::array tiles{box({2 * kReach_m, 0.1, 2 * kTop_m}),
+                         polytopeOf(makeCylinder(kReach_m, 2 * kTop_m, 64).value()).value()};
+  for (const std::uint32_t sides : {3U, 6U, 12U, 16U, 24U, 48U, 64U}) {
+    const Polytope prism = polytopeOf(makeCylinder(kRadius_m, 2 * kHalf_m, sides).value()).value();
+    for (const Polytope& tile : tiles) {
+      for (const double before_m : {1e-4, 1e-6, 0.0, -1e-6, -1e-5, -1e-3}) {
+        const auto found = [&](double depth_m) {
+          const Pose pose = at({-kReach_m - kRadius_m - before_m, 0, kTop_m + kHalf_m - depth_m});
+          return contactOf(prism, tile, pose, {.range_m = 4e-4, .step_m = 5e-5, .linear = {0.3, 0, 0}});
+        };
+        const PolytopeContact flush = found(5e-6);
+        EXPECT_TRUE(flush.count == 0 || flush.normal.z > 0.999999) << sides << " sides, " << before_m << " m before";
+        EXPECT_TRUE(before_m < 0 || found(3e-4).normal.x < -0.9) << sides << " sides, " << before_m << " m before";
+      }
+    }
+  }
+}
+
+TEST(Polytopes, ThatStandExactlyBesideAFlushTileAreNotStoppedByItsSide) {
+  const Polytope tile = box({0.04, 0.04, 0.02});
+  for (const Polytope& block : {box({0.04, 0.04, 0.02}), polytopeOf(makeCylinder(0.02, 0.02, 64).value()).value()}) {
+    for (const double depth_m : {0.0, 4e-6, 3e-5}) {
+      for (const Vec3 velocity : {Vec3(0), Vec3(0, 0.3, 0), Vec3(0.3, 0, 0), Vec3(-0.3, 0, 0)}) {
+        const PolytopeContact contact =
+            contactOf(block, tile, at({-0.04, 0, 0.02 - depth_m}),
+                      {.range_m = 1e-4, .step_m = 5e-5, .linear = velocity, .normal = {-1, 0, 0}});
+        EXPECT_TRUE(contact.count == 0 || contact.normal.z > 0.999999 || velocity.x < 0)
+            << depth_m << ' ' << velocity.x;
+      }
+      const PolytopeContact deep =
+          contactOf(block, tile, at({-0.04, 0, 0.02 - 1e-3}), {.range_m = 1e-4, .step_m = 5e-5});
+      EXPECT_LT(deep.normal.x, -0.999);
+      EXPECT_GT(deep.count, 0U);
+    }
+  }
+}
+
 TEST(Polytopes, AreNotTurnedOverToAPlatesOtherSide) {
   const Polytope plate = box({0.1, 0.1, 0.001}), brick = box(Vec3(0.02));
   const Pose sunk = at({0, 0, 0.01 - 4e-4});  // 0.9 mm deep in 1 mm
