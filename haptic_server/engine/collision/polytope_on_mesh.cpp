@@ -23,19 +23,53 @@ constexpr double kRounding = 1e-6;
   }
   return false;
 }
+/// The surface goes on where an edge has no neighbour, as at a T-junction: shows each triangle that begins within rounding of
+/// a place there.
+/// @param beyond  Unit, off the triangle at the edge.
+template <class Look>
+void visitBeyond(const CollisionMesh& surface, std::uint32_t triangle, Vec3 place, Vec3 beyond, Allowance& allowance,
+                 Look look) noexcept {
+  const double near_m = 2 * kRounding * surface.extent_m();
+  const Vec3 at = place + near_m * beyond;
+  allowance.spend(surface_queries::kQuery);
+  surface.hierarchy().visitBox(
+      Vec3f(at - Vec3(near_m)), Vec3f(at + Vec3(near_m)), allowance,
+      [&](std::uint32_t begin, std::uint32_t end) noexcept {
+        for (std::uint32_t t = begin; t < end; ++t) {
+          const TriangleRecord& other = surface.triangle(t);
+          if (t == triangle || surface_queries::isBoxFarther(other, at, near_m * near_m, allowance)) continue;
+          allowance.spend(Allowance::kNearTriangle);
+          if (closestOn(other, t, at).squaredDistance <= near_m * near_m) look(t);
+        }
+      });
+}
 /// How a surface goes on beyond a triangle's sides, where it bends outward most.
 enum class Bend {
   kNone,    ///< Not by more than rounding.
   kSlight,  ///< Its normal tells well enough where to.
   kSharp,   ///< Or it ends there.
 };
-[[nodiscard]] Bend outwardBend(const CollisionMesh& surface, const TriangleRecord& triangle, Vec3 normal) noexcept {
+/// @param middle  Of what may meet it: a side without a neighbour is looked at where it is nearest.
+[[nodiscard]] Bend outwardBend(const CollisionMesh& surface, std::uint32_t t, Vec3 normal, Vec3 middle,
+                               Allowance& allowance) noexcept {
   constexpr double kSlightest = 0.998;  // cosine
+  const TriangleRecord& triangle = surface.triangle(t);
   const double level = 3 * (glm::dot(normal, triangle.corner(0)) - kRounding * surface.extent_m());
   Bend bend = Bend::kNone;
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t other = triangle.neighbour(k);
-    if (other == kNoTriangle) return Bend::kSharp;
+    if (other == kNoTriangle) {
+      const Vec3 from = triangle.corner(k), side = triangle.corner(nextCorner(k)) - from;
+      const double along = std::clamp(glm::dot(middle - from, side) / squaredLength(side), 0.0, 1.0);
+      bool goesOn = false;
+      visitBeyond(surface, t, from + along * side, unitOrZero(glm::cross(side, normal)), allowance,
+                  [&](std::uint32_t next) noexcept {
+                    goesOn = goesOn || glm::dot(normal, surface.faceNormal(next)) >= kSlightest;
+                  });
+      if (!goesOn) return Bend::kSharp;
+      bend = Bend::kSlight;
+      continue;
+    }
     const TriangleRecord& neighbour = surface.triangle(other);  // two of its corners are on the plane
     if (glm::dot(normal, neighbour.corner(0) + neighbour.corner(1) + neighbour.corner(2)) >= level) continue;
     if (glm::dot(normal, surface.faceNormal(other)) < kSlightest) return Bend::kSharp;
@@ -53,21 +87,30 @@ enum class Bend {
     return std::ranges::all_of(corners, [&](Vec3 at) { return glm::dot(face.normal, at) > farther_m; });
   });
 }
-/// The direction leads out of the surface at the triangle: along its normal, or between it and that of a triangle beyond a
-/// side at which the surface bends outward.
-[[nodiscard]] bool isOutOf(const CollisionMesh& surface, const TriangleRecord& triangle, Vec3 normal,
-                           Vec3 out) noexcept {
+/// The direction leads out of the surface at a place of the triangle: along its normal, or between it and that of a triangle
+/// beyond a side at which the surface bends outward.
+[[nodiscard]] bool isOutOf(const CollisionMesh& surface, std::uint32_t t, Vec3 place, Vec3 normal, Vec3 out,
+                           Allowance& allowance) noexcept {
   constexpr double kAlong = 1e-3;
   if (glm::dot(normal, out) < 0) return false;
+  const TriangleRecord& triangle = surface.triangle(t);
   for (int k = 0; k < 3; ++k) {
     const Vec3 side = triangle.corner(nextCorner(k)) - triangle.corner(k);
     const Vec3 beyond = unitOrZero(glm::cross(side, normal));
     if (glm::dot(beyond, out) <= kAlong) continue;  // it does not lean to that side
+    const auto leadsInto = [&](std::uint32_t other) noexcept {
+      const Vec3 its = surface.faceNormal(other);
+      const Vec3 inIt = glm::cross(side, its);  // from the side into it
+      return glm::dot(its, beyond) <= 0 || glm::dot(inIt, out) > kAlong * glm::length(side);
+    };
     const std::uint32_t other = triangle.neighbour(k);
-    if (other == kNoTriangle) continue;
-    const Vec3 its = surface.faceNormal(other);
-    const Vec3 inIt = glm::cross(side, its);  // from the side into it
-    if (glm::dot(its, beyond) <= 0 || glm::dot(inIt, out) > kAlong * glm::length(side)) return false;
+    bool leads = other != kNoTriangle && leadsInto(other);
+    if (other == kNoTriangle) {
+      visitBeyond(surface, t, place, beyond, allowance, [&](std::uint32_t next) noexcept {
+        leads = leads || (glm::dot(surface.faceNormal(next), normal) > 0 && leadsInto(next));
+      });
+    }
+    if (leads) return false;
   }
   return true;
 }
@@ -143,7 +186,7 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
     const double height_m = heightOver(polytope, frame, part, reach.range_m, from);
     if (height_m > reach.range_m) return;
     const bool isBehind = glm::dot(part.normal, middle - part.corners[0]) < 0;  // as above a thin plate's far side
-    const Bend bend = outwardBend(surface, triangle, part.normal);
+    const Bend bend = outwardBend(surface, t, part.normal, middle, allowance);
     if (bend == Bend::kNone && height_m < -reach.deepest_m) return;
     if (bend == Bend::kSharp && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
     if (bend != Bend::kSharp) {
@@ -151,7 +194,10 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
     } else if (const auto found =
                    contactOf(polytope, part, closestOn(triangle, t, middle).point, pose, reach.range_m)) {
       allowance.spend(Allowance::kNearTriangle + found->units);
-      if (isOutOf(surface, triangle, part.normal, found->normal)) add(t, *found, isBehind);
+      const auto isOutAt = [&](const PolytopeContact::Point& point) noexcept {
+        return isOutOf(surface, t, found->ofSecond ? point.on : point.foot, part.normal, found->normal, allowance);
+      };
+      if (std::ranges::any_of(found->all(), isOutAt)) add(t, *found, isBehind);
     } else if (height_m >= -reach.deepest_m) {
       addOver(t, part, false, isBehind);
     }

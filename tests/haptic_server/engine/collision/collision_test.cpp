@@ -171,6 +171,39 @@ TEST(Collision, IsNotHeldByTheTilesBesideOneOfItsOwnSize) {
   }
 }
 
+/// A closed box whose top is in strips, each divided otherwise, so that vertices lie on others' edges.
+TriMesh boxWithJunctions(const std::vector<int>& parts) {
+  TriMesh mesh = makeBox({0.2, 0.1, 0.02}, 1).value();
+  std::erase_if(mesh.triangles, [&](const auto& t) {
+    return std::ranges::all_of(t, [&](std::uint32_t v) { return mesh.vertices[v].z > 0; });
+  });
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto xOf = [&](std::size_t k) {
+      return static_cast<float>(0.2 * static_cast<double>(k) / static_cast<double>(parts.size()) - 0.1);
+    };
+    for (int j = 0; j < parts[i]; ++j) {
+      const auto yOf = [&](int k) { return static_cast<float>(0.1 * k / parts[i] - 0.05); };
+      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+      for (const auto& [x, y] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}})
+        mesh.vertices.emplace_back(xOf(x), yOf(y), 0.01F);
+      mesh.triangles.push_back({first, first + 1, first + 2});
+      mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+  }
+  return mesh;
+}
+
+TEST(Collision, SlidesOverVerticesThatLieOnEdges) {
+  for (const TriMesh& body : {kCube, kPuck}) {
+    for (const std::vector<int>& parts : {std::vector{1, 2, 3, 2, 1}, {1, 2}, {3, 4, 3, 4, 5, 6}}) {
+      World world;
+      world.add(boxWithJunctions(parts), 0, at({0, 0, -0.01}), 0);
+      EXPECT_NEAR(wayOver(world, body, {-0.06, 0.003, 0.01}), kWay_m, 3e-4)
+          << parts.size() << " strips, " << body.vertices.size() << " vertices";
+    }
+  }
+}
+
 TEST(Collision, FiveBricksStandOnOneAnother) {
   World world;
   world.add(kTable, 0, at({0, 0, -0.01}));
