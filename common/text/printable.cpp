@@ -24,6 +24,25 @@ void appendEscaped(std::string& out, char32_t code) {
   out += text;
 }
 
+/// @param keepsAll  Of what is UTF-8.
+std::string escaped(std::string_view text, bool keepsAll) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const Utf8Character character = firstCharacterOf(text);
+    const std::size_t bytes = character.bytes == 0 ? 1 : character.bytes;
+    if (character.bytes == 0) {
+      appendEscaped(out, static_cast<unsigned char>(text[0]));
+    } else if (keepsAll || isSafe(character.code)) {
+      out += text.substr(0, bytes);
+    } else {
+      appendEscaped(out, character.code);
+    }
+    text.remove_prefix(bytes);
+  }
+  return out;
+}
+
 }  // namespace
 
 Utf8Character firstCharacterOf(std::string_view text) {
@@ -48,22 +67,8 @@ Utf8Character firstCharacterOf(std::string_view text) {
   return {};
 }
 
-std::string printable(std::string_view text) {
-  std::string out;
-  out.reserve(text.size());
-  while (!text.empty()) {
-    const Utf8Character character = firstCharacterOf(text);
-    const std::size_t bytes = character.bytes == 0 ? 1 : character.bytes;
-    if (character.bytes == 0) {
-      appendEscaped(out, static_cast<unsigned char>(text[0]));
-    } else if (isSafe(character.code)) {
-      out += text.substr(0, bytes);
-    } else {
-      appendEscaped(out, character.code);
-    }
-    text.remove_prefix(bytes);
-  }
-  return out;
-}
+std::string printable(std::string_view text) { return escaped(text, false); }
+
+std::string asUtf8(std::string_view text) { return escaped(text, true); }
 
 }  // namespace haptics

@@ -19,4 +19,8 @@ struct Utf8Character {
 /// rest stays as it is.
 [[nodiscard]] std::string printable(std::string_view text);
 
+/// Text that another party wrote, for a message of protobuf: bytes that are not UTF-8, with which its receiver cannot read the
+/// message, become \xff. The rest stays as it is.
+[[nodiscard]] std::string asUtf8(std::string_view text);
+
 }  // namespace haptics

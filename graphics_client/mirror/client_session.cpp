@@ -39,7 +39,10 @@ void ClientSession::received(std::span<const char> bytes, std::uint64_t now_ns) 
   decoder_.feed(bytes);
   while (transport_ != nullptr && over_.empty()) {
     const auto envelope = decoder_.next();
-    if (!envelope) return over("the server does not speak this protocol: " + envelope.error().text());
+    if (!envelope) {
+      edits_.answerUnreadable();
+      return over("the server does not speak this protocol: " + envelope.error().text());
+    }
     if (!*envelope) return;
     handle(**envelope, now_ns);
   }

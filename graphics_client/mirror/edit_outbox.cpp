@@ -14,8 +14,10 @@ namespace {
 /// Room in a frame for what stands around a transaction: envelope, numbers, lengths.
 constexpr std::size_t kEnvelopeBytes = 64;
 
-void reject(const EditCallbacks& callbacks, const char* field, const std::string& reason) {
+void reject(const EditCallbacks& callbacks, const char* field, const std::string& reason,
+            std::uint64_t clientSeq = 0) {
   v1::EditReply reply;
+  reply.set_client_seq(clientSeq);
   reply.mutable_rejected()->set_field(field);
   reply.mutable_rejected()->set_reason(reason);
   if (callbacks.replied) callbacks.replied(reply);
@@ -101,6 +103,16 @@ void EditOutbox::adopted(std::uint64_t revision, std::uint64_t tick) {
 /// those answers is here. Earlier, a later edit could overtake one whose refusal is still under way.
 void EditOutbox::poll(std::uint64_t now_ns) {
   if (waitingUntil_ns_ && now_ns >= *waitingUntil_ns_ && inFlight() == 0) waitingUntil_ns_.reset();
+}
+
+void EditOutbox::answerUnreadable() {
+  const auto edit =
+      std::ranges::find_if(edits_, [](const Edit& each) { return each.sent && each.acceptedRevision == 0; });
+  if (edit == edits_.end() || !std::exchange(edit->unreadableOnce, true)) return;
+  const Edit given = std::move(*edit);
+  edits_.erase(edit);
+  reject(given.callbacks, "edit_reply", "cannot be read, twice; whether the edit was applied is not known",
+         given.request.client_seq());
 }
 
 void EditOutbox::connectionLost() {

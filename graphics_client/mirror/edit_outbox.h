@@ -36,6 +36,9 @@ class EditOutbox {
   void adopted(std::uint64_t revision, std::uint64_t tick);
   /// Call every few milliseconds: what came too early may go again after a while.
   void poll(std::uint64_t now_ns);
+  /// What the server has said cannot be read, which may be the answer to the oldest edit that was sent. At the second time
+  /// that edit is given up, with Rejected: sent again, it would be answered the same.
+  void answerUnreadable();
   /// The connection is new: what was not answered is to be sent again.
   void connectionLost();
   /// The server lost its state: what it had accepted never becomes live.
@@ -48,6 +51,7 @@ class EditOutbox {
     bool sent = false;
     std::uint64_t acceptedRevision = 0;  // not 0: replied, not yet live
     std::uint64_t firstPutOff_ns = 0;    // 0: never
+    bool unreadableOnce = false;
   };
   std::size_t frame_bytes_;
   std::deque<Edit> edits_;  // in order of number

@@ -2,9 +2,11 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "common/wire/framing.h"
 #include "common/wire/snapshot.h"
@@ -17,8 +19,9 @@ static_assert(SceneLimits{}.answer_bytes + kAroundObjects_bytes <= kMaxFrameByte
 /// Longest reason: more is of no help.
 constexpr std::size_t kMaxReason_bytes = 1000;
 
-/// Cut between two characters.
-std::string beginning(const std::string& text) {
+/// In UTF-8, cut between two characters.
+std::string beginning(std::string_view said) {
+  const std::string text = asUtf8(said);
   if (text.size() <= kMaxReason_bytes) return text;
   const auto continues = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U; };
   std::size_t end = kMaxReason_bytes;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "common/wire/snapshot.h"
 #include "haptic_server/net/scene_messages.h"
@@ -141,8 +142,8 @@ void ServerSession::assetDecided(const ContentHash& hash, Result<std::shared_ptr
 void ServerSession::refuse(const std::string& field, const std::string& reason) {
   if (phase_ == Phase::kClosed) return;
   v1::Envelope envelope;
-  envelope.mutable_refusal()->set_field(field);
-  envelope.mutable_refusal()->set_reason(reason);
+  envelope.mutable_refusal()->set_field(asUtf8(field));
+  envelope.mutable_refusal()->set_reason(asUtf8(reason));
   envelope.mutable_refusal()->set_supported_version(kProtocolVersion);
   const std::string why = Error{field, reason}.text();
   phase_ = Phase::kClosed;
@@ -419,9 +420,9 @@ void ServerSession::dumped(const Result<std::string>& file) {
   v1::Envelope envelope;
   v1::DumpReply& reply = *envelope.mutable_dump_reply();
   if (file) {
-    reply.set_file(*file);
+    reply.set_file(asUtf8(*file));
   } else {
-    reply.set_reason(file.error().text());
+    reply.set_reason(asUtf8(file.error().text()));
   }
   send(envelope);
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 
 namespace haptics {
@@ -19,8 +20,8 @@ v1::AssetUploadReply acceptedReply(const ContentHash& hash) {
 v1::AssetUploadReply refusedReply(const std::string& hash, const Error& error) {
   v1::AssetUploadReply reply;
   reply.set_hash(hash);
-  reply.set_field(error.field);
-  reply.set_reason(error.reason);
+  reply.set_field(asUtf8(error.field));
+  reply.set_reason(asUtf8(error.reason));
   return reply;
 }
 

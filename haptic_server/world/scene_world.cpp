@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "haptic_server/engine/step/moving_bodies.h"
 #include "haptic_server/engine/step/soft_bodies.h"
@@ -66,7 +67,7 @@ struct SceneWorld::Impl {
 
   std::vector<std::string> apply(const Transaction& transaction) {
     const EditOutcome outcome = sequencer.submit(kServerSession, nextRevision(), transaction);
-    if (const auto* error = std::get_if<Error>(&outcome)) throw InvalidInput(error->text());
+    if (const auto* error = std::get_if<Error>(&outcome)) throw InvalidInput(asUtf8(error->text()));
     if (const auto* conflict = std::get_if<EditConflict>(&outcome)) refuse("preconditions", conflict->reason);
     publish();
     return std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports;

@@ -294,6 +294,8 @@ class Client:
             self._refused = self._refused or isinstance(error, (LimitExceeded, TurnedAway))
             if not self._refused or isinstance(error, (LimitExceeded, TurnedAway)):
                 self._trouble = printable(in_words(error))
+            if isinstance(error, DecodeError):
+                self._edits.answer_unreadable()
             self._edits.connection_lost()
             self._uploads.connection_lost()
             self._changed.notify_all()

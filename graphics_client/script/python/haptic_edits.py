@@ -61,6 +61,7 @@ class Edit:
         self.request = request
         self.sent = False
         self.put_off_since = None
+        self.unreadable_once = False
         self.reply = concurrent.futures.Future()
         self.live = concurrent.futures.Future()
         self._trouble = trouble
@@ -117,6 +118,16 @@ class EditQueue:
             edit.sent = True
             requests.append(edit.request)
         return requests
+
+    def answer_unreadable(self):
+        """What the server has said cannot be read, which may be the answer to the oldest edit that was sent. At the second time
+        that edit is given up: sent again, it would be answered the same."""
+        edit = next((edit for edit in self._edits.values() if edit.sent), None)
+        if edit and edit.unreadable_once:
+            del self._edits[edit.request.client_seq]
+            edit.fail(Rejected("edit_reply", "cannot be read, twice; whether the edit was applied is not known"))
+        elif edit:
+            edit.unreadable_once = True
 
     def connection_lost(self):
         self._waiting_until = None

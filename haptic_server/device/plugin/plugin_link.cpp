@@ -231,7 +231,7 @@ class PluginPort final : public UsbPort {
 }
 
 [[nodiscard]] DeviceInfo infoOf(const haptics_device_info& said, const DeviceCalibration& calibration, double scale) {
-  return {.name = said.name,
+  return {.name = asUtf8(said.name),
           .maxForce_N = std::min(said.max_force_N, calibration.maxForce_N.value_or(said.max_force_N)),
           .maxStiffness_N_per_m = said.max_stiffness_N_per_m / scale,
           .maxDamping_Ns_per_m = said.max_damping_Ns_per_m / scale,

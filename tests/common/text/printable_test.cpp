@@ -32,6 +32,12 @@ TEST(Printable, BytesThatAreNotUtf8AreEscaped) {
   EXPECT_EQ(printable("\xc3(\x9b"), R"(\xc3(\x9b)");
 }
 
+TEST(AsUtf8, EscapesWhatIsNotUtf8Alone) {
+  EXPECT_EQ(asUtf8("Gr\xf6\xdf"
+                   "e\n\u202e\x1b Größe \xc3"),
+            "Gr\\xf6\\xdfe\n\u202e\x1b Größe \\xc3");
+}
+
 TEST(Log, OneMessageIsOneLineWhateverItHolds) {
   logTo(stderr);
   testing::internal::CaptureStderr();

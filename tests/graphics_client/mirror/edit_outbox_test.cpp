@@ -268,6 +268,22 @@ TEST(EditOutbox, RejectsAnEditLargerThanAFrameAtOnceAndTakesTheLargest) {
   EXPECT_LE(envelope.ByteSizeLong(), kMaxFrameBytes);
 }
 
+TEST(EditOutbox, GivesUpTheOldestEditWhoseAnswerCannotBeReadTwice) {
+  EditOutbox outbox;
+  Log log;
+  outbox.answerUnreadable();
+  for (const std::uint64_t object : {5, 6, 7}) outbox.submit(removal(object), log.callbacks(), kEpoch);
+  (void)sendAll(outbox);
+  outbox.replied(accepted(1, 1), kNow_ns);
+  for (const Lines& again : {Lines{"2:6", "3:7"}, Lines{"3:7"}}) {
+    outbox.answerUnreadable();
+    outbox.connectionLost();
+    if (again.size() == 2) outbox.answerUnreadable();  // nothing is sent: it is the answer to none
+    EXPECT_EQ(sendAll(outbox), again);
+  }
+  EXPECT_EQ(log.lines, (Lines{"1 accepted 1", "2 rejected"}));
+}
+
 TEST(EditOutbox, LetsACallbackSubmitTheNextEdit) {
   EditOutbox outbox;
   Log log;

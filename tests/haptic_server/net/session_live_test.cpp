@@ -6,6 +6,7 @@
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
 #include "haptic_server/net/adoption_tracker.h"
+#include "haptic_server/net/scene_messages.h"
 #include "tests/haptic_server/net/session_world.h"
 
 namespace haptics::session_live_test {
@@ -75,6 +76,14 @@ TEST_F(SessionLive, SendsOneSampleAnHourAtLeast) {
   offer(2);
   link.settle();
   EXPECT_THAT(ticks(), ElementsAre(1, 2));
+}
+
+TEST(SceneMessages, ARefusalInWordsThatAreNotUtf8CanBeRead) {
+  v1::EditReply reply, read;
+  toWire(Error{"K\xf6rper.3mf", "names an object of \"\xe4.model\""}, kMaxFrameBytes, reply);
+  ASSERT_TRUE(read.ParseFromString(reply.SerializeAsString()));
+  EXPECT_EQ(read.rejected().field(), "K\\xf6rper.3mf");
+  EXPECT_EQ(read.rejected().reason(), "names an object of \"\\xe4.model\"");
 }
 
 TEST_F(SessionLive, SendsNoDatagramsUnasked) {

@@ -161,6 +161,14 @@ class NewerServer(ClientTest):
         self.assertEqual(rejected.exception.field, "edit_reply")
         self.assertEqual(server.connections, 1)
 
+    def test_an_answer_that_cannot_be_read_ends_its_edit_at_the_second_time(self):
+        server, client = self.live(*greeting(), answer=lambda envelope: b"\x04\0\0\0\x08\x01\x0a\x05"
+                                   if envelope.WhichOneof("body") == "edit_request" else b"")
+        with self.assertRaises(Rejected) as rejected:
+            client.submit(scene_pb2.Transaction()).result(SOON_S)
+        self.assertEqual(rejected.exception.field, "edit_reply")
+        self.assertEqual(sum(envelope.HasField("edit_request") for envelope in server.heard), 2)
+
 
 class LargeEdits(ClientTest):
     def test_an_edit_that_does_not_fit_a_frame_is_refused_at_once_and_the_next_one_goes_through(self):
