@@ -267,7 +267,7 @@ Result<std::vector<Model3mf>> modelsIn(const ZipArchive& archive) {
   if (models.empty()) return refused("", "is a ZIP archive without a file that ends in .model");
   const auto at = std::ranges::find(models, first, &Model3mf::name);
   if (at == models.end() && models.size() > 1)
-    return refused("", "has no model \"" + first + "\", with which it begins");
+    return refused("", "has no model " + inQuotes(first) + ", with which it begins");
   if (at != models.end()) std::iter_swap(models.begin(), at);
   return models;
 }

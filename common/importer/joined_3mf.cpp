@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/importer/xml_text.h"
+#include "common/mesh/text_scan.h"
 
 namespace haptics {
 namespace {
@@ -100,14 +101,14 @@ class Joining {
     if (path.starts_with('/')) path.remove_prefix(1);
     const auto at = std::ranges::find(models_, path, &Model3mf::name);
     if (at == models_.end()) {
-      error_ = Error{"", "names an object of \"" + std::string(path) + "\", a model that its archive does not have"};
+      error_ = Error{"", "names an object of " + inQuotes(path) + ", a model that its archive does not have"};
       return from;
     }
     const auto found = static_cast<std::size_t>(at - models_.begin());
     if (found == 0 || std::ranges::find(named_, found) != named_.end()) return found;
     named_.push_back(found);
     if (const std::string unit = unitOf(at->text); unit != unit_)
-      error_ = Error{"", "has models in " + unit_ + " and in " + unit + "; one unit is read"};
+      error_ = Error{"", "has models in " + inQuotes(unit_) + " and in " + inQuotes(unit) + "; one unit is read"};
     return found;
   }
 

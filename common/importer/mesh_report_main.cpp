@@ -177,6 +177,6 @@ int main(int argc, char** argv) {
       printRow(file, imported);
     }
   }
-  if (asJson) std::cout << records.dump(2) << '\n';
+  if (asJson) std::cout << records.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   return allThere ? 0 : 1;
 }

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <limits>
 
+#include "common/text/printable.h"
+
 namespace haptics {
 namespace {
 
@@ -162,9 +164,10 @@ Result<Vec3> nextPoint(TextScan& scan, std::uint64_t vertex, bool acrossLines) {
 
 std::string inQuotes(std::string_view word) {
   constexpr std::size_t kLongest = 40;
-  std::string text = "\"";
-  for (const char c : word.substr(0, kLongest)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text + (word.size() > kLongest ? "...\"" : "\"");
+  std::size_t end = std::min(word.size(), kLongest);
+  const auto continues = [&] { return end < word.size() && (static_cast<unsigned char>(word[end]) & 0xC0U) == 0x80U; };
+  while (end + 3 > kLongest && continues()) --end;  // between two characters
+  return '"' + printable(word.substr(0, end)) + (end < word.size() ? "...\"" : "\"");
 }
 
 }  // namespace haptics

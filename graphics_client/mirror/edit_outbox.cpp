@@ -14,8 +14,7 @@ namespace {
 /// Room in a frame for what stands around a transaction: envelope, numbers, lengths.
 constexpr std::size_t kEnvelopeBytes = 64;
 
-void reject(const EditCallbacks& callbacks, const char* field, const std::string& reason,
-            std::uint64_t clientSeq = 0) {
+void reject(const EditCallbacks& callbacks, const char* field, const std::string& reason, std::uint64_t clientSeq = 0) {
   v1::EditReply reply;
   reply.set_client_seq(clientSeq);
   reply.mutable_rejected()->set_field(field);
@@ -109,10 +108,10 @@ void EditOutbox::answerUnreadable() {
   const auto edit =
       std::ranges::find_if(edits_, [](const Edit& each) { return each.sent && each.acceptedRevision == 0; });
   if (edit == edits_.end() || !std::exchange(edit->unreadableOnce, true)) return;
-  const Edit given = std::move(*edit);
+  const Edit abandoned = std::move(*edit);
   edits_.erase(edit);
-  reject(given.callbacks, "edit_reply", "cannot be read, twice; whether the edit was applied is not known",
-         given.request.client_seq());
+  reject(abandoned.callbacks, "edit_reply", "cannot be read, twice; whether the edit was applied is not known",
+         abandoned.request.client_seq());
 }
 
 void EditOutbox::connectionLost() {

@@ -28,7 +28,7 @@ void writeRecord(const std::filesystem::path& directory, std::string_view name, 
   std::filesystem::path unfinished = path;  // what is there stays whole whenever this ends
   unfinished += ".part";
   std::ofstream file(unfinished);
-  file << record.dump(1) << '\n';
+  file << record.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   file.close();
   std::error_code error;
   if (file) std::filesystem::rename(unfinished, path, error);

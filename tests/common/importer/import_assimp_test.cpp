@@ -697,9 +697,16 @@ TEST_F(ImportAssimp, JoinsTheModelsOfA3mf) {
       refusal("t.3mf", archive3mf({{"3D/Objects/part.model", part}, {"3D/3dmodel.model", naming("/3D/else.model")}})),
       HasSubstr("names an object of \"3D/else.model\", a model that its archive does not have"));
   EXPECT_THAT(refusal("t.3mf", archive3mf({{"3D/Objects/part.model", model3mf("")}, {"3D/3dmodel.model", through}})),
-              HasSubstr("has models in meter and in millimeter; one unit is read"));
+              HasSubstr("has models in \"meter\" and in \"millimeter\"; one unit is read"));
   EXPECT_THAT(refusal("t.3mf", archive3mf({{"a.model", part}, {"b.model", part}})),
               HasSubstr("has no model \"3D/3dmodel.model\""));
+}
+
+TEST_F(ImportAssimp, SaysInUtf8WhichModelA3mfDoesNotHave) {
+  const std::string root =
+      "<model xmlns:p='x'><resources/><build><item p:path='/3D/Ger\xe4t.model' objectid='1'/></build></model>";
+  EXPECT_THAT(refusal("t.3mf", archive3mf({{"3D/3dmodel.model", root}, {"3D/b.model", model3mf("")}})),
+              HasSubstr("names an object of \"3D/Ger\\xe4t.model\""));
 }
 
 TEST_F(ImportAssimp, ReadsQuantizedPositions) {

@@ -2,9 +2,11 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -261,6 +263,11 @@ TEST_F(ImportObj, KeepsFacesAtNonManifoldEdges) {
   EXPECT_EQ(imported->report.kept, 5U);
   EXPECT_EQ(imported->report.nonManifoldEdges, 1U);
   EXPECT_EQ(imported->mesh.vertices.size(), 5U);
+}
+
+TEST_F(ImportOff, QuotesWordsInUtf8) {
+  EXPECT_THAT(refusal("t.off", "Größe\n"), HasSubstr("begins with \"Größe\""));
+  EXPECT_THAT(refusal("t.off", "Gr\xf6\xdf\x1b\n"), HasSubstr(R"(begins with "Gr\xf6\xdf\x1b")"));
 }
 
 TEST_F(ImportOff, SkipsCommentsAnywhere) {
