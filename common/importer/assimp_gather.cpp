@@ -236,7 +236,7 @@ Result<Beforehand> lookAtCollada(std::string& file) {
           [](const std::string& text) { return notTooDeep(text).and_then([&] { return preparedCollada(text); }); })
       .map([&](ColladaText collada) {
         file = std::move(collada.text);
-        return Beforehand{.unit_m = positive(attributeOf(file, "unit", "meter")),
+        return Beforehand{.unit_m = positive(collada.unit),
                           .shapesSkipped = collada.skipped,
                           .leftOut = collada.leftOut,
                           .centre = moveToOrigin(file, MeshFormat::kCollada)};
@@ -371,13 +371,12 @@ Result<std::vector<Placed>> placedIn(const aiScene& scene, const Matrix& toRoot,
   return found;
 }
 
-/// Undoes what Assimp has put into the root: COLLADA scaled to metres, 3DS turned so that y is up.
-Matrix toFilesAxes(const aiScene& scene, MeshFormat format, double unit_m) {
-  const aiMatrix4x4 turned(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
-  if (format == MeshFormat::kCollada) return Matrix(glm::dmat3(1 / unit_m));
-  const bool isTurned =
-      format == MeshFormat::k3ds && scene.mRootNode != nullptr && scene.mRootNode->mTransformation == turned;
-  return isTurned ? glm::inverse(matrixOf(turned)) : Matrix(1);
+/// Undoes what Assimp has put into the root of a 3DS: turned so that y is up, and before that scaled by its MASTER_SCALE.
+Matrix toFilesAxes(const aiScene& scene, MeshFormat format) {
+  const Matrix turned = matrixOf({1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1});
+  if (format != MeshFormat::k3ds || scene.mRootNode == nullptr) return Matrix(1);
+  const Matrix root = matrixOf(scene.mRootNode->mTransformation), scaled = glm::inverse(turned) * root;
+  return scaled == Matrix(glm::dmat3(scaled[0][0])) ? glm::inverse(turned) : Matrix(1);
 }
 
 std::string_view textOf(const aiString& text) {
@@ -547,7 +546,7 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
       scene->mMetaData->Get("UnitScaleFactor", centimetres) && centimetres > 0) {
     unit_m = static_cast<double>(centimetres) * 1e-2;
   }
-  const auto placed = placedIn(*scene, toFilesAxes(*scene, format, unit_m.value_or(1)), most);
+  const auto placed = placedIn(*scene, toFilesAxes(*scene, format), most);
   if (!placed) return tl::unexpected(placed.error());
   if (placed->empty() && known->shapesSkipped.value_or(0) == 0) {
     return refused("", log.leftOut() == 0 ? "holds no mesh that its scene shows"

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -32,6 +33,14 @@ std::string_view idIn(std::string_view url) {
   url.remove_prefix(std::min(url.find_first_not_of(" \t\r\n"), url.size()));
   url = url.substr(0, url.find_last_not_of(" \t\r\n") + 1);
   return url.starts_with('#') ? url.substr(1) : std::string_view();
+}
+
+/// What Assimp reads of an attribute as a whole number.
+std::size_t countIn(std::string_view attribute, std::size_t instead) {
+  attribute.remove_prefix(std::min(attribute.find_first_not_of(" \t\r\n+"), attribute.size()));
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(attribute.data(), attribute.data() + attribute.size(), value);
+  return error == std::errc() ? value : instead;
 }
 
 /// The text up to the next tag.
@@ -82,6 +91,12 @@ class ColladaPreparing {
       if (rewriting_.isReplaced(tag)) return true;
       if (tag.ends) {
         if (tag.name == "visual_scene") isUnshown_ = false;
+        if (tag.name == "vertices") isOfVertices_ = false;
+        if (isOneOf(kPrimitives, tag.name)) corners_.reset();
+        if (isOfConvex_ && tag.name == "convex_mesh") {
+          rewriting_.replace(tag.name, "mesh");
+          isOfConvex_ = false;
+        }
       } else {
         take(tag);
       }
@@ -104,8 +119,37 @@ class ColladaPreparing {
     std::optional<Source> last = {};  ///< Once it has been looked for.
   };
 
+  struct Array {
+    std::size_t count = 0;
+    std::string_view numbers = {};
+  };
+  /// What an accessor reads.
+  struct Accessor {
+    std::string_view array = {};
+    std::size_t count = 0, offset = 0, stride = 1;
+    std::size_t params = 0, last = 0;      ///< The last of those that are a coordinate.
+    std::optional<std::size_t> room = {};  ///< Points, once they have been counted.
+  };
+  /// Which words of a primitive's indices are corners.
+  struct Corners {
+    std::size_t stride = 1, offset = 0;  ///< In a corner's words.
+    std::size_t begin = 0;               ///< Of the input that names the points, in the text.
+    std::string_view semantic = {}, source = {};
+    std::size_t room = std::numeric_limits<std::size_t>::max();  ///< Points.
+  };
+
   XmlRewriting rewriting_;
   ColladaText prepared_;
+  std::map<std::string_view, Array> arrays_;
+  std::map<std::string_view, Accessor> accessors_;            ///< By the id of their source.
+  std::map<std::string_view, std::string_view> positionsOf_;  ///< The source, by the id of <vertices>.
+  std::optional<Corners> corners_;                            ///< Of the primitive that has begun.
+  bool isOfVertices_ = false, isOfConvex_ = false;
+
+  /// A mesh that says of itself that it is convex, which Assimp leaves out; one that another one's hull is to be made of is not read.
+  static bool isConvexMesh(const XmlTag& tag) {
+    return tag.name == "convex_mesh" && !tag.inside.ends_with('/') && attributeIn(tag.inside, "convex_hull_of").empty();
+  }
   std::string fault_;
   std::set<std::string_view> meshes_, nodes_;
   std::map<std::string_view, Controller> controllers_;
@@ -117,13 +161,33 @@ class ColladaPreparing {
   std::size_t mostOfFans_ = 64'000'000 + 4 * rewriting_.text().size();
 
   void collect() {
-    std::string_view geometry, controller;
+    std::string_view geometry, controller, source, vertices;
     eachTag(rewriting_.text(), [&](const XmlTag& tag) {
+      if (tag.ends && tag.name == "vertices") vertices = {};
       if (tag.ends) return true;
       const std::string_view id = attributeIn(tag.inside, "id");
+      if (tag.name == "source") source = id;
+      if (tag.name == "vertices" && !tag.inside.ends_with('/')) vertices = id;
+      if (tag.name == "float_array") {
+        arrays_[id] = {countIn(attributeIn(tag.inside, "count"), 0), textAfter(rewriting_.text(), tag)};
+      } else if (tag.name == "Name_array" || tag.name == "IDREF_array") {
+        arrays_[id] = {};
+      } else if (tag.name == "accessor") {
+        accessors_[source] = {.array = idIn(attributeIn(tag.inside, "source")),
+                              .count = countIn(attributeIn(tag.inside, "count"), 0),
+                              .offset = countIn(attributeIn(tag.inside, "offset"), 0),
+                              .stride = countIn(attributeIn(tag.inside, "stride"), 1)};
+      } else if (tag.name == "param") {
+        const std::string_view name = attributeIn(tag.inside, "name");
+        Accessor& accessor = accessors_[source];
+        if (name == "X" || name == "Y" || name == "Z") accessor.last = std::max(accessor.last, accessor.params);
+        ++accessor.params;
+      } else if (tag.name == "input" && !vertices.empty() && attributeIn(tag.inside, "semantic") == "POSITION") {
+        positionsOf_[vertices] = idIn(attributeIn(tag.inside, "source"));
+      }
       if (tag.name == "geometry") geometry = id;
       if (tag.name == "controller") controller = id;
-      if (tag.name == "mesh") meshes_.insert(geometry);
+      if (tag.name == "mesh" || isConvexMesh(tag)) meshes_.insert(geometry);
       if (tag.name == "node") nodes_.insert(id);
       if (tag.name == "skin" || tag.name == "morph") {
         controllers_[controller] = {idIn(attributeIn(tag.inside, "source")), tag.name == "morph"};
@@ -153,15 +217,122 @@ class ColladaPreparing {
         fault_ = "has a <skew> of " + inQuotes(textAfter(rewriting_.text(), tag)) +
                  "; it is an angle in degrees, less than that between the two axes that follow it";
       }
+    } else if (tag.name == "unit") {
+      if (prepared_.unit.empty()) prepared_.unit = attributeIn(tag.inside, "meter");
+      rewriting_.replaceElement(tag, "");
+    } else if (tag.name == "rotate") {
+      const std::string_view text = textAfter(rewriting_.text(), tag);
+      const auto rotation = ofUnitAxis(text);
+      if (rotation) {
+        rewriting_.replace(text, *rotation);
+      } else {
+        fault_ = "has a <rotate> of " + inQuotes(text) + "; it is an axis, which has a length, and an angle";
+      }
+    } else if (isConvexMesh(tag)) {
+      isOfConvex_ = true;
+      rewriting_.replace(tag.name, "mesh");
+    } else if (tag.name == "vertices") {
+      isOfVertices_ = positionsOf_.contains(attributeIn(tag.inside, "id")) && !tag.inside.ends_with('/');
+    } else if (tag.name == "input" && isOfVertices_) {
+      if (attributeIn(tag.inside, "semantic") != "POSITION") rewriting_.replaceElement(tag, "");
+    } else if (tag.name == "input" && corners_) {
+      rewriting_.replaceElement(tag, tag.begin == corners_->begin ? inputOf(*corners_) : "");
     } else if (tag.name == "trifans") {
       takeFans(tag);
     } else if (isOneOf(kPrimitives, tag.name)) {
       primitive_ = tag.name;
+      if (!tag.inside.ends_with('/')) corners_ = cornersOf(tag);
       isUncounted_ = numberOf<std::uint64_t>(attributeIn(tag.inside, "count")).value_or(0) == 0;
     } else if (tag.name == "p" && isUncounted_ && !wordsIn(textAfter(rewriting_.text(), tag)).empty()) {
       fault_ = "has <" + std::string(primitive_) +
                "> with indices and without a count; give it the number of its primitives";
+    } else if (tag.name == "p" && corners_) {
+      takeIndices(textAfter(rewriting_.text(), tag));
     }
+  }
+
+  /// By the inputs at a primitive's beginning; nothing: none of them is of points.
+  std::optional<Corners> cornersOf(const XmlTag& primitive) {
+    Corners corners;
+    bool found = false;
+    const std::string_view text = rewriting_.text();
+    const auto from = static_cast<std::size_t>(primitive.inside.data() + primitive.inside.size() - text.data());
+    eachTag(text.substr(from), [&](const XmlTag& tag) {
+      if (tag.name != "input") return false;
+      if (tag.ends) return true;
+      const std::size_t offset = std::min(countIn(attributeIn(tag.inside, "offset"), 0), text.size());
+      const std::string_view semantic = attributeIn(tag.inside, "semantic");
+      corners.stride = std::max(corners.stride, offset + 1);
+      if (found || (semantic != "VERTEX" && semantic != "POSITION")) return true;
+      found = true;
+      corners.semantic = semantic;
+      corners.source = idIn(attributeIn(tag.inside, "source"));
+      corners.offset = offset;
+      corners.begin = from + tag.begin;
+      return true;
+    });
+    if (!found) return std::nullopt;
+    const auto positions = positionsOf_.find(corners.source);
+    const bool isByVertices = corners.semantic == "VERTEX" && positions != positionsOf_.end();
+    const auto accessor = accessors_.find(isByVertices ? positions->second : corners.source);
+    if (accessor != accessors_.end()) corners.room = roomOf(accessor->first, accessor->second);
+    return corners;
+  }
+
+  static std::string inputOf(const Corners& corners) {
+    return "<input semantic=\"" + std::string(corners.semantic) + "\" source=\"#" + std::string(corners.source) +
+           "\" offset=\"0\"/>";
+  }
+
+  /// How many points there are. More than the numbers are for is nobody's point: Assimp would read beyond them.
+  std::size_t roomOf(std::string_view source, Accessor& accessor) {
+    if (accessor.room) return *accessor.room;
+    const auto array = arrays_.find(accessor.array);
+    if (array == arrays_.end()) return std::numeric_limits<std::size_t>::max();  // Assimp says so
+    const std::size_t before = accessor.offset + accessor.last, numbers = array->second.count;
+    std::size_t room = numbers > before ? (numbers - before - 1) / std::max<std::size_t>(accessor.stride, 1) + 1 : 0;
+    if (accessor.stride == 0 && room > 0) room = accessor.count;
+    accessor.room = std::min(room, accessor.count);
+    std::size_t words = 0;
+    eachWord(array->second.numbers, [&](std::string_view) { ++words; });
+    if (words < numbers) {
+      fault_ = "has a <float_array> of count " + std::to_string(numbers) + " with " + std::to_string(words) +
+               " numbers, in the <source> " + inQuotes(source);
+    }
+    return *accessor.room;
+  }
+
+  /// The corners alone, in Assimp's place of them.
+  void takeIndices(std::string_view indices) {
+    std::string kept;
+    const std::size_t words = eachCorner(indices, *corners_, [&](std::string_view word) {
+      if (corners_->stride > 1) kept.append(word).append(1, ' ');
+    });
+    if (words % corners_->stride != 0 && fault_.empty() && primitive_ != "lines" && primitive_ != "linestrips") {
+      fault_ = "has <" + std::string(primitive_) + "> with " + std::to_string(words) +
+               " indices in a <p>, which is no multiple of " + std::to_string(corners_->stride) +
+               ", as many as its inputs take";
+    }
+    if (corners_->stride > 1) rewriting_.replace(indices, kept);
+  }
+
+  /// Calls `take` with the index of each corner's point. The number of words.
+  template <class Take>
+  std::size_t eachCorner(std::string_view indices, const Corners& corners, const Take& take) {
+    std::size_t words = 0;
+    eachWord(indices, [&](std::string_view word) {
+      if (words++ % corners.stride != corners.offset || !fault_.empty()) return;
+      const auto index = numberOf<std::size_t>(word);
+      if (index && *index < corners.room) return take(word);
+      fault_ = "has <" + std::string(primitive_) + "> that names vertex " + inQuotes(word);
+      if (corners.room != std::numeric_limits<std::size_t>::max()) {
+        fault_ +=
+            ", from 0; the count, offset and stride of its <accessor> and the count of its <float_array> leave room "
+            "for " +
+            std::to_string(corners.room);
+      }
+    });
+    return words;
   }
 
   /// No id where controllers lead to one another in a ring.
@@ -199,29 +370,28 @@ class ColladaPreparing {
 
   void takeFans(const XmlTag& begin) {
     const std::string_view fans = rewriting_.element(begin);
-    std::size_t stride = 1;
-    std::string inputs, corners;
+    primitive_ = begin.name;
+    const auto inputs = cornersOf(begin);
+    if (!inputs) {
+      fault_ = "has <trifans> without an <input> of semantic VERTEX";
+      return;
+    }
+    std::string corners;
     std::uint64_t triangles = 0;
     eachTag(fans, [&](const XmlTag& tag) {
-      if (tag.ends) return true;
-      if (tag.name == "input") {
-        const auto offset = numberOf<std::size_t>(attributeIn(tag.inside, "offset")).value_or(0);
-        stride = std::max(stride, std::min(offset, fans.size()) + 1);
-        inputs.append("<input").append(tag.inside).append(">").append(tag.inside.ends_with('/') ? "" : "</input>");
-      } else if (tag.name == "p") {
-        std::string first, before, corner;
-        std::size_t words = 0;
-        eachWord(textAfter(fans, tag), [&](std::string_view word) {
-          corner.append(word).append(1, ' ');
-          if (++words % stride != 0) return;
-          if (words == stride) first = corner;
-          if (words > 2 * stride && corners.size() <= mostOfFans_) {
-            corners.append(first).append(before).append(corner);
-            ++triangles;
-          }
-          before = std::exchange(corner, {});
-        });
-      }
+      if (tag.ends || tag.name != "p") return true;
+      std::string_view first, before;
+      eachCorner(textAfter(fans, tag), *inputs, [&](std::string_view corner) {
+        if (!before.empty() && corners.size() <= mostOfFans_) {
+          for (const std::string_view each : {first, before, corner}) corners.append(each).append(1, ' ');
+          ++triangles;
+        }
+        if (first.empty()) {
+          first = corner;
+        } else {
+          before = corner;
+        }
+      });
       return true;
     });
     if (corners.size() > mostOfFans_) {
@@ -229,8 +399,8 @@ class ColladaPreparing {
       return;
     }
     mostOfFans_ -= corners.size();
-    rewriting_.replace(fans, "<triangles count=\"" + std::to_string(triangles) + "\">" + inputs + "<p>" + corners +
-                                 "</p></triangles>");
+    rewriting_.replace(fans, "<triangles count=\"" + std::to_string(triangles) + "\">" + inputOf(*inputs) + "<p>" +
+                                 corners + "</p></triangles>");
   }
 };
 

@@ -1,6 +1,8 @@
 #include "common/importer/xml_text.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -174,6 +176,27 @@ std::string_view attributeIn(std::string_view inside, std::string_view name) {
     const std::size_t end = inside.find(inside[quote], quote + 1);
     if (end == inside.npos) return {};
     const std::string_view spaced = inside.substr(from, is - from);
+std::optional<std::string> ofUnitAxis(std::string_view text) {
+  std::vector<double> numbers;
+  for (const std::string_view word : wordsIn(text)) {
+    const auto number = numberOf<double>(word);
+    if (!number || !std::isfinite(*number)) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  if (numbers.size() != 4) return std::nullopt;
+  const double length = std::hypot(numbers[0], numbers[1], numbers[2]);
+  if (length == 0 && numbers[3] != 0) return std::nullopt;
+  if (length == 0) return "0 0 1 0";
+  constexpr double kOfRounding = 1e-6;  // stays as it is
+  if (std::abs(length - 1) < kOfRounding) return std::string(text);
+  std::string unit;
+  for (int axis = 0; axis < 3; ++axis) {
+    char word[32];
+    unit.append(word, std::to_chars(word, word + sizeof word, numbers[axis] / length).ptr).append(1, ' ');
+  }
+  return unit.append(wordsIn(text)[3]);
+}
+
     const std::string_view own = spaced.substr(0, spaced.find_last_not_of(kBlanks) + 1);
     if (own == name || (name.starts_with(':') && own.ends_with(name))) return inside.substr(quote + 1, end - quote - 1);
     at = end + 1;

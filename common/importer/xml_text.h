@@ -118,6 +118,10 @@ std::optional<T> numberOf(std::string_view word) {
   return value;
 }
 
+/// An axis and an angle, with an axis of length 1; one that has no length turns by nothing. Nothing: these are no four numbers,
+/// or an axis without a length and an angle.
+[[nodiscard]] std::optional<std::string> ofUnitAxis(std::string_view text);
+
 /// What an attribute says in a tag's XmlTag::inside; empty: it is not there. A name such as ":path" has any prefix.
 [[nodiscard]] std::string_view attributeIn(std::string_view inside, std::string_view name);
 

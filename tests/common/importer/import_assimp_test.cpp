@@ -709,6 +709,49 @@ TEST_F(ImportAssimp, SaysInUtf8WhichModelA3mfDoesNotHave) {
               HasSubstr("names an object of \"3D/Ger\\xe4t.model\""));
 }
 
+TEST_F(ImportAssimp, RefusesColladaWhoseIndicesLeadBeyondItsNumbers) {
+  const std::string sound = collada("", "<node>" + kInstance + "</node>");
+  const auto with = [&](std::string_view old, const std::string& by) {
+    std::string text = sound;
+    text.replace(text.find(old), old.size(), by);
+    return refusal("t.dae", text);
+  };
+  const std::string why =
+      "has <polylist> that names vertex \"3\", from 0; the count, offset and stride of its <accessor> and the "
+      "count of its <float_array> leave room for 3";
+  EXPECT_EQ(with("count=\"12\"", "count=\"11\""), why);
+  EXPECT_EQ(with("stride=\"3\"", "stride=\"3\" offset=\"1\""), why);
+  EXPECT_EQ(with("stride=\"3\"", "stride=\"4\""), why);
+  EXPECT_EQ(with("count=\"4\" stride", "count=\"3\" stride"), why);
+  EXPECT_THAT(with("0 2 1 0", "0 2 400 0"), HasSubstr("names vertex \"400\", from 0"));
+  EXPECT_THAT(with("0 2 1 0", "0 2 -1 0"), HasSubstr("names vertex \"-1\""));
+  EXPECT_THAT(with("count=\"12\"", "count=\"13\""),
+              HasSubstr("has a <float_array> of count 13 with 12 numbers, in the <source> \"p\""));
+  EXPECT_EQ(with("count=\"4\" stride", "count=\"4000\" stride"), "loaded") << "nobody names those";
+  // What is no point is left out, wrong or not.
+  std::string beside = sound;
+  const std::string input = "<input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>",
+                    indices = "<p>0 2 1 0 1 3 1 2 3 2 0 3</p>";
+  beside.replace(beside.find(indices), indices.size(), "<p>9 0 9 2 9 1 9 0 9 1 9 3 9 1 9 2 9 3 9 2 9 0 9 3</p>");
+  beside.replace(
+      beside.find(input), input.size(),
+      "<input semantic=\"NORMAL\" source=\"#p\" offset=\"0\"/><input semantic=\"VERTEX\" source=\"#v\" offset=\"1\"/>");
+  expectTetrahedron(import("t.dae", beside));
+}
+
+TEST_F(ImportAssimp, ReadsTheUnitOfColladaBesideBlanks) {
+  const auto imported = import("t.dae", collada("<unit meter=\" 0.01 \"/>", "<node>" + kInstance + "</node>"));
+  expectBox(imported, {0, 0, 0}, {0.01, 0.01, 0.01});
+  EXPECT_TRUE(imported->report.isUnitKnown);
+}
+
+TEST_F(ImportAssimp, ReadsAMeshOfColladaThatIsConvex) {
+  std::string text = collada("", "<node>" + kInstance + "</node>");
+  text.replace(text.find("<mesh>"), 6, "<convex_mesh>");
+  text.replace(text.find("</mesh>"), 7, "</convex_mesh>");
+  expectTetrahedron(import("t.dae", text));
+}
+
 TEST_F(ImportAssimp, ReadsQuantizedPositions) {
   const std::string required = R"(, "extensionsRequired": ["KHR_mesh_quantization"])";
   const auto of = [&](std::uint64_t type, const std::string& more) {
