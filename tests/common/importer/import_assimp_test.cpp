@@ -752,6 +752,19 @@ TEST_F(ImportAssimp, ReadsAMeshOfColladaThatIsConvex) {
   expectTetrahedron(import("t.dae", text));
 }
 
+TEST_F(ImportAssimp, LeavesTheAxesOfA3dsOfAnyMasterScale) {
+  using namespace std::string_literals;
+  std::string scaled = studio();
+  const std::string scale = raw(std::uint16_t{0x0100}) + raw(std::uint32_t{10}) + raw(2.0F);
+  scaled.insert(scaled.find("\x00\x40"s), scale);
+  for (const std::size_t at : {2, 8}) {
+    std::uint32_t size = 0;
+    std::memcpy(&size, scaled.data() + at, sizeof size);
+    scaled.replace(at, sizeof size, raw(static_cast<std::uint32_t>(size + scale.size())));
+  }
+  expectBox(import("t.3ds", scaled), {0, 0, 0}, {0.5, 0.5, 1.5});
+}
+
 TEST_F(ImportAssimp, ReadsQuantizedPositions) {
   const std::string required = R"(, "extensionsRequired": ["KHR_mesh_quantization"])";
   const auto of = [&](std::uint64_t type, const std::string& more) {
