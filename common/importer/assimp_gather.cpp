@@ -26,6 +26,7 @@
 #include "common/importer/far_origin.h"
 #include "common/importer/gltf_numbers.h"
 #include "common/importer/joined_3mf.h"
+#include "common/importer/model_3mf.h"
 #include "common/importer/x3d_text.h"
 #include "common/importer/xml_text.h"
 #include "common/importer/zip_archive.h"
@@ -177,15 +178,6 @@ std::optional<double> positive(std::string text) {
   return value;
 }
 
-/// 3MF Core Specification 1.3, section 3.4.
-double unitOf3mf(const std::string& word) {
-  for (const auto& [name, unit_m] :
-       {std::pair{"micron", 1e-6}, {"centimeter", 1e-2}, {"inch", 0.0254}, {"foot", 0.3048}, {"meter", 1.0}}) {
-    if (word == name) return unit_m;
-  }
-  return 1e-3;
-}
-
 /// What is known of a file before it is read.
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
@@ -265,11 +257,12 @@ Result<std::vector<Model3mf>> modelsIn(const ZipArchive& archive) {
     });
   }
   if (models.empty()) return refused("", "is a ZIP archive without a file that ends in .model");
-  const auto at = std::ranges::find(models, first, &Model3mf::name);
+  const auto at = std::ranges::find_if(models, [&](const Model3mf& each) { return isOnePath(each.name, first); });
   if (at == models.end() && models.size() > 1)
     return refused("", "has no model " + inQuotes(first) + ", with which it begins");
   if (at != models.end()) std::iter_swap(models.begin(), at);
   return models;
+  models.front().name = first;  // where Assimp looks for it
 }
 
 /// Pictures, settings and whatever else the archive has are left out: Assimp may crash on them.
@@ -291,6 +284,7 @@ Result<Beforehand> lookAt3mf(std::string& file) {
   auto text = joined(*std::move(models));
   if (!text) return tl::unexpected(std::move(text).error());
   Beforehand known{.leftOut = leftOut};
+  if (auto ok = checkModel3mf(*text); !ok) return tl::unexpected(std::move(ok).error());
   known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
   known.centre = moveToOrigin(*text, MeshFormat::k3mf);
   std::vector<std::pair<std::string, std::string>> read;

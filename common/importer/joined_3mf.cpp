@@ -99,7 +99,7 @@ class Joining {
   /// The model at a path; where there is none, the one that names it, and an error.
   [[nodiscard]] std::size_t modelAt(std::string_view path, std::size_t from) {
     if (path.starts_with('/')) path.remove_prefix(1);
-    const auto at = std::ranges::find(models_, path, &Model3mf::name);
+    const auto at = std::ranges::find_if(models_, [&](const Model3mf& each) { return isOnePath(each.name, path); });
     if (at == models_.end()) {
       error_ = Error{"", "names an object of " + inQuotes(path) + ", a model that its archive does not have"};
       return from;
@@ -162,6 +162,8 @@ class Joining {
 };
 
 }  // namespace
+
+bool isOnePath(std::string_view a, std::string_view b) { return inLowerCase(a) == inLowerCase(b); }
 
 Result<std::string> joined(std::vector<Model3mf> models) {
   if (models.size() == 1) return std::move(models.front().text);

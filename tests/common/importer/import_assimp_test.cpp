@@ -709,6 +709,54 @@ TEST_F(ImportAssimp, SaysInUtf8WhichModelA3mfDoesNotHave) {
               HasSubstr("names an object of \"3D/Ger\\xe4t.model\""));
 }
 
+TEST_F(ImportAssimp, Reads3mfWhosePartsAreNamedInOtherCase) {
+  const auto imported = import("t.3mf", archive3mf({{"3d/3DModel.model", model3mf("unit='meter'")}}));
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+}
+
+TEST_F(ImportAssimp, Refuses3mfWhoseNumbersAreNone) {
+  const auto with = [&](std::string_view old, const std::string& by, const std::string& item = "") {
+    std::string model = model3mf("unit='meter'", item);
+    model.replace(model.find(old), old.size(), by);
+    return refusal("t.3mf", archive3mf({{"3D/3dmodel.model", model}}));
+  };
+  EXPECT_EQ(with("x=\"1\"", "x=\" 1e0 \"", "transform='+1 0 0 0 1 0  0 0 1 0 0 0'"), "loaded");
+  EXPECT_THAT(with("x=\"1\"", "x=\"abc\""),
+              HasSubstr("has a vertex 1 (from 0) in the object of id \"1\" whose x is \"abc\""));
+  EXPECT_THAT(with("x=\"1\" y=\"0\"", "x=\"1\""),
+              HasSubstr("vertex 1 (from 0) in the object of id \"1\" whose y is \"\""));
+  EXPECT_THAT(with("v3=\"1\"", ""), HasSubstr("has a triangle 0 (from 0) in the object of id \"1\" whose v3 is \"\""));
+  EXPECT_THAT(with("v3=\"1\"", "v3=\"x\""), HasSubstr("whose v3 is \"x\""));
+  for (const std::string transform :
+       {"1,0,0,0,1,0,0,0,1,100,0,0", "1 0 0 0 1 0 0 0 1 0 0", "1 0 0 0 1 0 0 0 1 0 0 z"}) {
+    EXPECT_THAT(with("", "", "transform='" + transform + "'"),
+                HasSubstr("has an <item> of object \"1\" whose transform is"));
+  }
+  EXPECT_THAT(with("</resources>", "<object id='1'><mesh/></object></resources>"),
+              HasSubstr("has two objects of id \"1\""));
+  EXPECT_THAT(with("</resources>",
+                   "<object id='2'><components><component objectid='3'/></components></object>"
+                   "<object id='3'><components><component objectid='2'/></components></object></resources>"),
+              HasSubstr("that is a part of itself"));
+}
+
+TEST_F(ImportAssimp, KnowsEachUnitOf3mfByItsName) {
+  const auto of = [&](const std::string& unit) {
+    return import("t.3mf", archive3mf({{"3D/3dmodel.model", model3mf("unit='" + unit + "'")}}));
+  };
+  for (const auto& [unit, size_m] : {std::pair{"millimeter", 1e-3}, {"mm", 1e-3}, {"Inch", 0.0254}, {"METER", 1.0}}) {
+    const auto imported = of(unit);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_NEAR(imported->report.boxMax_m.x, size_m, 1e-6) << unit;
+  }
+  for (const std::string unit : {"meters", "inches", "m"}) {
+    const auto imported = of(unit);
+    ASSERT_FALSE(imported);
+    EXPECT_THAT(imported.error().reason, HasSubstr("has the unit \"" + unit + "\""));
+  }
+}
+
 TEST_F(ImportAssimp, RefusesColladaWhoseIndicesLeadBeyondItsNumbers) {
   const std::string sound = collada("", "<node>" + kInstance + "</node>");
   const auto with = [&](std::string_view old, const std::string& by) {
