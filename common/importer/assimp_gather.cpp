@@ -185,6 +185,7 @@ struct Beforehand {
   std::string positions = {};                                 ///< Likewise.
   std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
   std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
+  bool isCutOff = false;                                      ///< Its text.
   Vec3 centre{0};                                             ///< See moveToOrigin().
 };
 
@@ -261,8 +262,8 @@ Result<std::vector<Model3mf>> modelsIn(const ZipArchive& archive) {
   if (at == models.end() && models.size() > 1)
     return refused("", "has no model " + inQuotes(first) + ", with which it begins");
   if (at != models.end()) std::iter_swap(models.begin(), at);
-  return models;
   models.front().name = first;  // where Assimp looks for it
+  return models;
 }
 
 /// Pictures, settings and whatever else the archive has are left out: Assimp may crash on them.
@@ -283,8 +284,8 @@ Result<Beforehand> lookAt3mf(std::string& file) {
   }
   auto text = joined(*std::move(models));
   if (!text) return tl::unexpected(std::move(text).error());
-  Beforehand known{.leftOut = leftOut};
   if (auto ok = checkModel3mf(*text); !ok) return tl::unexpected(std::move(ok).error());
+  Beforehand known{.leftOut = leftOut};
   known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
   known.centre = moveToOrigin(*text, MeshFormat::k3mf);
   std::vector<std::pair<std::string, std::string>> read;
@@ -300,13 +301,19 @@ Result<Beforehand> lookAt3mf(std::string& file) {
 }
 
 Result<Beforehand> lookAtX3d(std::string& file) {
+  bool isCutOff = false;
   return plainXml(std::move(file))
-      .and_then([](const std::string& text) { return notTooDeep(text).and_then([&] { return preparedX3d(text); }); })
+      .and_then(withGroupsInPlace)
+      .and_then([&](const std::string& text) {
+        isCutOff = text.rfind("</X3D") == text.npos;
+        return notTooDeep(text).and_then([&] { return preparedX3d(text); });
+      })
       .map([&](X3dText x3d) {
         file = std::move(x3d.text);
         return Beforehand{.unit_m = positive(x3d.unit),
                           .shapesSkipped = x3d.skipped,
                           .leftOut = LeftOut{.unshown = x3d.unshown},
+                          .isCutOff = isCutOff,
                           .centre = moveToOrigin(file, MeshFormat::kX3d)};
       });
 }
@@ -543,6 +550,7 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
   const auto placed = placedIn(*scene, toFilesAxes(*scene, format), most);
   if (!placed) return tl::unexpected(placed.error());
   if (placed->empty() && known->shapesSkipped.value_or(0) == 0) {
+    if (known->isCutOff) return refused("", "is cut off: its text does not end with </X3D>");
     return refused("", log.leftOut() == 0 ? "holds no mesh that its scene shows"
                                           : "holds no mesh that can be read: Assimp says " + words(log.reason()));
   }

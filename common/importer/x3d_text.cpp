@@ -1,15 +1,14 @@
 #include "common/importer/x3d_text.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "common/importer/x3d_shapes.h"
 #include "common/importer/xml_text.h"
 #include "common/mesh/text_scan.h"
 
@@ -83,35 +82,25 @@ constexpr std::string_view kUnfeltOfX3d[] = {"Appearance",
                                              "ListenerPointSource",
                                              "SpatialSound"};
 
-/// Numbers, and with them the corners of each face, the other way round.
-std::string reversed(std::string_view numbers) {
-  std::vector<std::string_view> words = wordsIn(numbers);
+/// Indices without faces of no corner.
+std::string withoutEmpty(std::string_view indices) {
+  std::string text;
+  std::string_view before = "-1";
+  eachWord(indices, [&](std::string_view word) {
+    if (word != "-1" || before != "-1") text.append(word).append(1, ' ');
+    before = word;
+  });
+  return text;
+}
+
+/// Faces' indices, and with them the corners of each, the other way round.
+std::string reversed(std::string_view indices) {
+  const std::string plain = withoutEmpty(indices);
+  std::vector<std::string_view> words = wordsIn(plain);
   if (!words.empty() && words.back() == "-1") words.pop_back();
   std::string text;
   for (auto word = words.rbegin(); word != words.rend(); ++word) text.append(*word).append(" ");
   return text;
-}
-
-/// A Cone or Cylinder around the y axis: Assimp has the ends of both in other places, and every second face turned over.
-std::string roundFaces(double topRadius, double bottomRadius, double height, bool side, bool top, bool bottom) {
-  constexpr int kSides = 64;
-  std::string faces, points;
-  const auto corner = [&](int i) { return ' ' + std::to_string(i % (2 * kSides)); };
-  for (int i = 0; i < kSides && side; ++i) {  // below, above, below, above, ...
-    faces += corner(2 * i) + corner(2 * i + 2) + (topRadius > 0 ? corner(2 * i + 3) : "") + corner(2 * i + 1) + " -1";
-  }
-  for (int i = kSides; i-- > 0 && bottom;) faces += corner(2 * i) + (i == 0 ? " -1" : "");
-  for (int i = 0; i < kSides && top; ++i) faces += corner(2 * i + 1) + (i == kSides - 1 ? " -1" : "");
-  for (int i = 0; i < kSides; ++i) {
-    const double angle = -2 * std::numbers::pi * i / kSides;
-    for (const auto& [radius, y] : {std::pair{bottomRadius, -height / 2}, {topRadius, height / 2}}) {
-      for (const double number : {radius * std::cos(angle), y, radius * std::sin(angle)}) {
-        char text[32];
-        points.append(text, std::to_chars(text, text + sizeof text, number).ptr).append(1, ' ');
-      }
-    }
-  }
-  return " coordIndex=\"" + faces + "\"><Coordinate point=\"" + points + "\"/>";
 }
 
 class X3dPreparing {
@@ -175,7 +164,9 @@ class X3dPreparing {
 
   void begin(const XmlTag& tag) {
     prepared_.skipped += isOneOf(kSkipped, tag.name) ? 1 : 0;
-    if (isOneOf(kUnfeltOfX3d, tag.name)) {
+    const bool isProxy = attributeIn(tag.inside, "containerField") == "proxy";
+    prepared_.unshown += isProxy ? 1 : 0;
+    if (isProxy || isOneOf(kUnfeltOfX3d, tag.name)) {
       rewriting_.replaceElement(tag, "");
       return;
     }
@@ -213,13 +204,33 @@ class X3dPreparing {
     prepared_.unshown += tag.name == "Shape" && own.isHidden ? 1 : 0;
     if (tag.name == "GeoCoordinate") {
       takeGeo(tag, own);
-    } else if (tag.name == "Cone" || tag.name == "Cylinder") {
-      takeRound(tag, own);
+    } else if (isMadeOfFaces(tag.name)) {
+      takeMade(tag, own);
     } else if (const auto as = readAs().find(tag.name); as != readAs().end()) {
       rewriting_.replace(tag.name, as->second);
       own.endName = as->second.substr(0, as->second.find(' '));
+      if (own.endName == "Transform") takeRotations(tag);
+    } else if (tag.name == "Transform") {
+      takeRotations(tag);
     } else {
       turn(tag, own);
+    }
+  }
+
+  /// Assimp shears and scales by an axis whose length is not 1.
+  void takeRotations(const XmlTag& tag) {
+    std::string_view fields[] = {"rotation", "scaleOrientation"};
+    std::string_view texts[] = {attributeIn(tag.inside, fields[0]), attributeIn(tag.inside, fields[1])};
+    if (texts[1].data() < texts[0].data()) std::swap(fields[0], fields[1]), std::swap(texts[0], texts[1]);
+    for (int i = 0; i < 2; ++i) {
+      if (texts[i].empty()) continue;
+      const auto rotation = ofUnitAxis(texts[i]);
+      if (rotation) {
+        rewriting_.replace(texts[i], *rotation);
+      } else if (fault_.empty()) {
+        fault_ = "has a " + std::string(tag.name) + " whose " + std::string(fields[i]) + " is " + inQuotes(texts[i]) +
+                 "; it is an axis, which has a length, and an angle";
+      }
     }
   }
 
@@ -234,36 +245,29 @@ class X3dPreparing {
     rewriting_.replace(tag.name, own.endName);
   }
 
-  void takeRound(const XmlTag& tag, Open& own) {
+  void takeMade(const XmlTag& tag, Open& own) {
     own.endName = "IndexedFaceSet";
     if (!attributeIn(tag.inside, "USE").empty()) {
       rewriting_.replace(tag.name, own.endName);
       return;
     }
-    const auto length = [&](std::string_view name, double instead) {
-      const auto words = wordsIn(attributeIn(tag.inside, name));
-      const auto value = words.empty() ? instead : numberOf<double>(words.front());
-      if (value && *value >= 0 && std::isfinite(*value)) return *value;
-      fault_ = "has a " + std::string(tag.name) + " whose " + std::string(name) + " is " +
-               inQuotes(attributeIn(tag.inside, name)) + "; it is a number from 0";
-      return 0.0;
-    };
-    const auto has = [&](std::string_view part) { return attributeIn(tag.inside, part) != "false"; };
-    const bool isCone = tag.name == "Cone";
-    const double radius = length(isCone ? "bottomRadius" : "radius", 1), height = length("height", 2);
+    const auto made = facesOfX3dShape(tag.name, tag.inside);
+    if (!made) {
+      fault_ = made.error().reason;
+      return;
+    }
     const std::string_view definition = attributeIn(tag.inside, "DEF");
     std::string faces = "<" + std::string(own.endName);
     if (!definition.empty()) faces.append(" DEF=\"").append(definition).append("\"");
-    faces += roundFaces(isCone ? 0 : radius, radius, height, has("side"), !isCone && has("top"), has("bottom"));
+    faces += *made;
     if (endsItself(tag)) faces.append("</").append(own.endName).append(">");
     rewriting_.replace(rewriting_.whole(tag), faces);
   }
 
-  /// Shapes of which Assimp looks at ccw="false" are left as they are: triangles by index, strips and fans, elevation grids.
+  /// Shapes of which Assimp looks at ccw="false" are left as they are: triangles by index, strips and fans.
   void turn(const XmlTag& tag, Open& own) {
-    if (tag.name == "IndexedFaceSet" && isClockwise(tag)) {
-      const std::string_view indices = attributeIn(tag.inside, "coordIndex");
-      if (!indices.empty()) rewriting_.replace(indices, reversed(indices));
+    if (tag.name == "IndexedFaceSet") {
+      takeFaces(tag);
     } else if (tag.name == "TriangleSet" && isClockwise(tag)) {
       own.endName = "IndexedTriangleSet";
       rewriting_.replace(tag.name, own.endName);
@@ -272,28 +276,26 @@ class X3dPreparing {
       own.endName = "IndexedTriangleStripSet";
       rewriting_.replace(tag.name, own.endName);
       if (attributeIn(tag.inside, "USE").empty()) indexStrips(tag);
-    } else if (tag.name == "Extrusion" && attributeIn(tag.inside, "USE").empty()) {
-      turnExtrusion(tag);
     }
   }
 
-  /// Assimp's sides look inwards unless ccw is "false"; its ends never change, and the first one is turned over.
-  void turnExtrusion(const XmlTag& tag) {
-    if (!isClockwise(tag)) {
-      const std::string_view own = attributeIn(tag.inside, "ccw");
-      rewriting_.replace(own.empty() ? tag.inside.substr(0, 0) : own, own.empty() ? " ccw=\"false\"" : "false");
-      return;
-    }
-    const std::string_view section = attributeIn(tag.inside, "crossSection");
-    std::vector<std::string_view> words = wordsIn(section.empty() ? "1 1 1 -1 -1 -1 -1 1 1 1" : section);
-    std::string turned;
-    for (std::size_t at = words.size() / 2; at-- > 0;) {
-      turned.append(words[2 * at]).append(1, ' ').append(words[2 * at + 1]).append(1, ' ');
-    }
-    if (section.empty()) {
-      rewriting_.replace(tag.inside.substr(0, 0), " crossSection=\"" + turned + '"');
-    } else {
-      rewriting_.replace(section, turned);
+  /// Assimp ends at a face without corners, and takes any negative number for the end of one.
+  void takeFaces(const XmlTag& tag) {
+    const std::string_view indices = attributeIn(tag.inside, "coordIndex");
+    std::string_view before = "-1";
+    bool hasEmpty = false;
+    eachWord(indices, [&](std::string_view word) {
+      const bool ends = word == "-1";
+      hasEmpty = hasEmpty || (ends && before == word);
+      before = word;
+      if (ends || numberOf<std::uint32_t>(word) || !fault_.empty()) return;
+      fault_ = "has an IndexedFaceSet whose coordIndex has " + inQuotes(word) +
+               "; it has the numbers of points, from 0, and -1 after each face";
+    });
+    if (isClockwise(tag)) {
+      if (!indices.empty()) rewriting_.replace(indices, reversed(indices));
+    } else if (hasEmpty) {
+      rewriting_.replace(indices, withoutEmpty(indices));
     }
   }
 
@@ -317,8 +319,9 @@ class X3dPreparing {
     std::string index;
     for (const std::string_view word : wordsIn(attributeIn(tag.inside, "stripCount"))) {
       const auto count = numberOf<std::size_t>(word);
-      if (!count || *count > mostOfStrips_) {
-        fault_ = "has a stripCount of " + inQuotes(word) + "; there is no room for so many points";
+      if (!count || *count < 3 || *count > mostOfStrips_) {
+        fault_ = "has a stripCount of " + inQuotes(word) +
+                 (count && *count < 3 ? "; a strip has three points or more" : "; there is no room for so many points");
         return;
       }
       mostOfStrips_ -= *count;
@@ -330,6 +333,56 @@ class X3dPreparing {
 };
 
 }  // namespace
+
+Result<std::string> withGroupsInPlace(std::string file) {
+  constexpr std::string_view kGroups[] = {"Group", "StaticGroup", "Transform", "Switch", "LOD"};
+  const auto isGroup = [&](const XmlTag& tag) {
+    if (isOneOf(kGroups, tag.name)) return true;
+    const auto as = readAs().find(tag.name);
+    return as != readAs().end() && (as->second == "Group" || as->second == "Transform");
+  };
+  struct Open {
+    std::string_view definition;
+    std::size_t begin;  // in the text that is written
+    bool isReplaced;
+  };
+  const std::size_t most = 64'000'000 + 4 * file.size();
+  std::map<std::string_view, std::pair<std::size_t, std::size_t>> groups;
+  std::vector<Open> open;
+  std::string written;
+  std::size_t taken = 0;
+  bool fits = true;
+  eachTag(file, [&](const XmlTag& tag) {
+    const std::size_t end = static_cast<std::size_t>(tag.inside.data() + tag.inside.size() - file.data()) + 1;
+    Open own{attributeIn(tag.inside, "DEF"), written.size() + tag.begin - taken, false};
+    if (!tag.ends) {
+      const auto used = groups.find(attributeIn(tag.inside, "USE"));
+      own.isReplaced = used != groups.end() && isGroup(tag) && attributeIn(tag.inside, "containerField") != "proxy";
+      if (own.isReplaced) {
+        const auto [from, to] = used->second;
+        fits = written.size() + (to - from) <= most;
+        if (!fits) return false;
+        written.append(file, taken, tag.begin - taken);
+        written.append(std::string(written, from, to - from));
+        taken = std::min(end, file.size());
+      }
+      open.push_back(own);
+      if (!tag.inside.ends_with('/')) return true;
+    }
+    if (open.empty()) return true;
+    own = open.back();
+    open.pop_back();
+    if (own.isReplaced) taken = std::min(end, file.size());
+    if (own.definition.empty() || !isGroup(tag)) return true;
+    written.append(file, taken, std::min(end, file.size()) - taken);
+    taken = std::min(end, file.size());
+    groups[own.definition] = {own.begin, written.size()};
+    return true;
+  });
+  if (!fits) return refused("", "uses groups so often (USE) that they make many times its bytes");
+  if (taken == 0) return file;
+  return written.append(file, taken);
+}
 
 Result<X3dText> preparedX3d(std::string_view file) { return X3dPreparing(file).run(); }
 

@@ -17,11 +17,17 @@ struct X3dText {
   std::uint64_t unshown = 0;  ///< Shapes that a Switch, an LOD or visible="false" hides.
 };
 
+/// Puts a copy of a group, Transform or Switch where it is used again: Assimp shows it at the first place alone. Refused: copies
+/// that make many times the file's bytes.
+/// @param file  As plainXml() makes it.
+[[nodiscard]] Result<std::string> withGroupsInPlace(std::string file);
+
 /// Names the groups that Assimp leaves out with all that is in them (Collision, Anchor, LOD, CADPart, HAnimJoint and so on) by
-/// those that it knows, and lines, which it takes for faces, points. Makes faces of a Cone or Cylinder and turns the sides of an Extrusion,
-/// which it builds wrongly, gives strips indices, and turns faces and triangles of ccw="false", at which it does not look. What
-/// cannot be felt and has to be right for it is left out: appearances, normals, colours, texture coordinates, metadata.
-/// Refused: GeoCoordinate in degrees or of a map; more points in strips than the file can hold.
+/// those that it knows, and lines, which it takes for faces, points. Makes faces of the shapes that it builds wrongly
+/// (facesOfX3dShape()), axes of rotations 1 long, gives strips indices, turns faces and triangles of ccw="false", at which it does
+/// not look, and leaves faces without corners out. What cannot be felt and has to be right for it is left out: appearances,
+/// normals, colours, texture coordinates, metadata, proxies of collisions. Refused, naming the field: GeoCoordinate in degrees or
+/// of a map; strips of fewer than three points, or of more than the file can hold; indices and rotations that are none.
 [[nodiscard]] Result<X3dText> preparedX3d(std::string_view file);
 
 }  // namespace haptics

@@ -70,13 +70,22 @@ class InPlace {
   }
 };
 
+/// And instructions, but the declaration.
 void withoutComments(std::string& text) {
   InPlace kept(text);
-  for (std::size_t at = 0; (at = text.find("<!", at)) != text.npos;) {
+  for (std::size_t at = 0; (at = text.find('<', at)) != text.npos;) {
     const std::string_view rest = std::string_view(text).substr(at);
-    const bool isComment = rest.starts_with("<!--");
-    const std::string_view ending = isComment ? "-->" : rest.starts_with("<![CDATA[") ? "]]>" : ">";
-    const std::size_t found = text.find(ending, at + (isComment ? 4 : 2));
+    const bool isInstruction = rest.starts_with("<?") && !rest.starts_with("<?xml ");
+    if (!rest.starts_with("<!") && !isInstruction) {
+      ++at;
+      continue;
+    }
+    const bool isComment = isInstruction || rest.starts_with("<!--");
+    const std::string_view ending = isInstruction                   ? "?>"
+                                    : isComment                     ? "-->"
+                                    : rest.starts_with("<![CDATA[") ? "]]>"
+                                                                    : ">";
+    const std::size_t found = text.find(ending, at + (isComment && !isInstruction ? 4 : 2));
     const std::size_t end = found == text.npos ? text.size() : found + ending.size();
     if (isComment) kept.leaveOut(at, end - at);
     at = end;
@@ -165,17 +174,6 @@ std::vector<std::string_view> wordsIn(std::string_view text) {
   return words;
 }
 
-std::string_view attributeIn(std::string_view inside, std::string_view name) {
-  constexpr std::string_view kBlanks = " \t\r\n";
-  std::size_t at = 0;
-  for (;;) {
-    const std::size_t from = inside.find_first_not_of(" \t\r\n/", at);
-    const std::size_t is = inside.find('=', from);
-    const std::size_t quote = is == inside.npos ? is : inside.find_first_not_of(kBlanks, is + 1);
-    if (quote == inside.npos || (inside[quote] != '"' && inside[quote] != '\'')) return {};
-    const std::size_t end = inside.find(inside[quote], quote + 1);
-    if (end == inside.npos) return {};
-    const std::string_view spaced = inside.substr(from, is - from);
 std::optional<std::string> ofUnitAxis(std::string_view text) {
   std::vector<double> numbers;
   for (const std::string_view word : wordsIn(text)) {
@@ -197,6 +195,17 @@ std::optional<std::string> ofUnitAxis(std::string_view text) {
   return unit.append(wordsIn(text)[3]);
 }
 
+std::string_view attributeIn(std::string_view inside, std::string_view name) {
+  constexpr std::string_view kBlanks = " \t\r\n";
+  std::size_t at = 0;
+  for (;;) {
+    const std::size_t from = inside.find_first_not_of(" \t\r\n/", at);
+    const std::size_t is = inside.find('=', from);
+    const std::size_t quote = is == inside.npos ? is : inside.find_first_not_of(kBlanks, is + 1);
+    if (quote == inside.npos || (inside[quote] != '"' && inside[quote] != '\'')) return {};
+    const std::size_t end = inside.find(inside[quote], quote + 1);
+    if (end == inside.npos) return {};
+    const std::string_view spaced = inside.substr(from, is - from);
     const std::string_view own = spaced.substr(0, spaced.find_last_not_of(kBlanks) + 1);
     if (own == name || (name.starts_with(':') && own.ends_with(name))) return inside.substr(quote + 1, end - quote - 1);
     at = end + 1;

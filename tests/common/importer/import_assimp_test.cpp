@@ -793,6 +793,105 @@ TEST_F(ImportAssimp, ReadsTheUnitOfColladaBesideBlanks) {
   EXPECT_TRUE(imported->report.isUnitKnown);
 }
 
+TEST_F(ImportAssimp, TurnsByAxesThatAreNotOneLong) {
+  const auto turnedBy = [&](const std::string& rotation) {
+    return collada("", "<node><rotate>" + rotation + "</rotate>" + kInstance + "</node>");
+  };
+  expectBox(import("t.dae", turnedBy("0 0 2 90")), {-1, 0, 0}, {0, 1, 1});
+  EXPECT_EQ(import("t.dae", turnedBy("0 0 0 0"))->mesh, tetrahedron());
+  EXPECT_THAT(refusal("t.dae", turnedBy("0 0 0 90")), HasSubstr("has a <rotate> of \"0 0 0 90\""));
+  expectBox(import("t.x3d", x3d("rotation='1 1 1 2.0943951'")), {0, 0, 0}, {1, 1, 1});
+  expectBox(import("t.x3d", x3d("scale='1 2 1' scaleOrientation='0 0 3 1.5707963' rotation='0 0 2 1.5707963'")),
+            {-1, 0, 0}, {0, 2, 1});
+  EXPECT_THAT(refusal("t.x3d", x3d("rotation='0 0 0 1'")), HasSubstr("has a Transform whose rotation is \"0 0 0 1\""));
+}
+
+std::string scene3(const std::string& nodes) { return "<X3D version='3.3'><Scene>" + nodes + "</Scene></X3D>"; }
+
+/// The judge is Coin's reader of VRML.
+TEST_F(ImportAssimp, MakesShapesOfX3dAsVrmlHasThem) {
+  const std::string around = "1 0 0.5 -0.8 -0.5 -0.8 -1 0 -0.5 0.8 0.5 0.8 1 0";
+  const std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> shapes{
+      {"Extrusion", {}},
+      {"Extrusion", {{"spine", "0 0 0 0 0 3"}}},
+      {"Extrusion", {{"spine", "0 0 0 0 -3 0"}, {"ccw", "false"}}},
+      {"Extrusion", {{"spine", "0 0 0 1 2 3"}, {"scale", "1 1 2 3"}, {"orientation", "0 1 0 0 0 2 0 0.5"}}},
+      {"Extrusion", {{"spine", "5 0 0 0 0 5 -5 0 0 0 0 -5 5 0 0"}, {"crossSection", around}}},
+      {"Extrusion", {{"spine", "0 0 0 0 1 0 0 2 0 1 3 0 1 4 1"}, {"crossSection", around}, {"scale", "0.5 0.5"}}},
+      {"Extrusion", {{"spine", "0 0 0 0 1 0"}, {"crossSection", "0 0 1 0 1 -1"}, {"beginCap", "false"}}},
+      {"ElevationGrid", {{"xDimension", "3"}, {"zDimension", "2"}, {"height", "0 1 0 2 0 3"}, {"xSpacing", "2"}}},
+      {"ElevationGrid",
+       {{"xDimension", "2"}, {"zDimension", "2"}, {"height", "0 1 0 2"}, {"ccw", "false"}, {"zSpacing", "3"}}}};
+  for (const auto& [name, fields] : shapes) {
+    std::string xml = "<" + name, vrml = "#VRML V2.0 utf8\nShape { geometry " + name + " {";
+    for (const auto& [field, value] : fields) {
+      const bool isList = value.find(' ') != value.npos;
+      xml += ' ' + field + "='" + value + '\'';
+      vrml += ' ' + field + (isList ? " [" : " ") + (value == "false" ? "FALSE" : value) + (isList ? "]" : "");
+    }
+    const auto own = import("t.x3d", scene3("<Shape>" + xml + "/></Shape>")), judge = import("t.wrl", vrml + " } }");
+    ASSERT_TRUE(own) << xml << own.error().text();
+    ASSERT_TRUE(judge) << vrml << judge.error().text();
+    EXPECT_EQ(own->mesh.vertices.size(), judge->mesh.vertices.size()) << xml;
+    EXPECT_EQ(own->mesh.triangles.size(), judge->mesh.triangles.size()) << xml;
+    EXPECT_EQ(own->report.closed(), judge->report.closed()) << xml;
+    EXPECT_NEAR(volume_m3(own->mesh), volume_m3(judge->mesh), 1e-4) << xml;
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(own->report.boxMin_m[axis], judge->report.boxMin_m[axis], 1e-5) << xml << axis;
+      EXPECT_NEAR(own->report.boxMax_m[axis], judge->report.boxMax_m[axis], 1e-5) << xml << axis;
+    }
+  }
+  const auto ring = import("t.x3d", scene3("<Shape><Disk2D innerRadius='1' outerRadius='2'/></Shape>"));
+  ASSERT_TRUE(ring) << ring.error().text();
+  EXPECT_EQ(ring->report.boxMax_m, Vec3(2, 2, 0));
+  EXPECT_EQ(ring->mesh.triangles.size(), 128U);
+  EXPECT_THAT(
+      refusal("t.x3d", scene3("<Shape><ElevationGrid xDimension='3' zDimension='3' height='0 0 0 0'/></Shape>")),
+      HasSubstr("has an ElevationGrid whose height has 4 numbers; it is 3 times 3"));
+  EXPECT_THAT(refusal("t.x3d", scene3("<Shape><Extrusion spine='0 0 0 1'/></Shape>")),
+              HasSubstr("has an Extrusion whose spine has 4 numbers, which is no multiple of 3"));
+}
+
+TEST_F(ImportAssimp, ShowsGroupsOfX3dAtEachPlaceOfTheirs) {
+  const std::string leg =
+      "<Transform DEF='leg'><Group DEF='box'><Shape><Box size='1 1 1'/></Shape></Group></Transform>";
+  const auto imported =
+      import("t.x3d", scene3(leg + "<Transform translation='2 0 0'><Transform USE='leg'/></Transform>"
+                                   "<Transform translation='0 2 0'><Group USE='box'></Group></Transform>"));
+  expectBox(imported, {-0.5, -0.5, -0.5}, {2.5, 2.5, 0.5});
+  EXPECT_EQ(imported->mesh.triangles.size(), 36U);
+  std::string many = "<Group DEF='g0'><Shape><Box/></Shape></Group>";
+  for (int i = 0; i < 40; ++i) {
+    const std::string used = "<Group USE='g" + std::to_string(i) + "'/>";
+    many += "<Group DEF='g" + std::to_string(i + 1) + "'>" + used + used + "</Group>";
+  }
+  EXPECT_THAT(refusal("t.x3d", scene3(many)), HasSubstr("uses groups so often (USE)"));
+}
+
+TEST_F(ImportAssimp, LeavesTheProxyOfACollisionOut) {
+  const auto imported = import("t.x3d", scene3("<Collision><Shape containerField='proxy'><Box size='9 9 9'/></Shape>"
+                                               "<Shape><Box size='1 1 1'/></Shape></Collision>"));
+  expectBox(imported, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5});
+  EXPECT_EQ(imported->report.leftOut.unshown, 1U);
+}
+
+TEST_F(ImportAssimp, ReadsX3dWithFacesOfNoCorner) {
+  std::string text = x3d("");
+  text.replace(text.find("0 2 1 -1"), 8, "-1 0 2 1 -1 -1");
+  EXPECT_EQ(import("t.x3d", text)->mesh, tetrahedron());
+  text.replace(text.find("-1 0 2"), 6, "-2 0 2");
+  EXPECT_THAT(refusal("t.x3d", text), HasSubstr("has an IndexedFaceSet whose coordIndex has \"-2\""));
+  EXPECT_THAT(refusal("t.x3d", scene3("<Shape><TriangleStripSet stripCount='2'/></Shape>")),
+              HasSubstr("has a stripCount of \"2\"; a strip has three points or more"));
+}
+
+TEST_F(ImportAssimp, ReadsX3dWithInstructionsAndSaysWhereItIsCutOff) {
+  std::string text = x3d("");
+  text.insert(text.find("<Transform"), "<?editor a='>'?>");
+  EXPECT_EQ(import("t.x3d", text)->mesh, tetrahedron());
+  EXPECT_THAT(refusal("t.x3d", text.substr(0, text.find("/></IndexedFaceSet>"))), HasSubstr("is cut off"));
+}
+
 TEST_F(ImportAssimp, ReadsAMeshOfColladaThatIsConvex) {
   std::string text = collada("", "<node>" + kInstance + "</node>");
   text.replace(text.find("<mesh>"), 6, "<convex_mesh>");
