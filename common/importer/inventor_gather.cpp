@@ -5,12 +5,15 @@
 #include <Inventor/SoInput.h>
 #include <Inventor/SoInteraction.h>
 #include <Inventor/SoPrimitiveVertex.h>
+#include <Inventor/VRMLnodes/SoVRMLCone.h>
 #include <Inventor/VRMLnodes/SoVRMLCoordinate.h>
+#include <Inventor/VRMLnodes/SoVRMLCylinder.h>
 #include <Inventor/VRMLnodes/SoVRMLElevationGrid.h>
 #include <Inventor/VRMLnodes/SoVRMLIndexedFaceSet.h>
 #include <Inventor/VRMLnodes/SoVRMLIndexedLineSet.h>
 #include <Inventor/VRMLnodes/SoVRMLLOD.h>
 #include <Inventor/VRMLnodes/SoVRMLPointSet.h>
+#include <Inventor/VRMLnodes/SoVRMLSphere.h>
 #include <Inventor/VRMLnodes/SoVRMLSwitch.h>
 #include <Inventor/actions/SoCallbackAction.h>
 #include <Inventor/errors/SoDebugError.h>
@@ -18,6 +21,9 @@
 #include <Inventor/errors/SoReadError.h>
 #include <Inventor/misc/SoChildList.h>
 #include <Inventor/nodes/SoArray.h>
+#include <Inventor/nodes/SoCone.h>
+#include <Inventor/nodes/SoCylinder.h>
+#include <Inventor/nodes/SoDrawStyle.h>
 #include <Inventor/nodes/SoFaceSet.h>
 #include <Inventor/nodes/SoImage.h>
 #include <Inventor/nodes/SoIndexedFaceSet.h>
@@ -36,6 +42,7 @@
 #include <Inventor/nodes/SoQuadMesh.h>
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
+#include <Inventor/nodes/SoSphere.h>
 #include <Inventor/nodes/SoSwitch.h>
 #include <Inventor/nodes/SoText2.h>
 #include <Inventor/nodes/SoTriangleStripSet.h>
@@ -54,6 +61,7 @@
 #include <memory>
 #include <new>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,6 +70,7 @@
 #include "common/mesh/text_scan.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/text/plain_text.h"
+#include "common/text/printable.h"
 
 namespace haptics {
 namespace {
@@ -74,10 +83,22 @@ constexpr int kDeepestNesting = 500;
 /// to no more nodes, than this and one for each byte. So many are imported within 1 GB.
 constexpr std::size_t kMaxOfFewBytes = 2'000'000;
 
-/// Messages of Coin while it reads a file, which would go to stderr.
-std::string& said() {
-  static std::string text;
-  return text;
+/// Messages of Coin while it reads a file, which would go to stderr: the first one, and the last of what it cannot read, at
+/// which it ends. That a picture is missing ends nothing.
+struct Said {
+  std::string first, last;
+
+  [[nodiscard]] std::string text() const {
+    std::string text = last.empty() ? first : last;
+    std::erase(text, '\t');
+    std::ranges::replace(text, '\n', ' ');
+    constexpr std::size_t kMaxSaid = 200;
+    return text.empty() ? text : ": Coin says \"" + printable(text.substr(0, kMaxSaid)) + '"';
+  }
+};
+Said& said() {
+  static Said all;
+  return all;
 }
 
 int deepestNesting(std::string_view text) {
@@ -86,7 +107,7 @@ int deepestNesting(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (comment) {
-      comment = c != '\n';
+      comment = c != '\n' && c != '\r';
     } else if (quote) {
       if (c == '\\') ++i;
       quote = c != '"';
@@ -152,6 +173,9 @@ class ConfinedInput final : public SoInput {
 
 struct Gathering {
   PolygonSoup found;
+  std::set<const SoNode*> shown = {};     // shapes
+  bool isRound = false;                   // the shape that is walked is one that Coin makes
+  std::vector<Vec3> cornersOfRound = {};  // in its own frame, the last of `found`
   std::size_t maxTriangles = 0;
   std::string fault = {};  // ends the walk
 
@@ -191,9 +215,56 @@ void takeTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex*
   // Vertices run clockwise where the file says so, and where a mirroring transform turns them round.
   const bool clockwise = action->getVertexOrdering() == SoShapeHints::CLOCKWISE;
   if (clockwise != (toRoot.det3() < 0)) std::swap(b, c);
-  for (const SoPrimitiveVertex* vertex : {a, b, c}) append(found, toRoot, vertex->getPoint());
+  for (const SoPrimitiveVertex* vertex : {a, b, c}) {
+    const SbVec3f& at = vertex->getPoint();
+    append(found, toRoot, at);
+    if (gathering.isRound) gathering.cornersOfRound.emplace_back(at[0], at[1], at[2]);
+  }
   const auto end = static_cast<std::uint32_t>(found.vertices.size());
   found.triangles.push_back({end - 3, end - 2, end - 1});
+}
+
+/// Coin makes the ends of a circle by sums of angles in float32, which end beside where they began: the seam would stay open.
+void closeSeam(PolygonSoup& soup, const std::vector<Vec3>& corners) {
+  constexpr double kSeam = 0x1p-14;  // of the largest coordinate; its smallest triangles are 300 times as large
+  double largest = 0;
+  for (const Vec3& corner : corners)
+    largest = std::max({largest, std::abs(corner.x), std::abs(corner.y), std::abs(corner.z)});
+  const std::size_t first = soup.vertices.size() - corners.size();
+  const auto alongLine = [&](std::size_t i) { return glm::dot(corners[i], Vec3(0.62, 0.53, 0.58)); };
+  std::vector<std::size_t> order(corners.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, {}, alongLine);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    for (std::size_t k = i; k-- > 0 && alongLine(order[i]) - alongLine(order[k]) <= kSeam * largest;) {
+      if (glm::distance(corners[order[i]], corners[order[k]]) > kSeam * largest) continue;
+      soup.vertices[first + order[i]] = soup.vertices[first + order[k]];
+      break;
+    }
+  }
+}
+
+SoCallbackAction::Response beginRound(void* data, SoCallbackAction*, const SoNode*) {
+  auto& gathering = *static_cast<Gathering*>(data);
+  gathering.isRound = true;
+  gathering.cornersOfRound.clear();
+  return SoCallbackAction::CONTINUE;
+}
+
+SoCallbackAction::Response endRound(void* data, SoCallbackAction*, const SoNode*) {
+  auto& gathering = *static_cast<Gathering*>(data);
+  gathering.isRound = false;
+  closeSeam(gathering.found, gathering.cornersOfRound);
+  return SoCallbackAction::CONTINUE;
+}
+
+/// Before a shape is walked.
+SoCallbackAction::Response leaveInvisibleOut(void* data, SoCallbackAction* action, const SoNode* node) {
+  auto& gathering = *static_cast<Gathering*>(data);
+  gathering.shown.insert(node);
+  if (action->getDrawStyle() != SoDrawStyle::INVISIBLE) return SoCallbackAction::CONTINUE;
+  ++gathering.found.leftOut.unshown;
+  return SoCallbackAction::PRUNE;
 }
 
 SoCallbackAction::Response skip(void* data, SoCallbackAction*, const SoNode*) {
@@ -356,13 +427,30 @@ SoCallbackAction::Response takeVrmlFaces(void* data, SoCallbackAction* action, c
   return SoCallbackAction::PRUNE;
 }
 
-SoCallbackAction::Response checkElevations(void* data, SoCallbackAction*, const SoNode* node) {
+/// By its heights, which Coin does not count; nor does it look at ccw.
+SoCallbackAction::Response takeElevations(void* data, SoCallbackAction* action, const SoNode* node) {
   const auto& grid = static_cast<const SoVRMLElevationGrid&>(*node);
+  auto& gathering = *static_cast<Gathering*>(data);
   const std::int64_t x = grid.xDimension.getValue(), z = grid.zDimension.getValue();
-  if (x >= 0 && z >= 0 && (x == 0 || z <= grid.height.getNum() / x)) return SoCallbackAction::CONTINUE;
-  static_cast<Gathering*>(data)->fault = "an ElevationGrid asks for " + std::to_string(x) + " times " +
-                                         std::to_string(z) + " heights of " + std::to_string(grid.height.getNum());
-  return SoCallbackAction::ABORT;
+  if (x < 0 || z < 0 || (x > 0 && z > grid.height.getNum() / x)) {
+    gathering.fault = "an ElevationGrid asks for " + std::to_string(x) + " times " + std::to_string(z) +
+                      " heights of " + std::to_string(grid.height.getNum());
+    return SoCallbackAction::ABORT;
+  }
+  SoMFVec3f points;
+  points.setNum(static_cast<int>(x * z));
+  for (int i = 0; i < points.getNum(); ++i) {
+    const auto column = static_cast<float>(i % x), row = static_cast<float>(i / x);
+    points.set1Value(i, column * grid.xSpacing.getValue(), grid.height[i], row * grid.zSpacing.getValue());
+  }
+  Faces faces(gathering, *action, &points, grid.ccw.getValue() == FALSE);
+  for (std::int64_t row = 1; row < z; ++row) {
+    for (std::int64_t i = 1; i < x; ++i) {
+      const std::int64_t at = row * x + i;
+      faces.add({at - x - 1, at - 1, at, at - x});
+    }
+  }
+  return SoCallbackAction::PRUNE;
 }
 
 /// What it takes to walk a graph: nodes that are come to, those that several lead to as often.
@@ -373,6 +461,12 @@ class Walk {
     const double nodes = below(root, 0).nodes;
     if (!fault_.empty() || nodes <= static_cast<double>(most)) return fault_;
     return "leads to more than " + std::to_string(most) + " nodes by repeating them (USE, Array, MultipleCopy)";
+  }
+  /// Shapes that are somewhere, and not among these; each once.
+  [[nodiscard]] std::uint64_t shapesBeside(const std::set<const SoNode*>& shown) const {
+    return static_cast<std::uint64_t>(std::ranges::count_if(known_, [&](const auto& known) {
+      return known.first->isOfType(SoShape::getClassTypeId()) && !shown.contains(known.first);
+    }));
   }
 
  private:
@@ -425,6 +519,13 @@ void gather(SoNode* root, Gathering& gathering) {
   SoCallbackAction action;
   action.addTriangleCallback(SoShape::getClassTypeId(), takeTriangle, &gathering);
   action.addPreCallback(SoNode::getClassTypeId(), stopAtFault, &gathering);
+  action.addPreCallback(SoShape::getClassTypeId(), leaveInvisibleOut, &gathering);
+  for (const SoType type :
+       {SoSphere::getClassTypeId(), SoCone::getClassTypeId(), SoCylinder::getClassTypeId(),
+        SoVRMLSphere::getClassTypeId(), SoVRMLCone::getClassTypeId(), SoVRMLCylinder::getClassTypeId()}) {
+    action.addPreCallback(type, beginRound, &gathering);
+    action.addPostCallback(type, endRound, &gathering);
+  }
   for (const SoType type :
        {SoNurbsSurface::getClassTypeId(), SoIndexedNurbsSurface::getClassTypeId(), SoNurbsCurve::getClassTypeId(),
         SoIndexedNurbsCurve::getClassTypeId(), SoLineSet::getClassTypeId(), SoIndexedLineSet::getClassTypeId(),
@@ -440,7 +541,7 @@ void gather(SoNode* root, Gathering& gathering) {
   action.addPreCallback(SoTriangleStripSet::getClassTypeId(), takeStrips, &gathering);
   action.addPreCallback(SoQuadMesh::getClassTypeId(), takeQuads, &gathering);
   action.addPreCallback(SoVRMLIndexedFaceSet::getClassTypeId(), takeVrmlFaces, &gathering);
-  action.addPreCallback(SoVRMLElevationGrid::getClassTypeId(), checkElevations, &gathering);
+  action.addPreCallback(SoVRMLElevationGrid::getClassTypeId(), takeElevations, &gathering);
   action.apply(root);
 }
 
@@ -448,7 +549,9 @@ void gather(SoNode* root, Gathering& gathering) {
 
 void startInventor() {
   const auto keep = [](const SoError* error, void*) {
-    if (said().empty()) said() = error->getDebugString().getString();
+    const std::string text = error->getDebugString().getString();
+    if (said().first.empty()) said().first = text;
+    if (error->isOfType(SoReadError::getClassTypeId()) && text.find("texture") == text.npos) said().last = text;
   };
   SoDB::init();
   SoInteraction::init();
@@ -469,14 +572,16 @@ Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& 
   input.setBuffer(file.data(), file.size());
   SoSeparator* root = input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
   if (root == nullptr) {
-    return refused("", "cannot be read as Open Inventor" + (said().empty() ? "" : ": Coin says " + inQuotes(said())));
+    return refused("", "cannot be read as Open Inventor" + said().text());
   }
   root->ref();
   const std::size_t most = kMaxOfFewBytes + file.size() + input.includedBytes();
   Gathering gathering{.found = {}, .maxTriangles = std::min<std::size_t>(kMaxTriangles, most)};
   gathering.found.shapesSkipped = input.leftOut();
-  gathering.fault = Walk().fault(*root, most);
+  Walk walk;
+  gathering.fault = walk.fault(*root, most);
   if (gathering.fault.empty()) gather(root, gathering);
+  gathering.found.leftOut.unshown += walk.shapesBeside(gathering.shown);
   root->unref();
   if (!gathering.fault.empty()) return refused("", gathering.fault);
   return std::move(gathering.found);

@@ -88,6 +88,44 @@ TEST_F(ImportInventor, TurnsMirroredAndClockwiseFacesOutward) {
   EXPECT_NEAR(volume_m3(import("t.iv", kHeader + "Scale { scaleFactor 1 -1 1 }" + clockwise)->mesh), sixth, 1e-6);
 }
 
+TEST_F(ImportInventor, ClosesTheSeamsOfRoundShapes) {
+  for (const char* shape : {"Sphere { radius 1 }", "Cone { height 9 }", "Cylinder { }"}) {
+    for (const char* complexity : {"0.1", "0.5", "0.73", "1"}) {
+      for (const char* scale : {"", "Scale { scaleFactor 1 0.001 7 }"}) {
+        const auto imported = import("t.iv", kHeader + scale + "Complexity { value " + complexity + " } " + shape);
+        ASSERT_TRUE(imported) << imported.error().text();
+        EXPECT_TRUE(imported->report.closed()) << shape << complexity << imported->report.text();
+      }
+    }
+  }
+}
+
+TEST_F(ImportInventor, CountsWhatIsNotShown) {
+  const auto imported =
+      import("t.iv", kHeader + "Separator { DrawStyle { style INVISIBLE } Cube { width 9 } }\n" + kTetrahedron +
+                         "Switch { Sphere { } Cone { } }\nSwitch { whichChild 1 Cube { } DEF a Group { } USE a }");
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_EQ(imported->report.leftOut.unshown, 4U);
+}
+
+TEST_F(ImportInventor, TurnsElevationsOfOtherWinding) {
+  const auto imported = import("t.wrl",
+                               "#VRML V2.0 utf8\nShape { geometry ElevationGrid { xDimension 2 zDimension 2 "
+                               "height [ 0 0 0 0 ] ccw FALSE } }");
+  ASSERT_TRUE(imported) << imported.error().text();
+  const auto [a, b, c] = imported->mesh.triangles[0];
+  const auto at = [&](std::uint32_t v) { return Vec3(imported->mesh.vertices[v]); };
+  EXPECT_LT(glm::cross(at(b) - at(a), at(c) - at(a)).y, 0);
+}
+
+TEST_F(ImportInventor, SaysWhatCoinCannotReadAndWhere) {
+  EXPECT_THAT(
+      refusal("t.iv",
+              kHeader + "Separator { Texture2 { filename \"none.rgb\" }\n Cube { width 3 }\n Cube { widht 3 } }"),
+      ::testing::AllOf(HasSubstr("widht"), HasSubstr("line   5"), ::testing::Not(HasSubstr("none.rgb"))));
+}
+
 TEST_F(ImportInventor, SkipsAndCountsNurbs) {
   const auto imported = import("t.iv", kHeader + "Separator {" + kTetrahedron + "}\nSeparator {" + kNurbs + "}\n");
   ASSERT_TRUE(imported) << imported.error().text();
@@ -308,6 +346,9 @@ TEST_F(ImportInventor, RefusesFewBytesThatMakeMuch) {
 }
 
 TEST_F(ImportInventor, RefusesNestingThatWouldOverflowTheStack) {
+  std::string returns = "#Inventor V2.1 ascii\r";
+  for (int i = 0; i < 100'000; ++i) returns += "Separator {";
+  EXPECT_THAT(refusal("t.iv", returns), HasSubstr("nests more than 500 levels deep"));
   std::string deep = kHeader;
   for (int i = 0; i < 200'000; ++i) deep += "Separator{";
   EXPECT_THAT(refusal("t.iv", deep), HasSubstr("levels deep"));
