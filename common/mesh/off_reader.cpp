@@ -92,16 +92,20 @@ Result<OffHeader> readHeader(TextScan& scan) {
   return header;
 }
 
+/// Which faces are cut into triangles, which takes most of the time.
+enum class Cut { kAll, kWhileLikely, kNone };
+
 class OffBody {
  public:
-  OffBody(const TextScan& scan, const OffHeader& header, const OffLayout& layout)
-      : scan_(scan), header_(header), layout_(layout) {}
+  OffBody(const TextScan& scan, const OffHeader& header, const OffLayout& layout, Cut cut)
+      : scan_(scan), header_(header), layout_(layout), cut_(cut) {}
 
   Result<void> read() {
     if (layout_.hasEdges && !asInteger(scan_.word())) isLikely_ = false;
     for (std::uint64_t i = 0; i < header_.vertices; ++i) {
       if (auto ok = takeVertex(i); !ok) return ok;
     }
+    atFaces_ = scan_;
     for (std::uint64_t i = 0; i < header_.faces; ++i) {
       if (auto ok = takeFace(i); !ok) return ok;
     }
@@ -114,6 +118,8 @@ class OffBody {
   [[nodiscard]] bool isLikely() const { return isLikely_ && soup_.bytesAtEnd == 0; }
   /// What was read so far has its words where it should.
   [[nodiscard]] bool looksAlike() const { return isLikely_; }
+  /// Where the vertices end.
+  [[nodiscard]] const TextScan& atFaces() const { return atFaces_; }
   [[nodiscard]] PolygonSoup take() && { return std::move(soup_); }
 
  private:
@@ -172,7 +178,9 @@ class OffBody {
         return bad(word.empty() ? "has fewer corners than it says" : "has " + inQuotes(word) + " as a corner");
       corners_.push_back(soup_.numbered(*vertex));
     }
-    if (auto ok = addFace(corners_, line, soup_); !ok) return ok;
+    if (cut_ == Cut::kAll || (cut_ == Cut::kWhileLikely && isLikely_)) {
+      if (auto ok = addFace(corners_, line, soup_); !ok) return ok;
+    }
     const int words = skip(layout_.valuesOfFace);
     if (words == 2 || words > 4) leaveOut();  // a colour has one, three or four numbers
     if (*count < 3) isLikely_ = false;
@@ -186,6 +194,8 @@ class OffBody {
   TextScan scan_;
   OffHeader header_;
   OffLayout layout_;
+  Cut cut_;
+  TextScan atFaces_{std::string_view()};
   PolygonSoup soup_;
   std::vector<std::uint32_t> corners_;
   bool isLikely_ = true;
@@ -230,26 +240,44 @@ Result<PolygonSoup> readOff(std::string_view file) {
   }
   TextScan afterCounts = scan;
   const bool edgesAlone = header->mayHaveEdges && asInteger(afterCounts.word()) && afterCounts.wordOfLine().empty();
-  OffBody lines(scan, *header, {.byLine = true, .hasEdges = edgesAlone});
+  const OffLayout ofLines{.byLine = true, .hasEdges = edgesAlone};
+  OffBody lines(scan, *header, ofLines, Cut::kWhileLikely);
   const auto byLine = lines.read();
   if (byLine && lines.isLikely()) return std::move(lines).take();
-  std::optional<PolygonSoup> even;
+  std::optional<OffLayout> even;
   std::optional<Error> byWords;
+  bool isWithinFace = false;
   for (const OffLayout& layout : layoutsByWords(*header)) {
-    OffBody words(scan, *header, layout);
+    OffBody words(scan, *header, layout, Cut::kNone);
     const auto read = words.read();
     if (!read && !byWords) byWords = read.error();
     if (!read || !words.isLikely()) continue;
+    const TextScan& at = words.atFaces();
+    const std::size_t vertexWords =
+        3 + (header->isHomogeneous ? 1 : 0) + static_cast<std::size_t>(layout.valuesOfVertex);
+    if (endsWithinFace(scan.rest().substr(0, scan.size() - at.size()), at.rest(), vertexWords,
+                       static_cast<std::size_t>(layout.valuesOfFace))) {
+      byWords = refusedAt(at, "is a face, where the " + std::to_string(header->vertices) +
+                                  " vertices end: one has too few numbers, or there are fewer")
+                    .value();
+      isWithinFace = true;
+      continue;
+    }
     if (even) {
       return refused("",
                      "can be read in more than one way; it should have each vertex and each face in a line of its own");
     }
-    even = std::move(words).take();
+    even = layout;
   }
-  if (even) return *std::move(even);
+  const auto readAs = [&](const OffLayout& layout) {
+    OffBody body(scan, *header, layout, Cut::kAll);
+    return body.read().map([&] { return std::move(body).take(); });
+  };
+  if (even) return readAs(*even);
+  if (isWithinFace) return tl::unexpected(*byWords);
   if (byLine && lines.looksAlike()) return std::move(lines).take();
   if (auto ok = checkOffNumbers(scan); !ok) return tl::unexpected(std::move(ok).error());
-  if (byLine) return std::move(lines).take();
+  if (byLine) return readAs(ofLines);
   return tl::unexpected(lines.looksAlike() || !byWords ? byLine.error() : *byWords);
 }
 

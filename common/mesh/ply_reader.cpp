@@ -235,11 +235,15 @@ std::optional<int> axisOf(const Property& property) {
   return axis >= 0 && axis <= 2 ? std::optional(axis) : std::nullopt;
 }
 
+/// Elements that hold faces.
+struct Faces {
+  std::size_t element = 0, corners = 0;  ///< Of the header, and of its properties.
+  bool areStrips = false;
+};
 /// What is read of the header's elements.
 struct Geometry {
-  std::size_t vertex = 0, faces = 0;  ///< Elements.
-  std::size_t corners = 0;            ///< The faces' property.
-  bool areStrips = false;
+  std::size_t vertex = 0;
+  std::vector<Faces> faces;
 };
 
 /// Reads the body, element by element.
@@ -267,15 +271,36 @@ class Body {
  private:
   Result<void> take(std::size_t index) {
     const Element& element = header_.elements[index];
+    const auto faces = std::ranges::find(geometry_.faces, index, &Faces::element);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       values_.skipComments();
-      const bool taken = index == geometry_.vertex  ? takeVertex(element)
-                         : index == geometry_.faces ? takeFace(element)
-                                                    : skip(element);
+      const bool taken = index == geometry_.vertex        ? takeVertex(element)
+                         : faces != geometry_.faces.end() ? takeFace(element, *faces)
+                                                          : skip(element);
       if (!taken) return tl::unexpected(cutOff(element, i));
       if (values_.endItem()) ++soup_.linesSkipped;
     }
+    if (index == geometry_.vertex && element.count > 0) return checkVerticesEnd(index);
     return {};
+  }
+
+  /// In text by words.
+  Result<void> checkVerticesEnd(std::size_t vertex) const {
+    const std::vector<Element>& elements = header_.elements;
+    const bool beforeFaces = geometry_.faces.front().element == vertex + 1 && !geometry_.faces.front().areStrips;
+    if (!beforeFaces || !values_.isText()) return {};
+    const auto isList = [](const Property& property) { return property.listCount.has_value(); };
+    const std::vector<Property>& ofFace = elements[vertex + 1].properties;
+    const std::string_view body = header_.body.rest();
+    const bool isFace = geometry_.faces.front().corners == 0 && std::ranges::count_if(ofFace, isList) == 1 &&
+                        std::ranges::none_of(elements[vertex].properties, isList) &&
+                        endsWithinFace(body.substr(0, body.size() - values_.bytesLeft()),
+                                       body.substr(body.size() - values_.bytesLeft()),
+                                       elements[vertex].properties.size(), ofFace.size() - 1);
+    if (!isFace) return {};
+    return refused("", "line " + std::to_string(values_.line()) + ": is a face, where the " +
+                           std::to_string(elements[vertex].count) +
+                           " vertices end: one has too few numbers, or there are fewer");
   }
 
   [[nodiscard]] Error cutOff(const Element& element, std::uint64_t i) const {
@@ -319,12 +344,12 @@ class Body {
     return true;
   }
 
-  bool takeFace(const Element& element) {
+  bool takeFace(const Element& element, const Faces& faces) {
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       const auto* value = next(element.properties[i]);
       if (value == nullptr) return false;
-      if (i != geometry_.corners) continue;
-      if (geometry_.areStrips) {
+      if (i != faces.corners) continue;
+      if (faces.areStrips) {
         addStrips(*value);
       } else {
         for (const double vertex : *value) faces_.addCorner(indexOf(vertex));
@@ -352,7 +377,8 @@ class Body {
   }
 
   static std::int64_t indexOf(double vertex) {
-    return std::abs(vertex) < 1e18 ? static_cast<std::int64_t>(std::floor(vertex)) : -1;
+    const bool isWhole = std::abs(vertex) < 1e18 && vertex == std::floor(vertex);
+    return isWhole ? static_cast<std::int64_t>(vertex) : -1;
   }
 
   const PlyHeader& header_;
@@ -392,20 +418,19 @@ Result<Geometry> geometryOf(const PlyHeader& header) {
     const auto at = std::find_if(elements.begin(), elements.end(), [=](const Element& e) { return e.name == name; });
     return static_cast<std::size_t>(at - elements.begin());
   };
-  Geometry geometry{.vertex = find("vertex"), .faces = find("face")};
-  const std::size_t strips = find("tristrips"), none = elements.size();
-  // A file may say that it has no face, and strips.
-  geometry.areStrips = strips != none && (geometry.faces == none || elements[geometry.faces].count == 0);
-  if (geometry.areStrips) geometry.faces = strips;
-  if (geometry.vertex == none || geometry.faces == none) {
+  Geometry geometry{.vertex = find("vertex"), .faces = {}};
+  const std::size_t faces = find("face"), strips = find("tristrips"), none = elements.size();
+  if (geometry.vertex == none || (faces == none && strips == none)) {
     return refused(
         "",
         "is no mesh (a point cloud?): its header should have elements \"vertex\" and \"face\" or \"tristrips\"; "
         "it has " +
             namesOf(elements));
   }
-  if (elements[geometry.faces].count == 0)
-    return refused("", "holds no face (a point cloud?): its header gives 0 of them");
+  for (const std::size_t of : {faces, strips}) {
+    if (of != none && elements[of].count > 0) geometry.faces.push_back({of, 0, of == strips});
+  }
+  if (geometry.faces.empty()) return refused("", "holds no face (a point cloud?): its header gives 0 of them");
   const Element& vertex = elements[geometry.vertex];
   for (const std::string_view axis : {"x", "y", "z"}) {
     const auto isAxis = [=](const Property& p) { return p.name == axis && !p.listCount; };
@@ -414,9 +439,11 @@ Result<Geometry> geometryOf(const PlyHeader& header) {
                              namesOf(vertex.properties));
     }
   }
-  const auto corners = cornersOf(elements[geometry.faces]);
-  if (!corners) return tl::unexpected(corners.error());
-  geometry.corners = *corners;
+  for (Faces& each : geometry.faces) {
+    const auto corners = cornersOf(elements[each.element]);
+    if (!corners) return tl::unexpected(corners.error());
+    each.corners = *corners;
+  }
   return geometry;
 }
 

@@ -162,6 +162,31 @@ Result<Vec3> nextPoint(TextScan& scan, std::uint64_t vertex, bool acrossLines) {
   return point;
 }
 
+bool endsWithinFace(std::string_view vertices, std::string_view rest, std::size_t wordsOfVertex,
+                    std::size_t wordsAfter) {
+  constexpr std::string_view kEnds = "\r\n";
+  const auto wordsIn = [](std::string_view line) {
+    TextScan scan(line, TextScan::Comments::kHash);
+    std::size_t words = 0;
+    while (!scan.wordOfLine().empty()) ++words;
+    return words;
+  };
+  const std::size_t begin = vertices.find_last_of(kEnds) + 1;
+  const std::string_view ofVertex = vertices.substr(begin);
+  const std::size_t taken = wordsIn(ofVertex), left = wordsIn(rest.substr(0, rest.find_first_of(kEnds)));
+  if (begin == 0 || taken == 0 || left == 0) return false;
+  const auto corners = asInteger(TextScan(ofVertex).word());
+  if (!corners || *corners < 3 || taken + left != static_cast<std::size_t>(*corners) + 1 + wordsAfter) return false;
+  int others = 0;
+  TextScan lines(vertices.substr(0, begin), TextScan::Comments::kHash);
+  for (; lines.size() > 0 && others <= 1; lines.skipLine()) {
+    std::size_t words = 0;
+    while (!lines.wordOfLine().empty()) ++words;
+    others += words != 0 && words != wordsOfVertex ? 1 : 0;
+  }
+  return others <= 1;
+}
+
 std::string inQuotes(std::string_view word) {
   constexpr std::size_t kLongest = 40;
   std::size_t end = std::min(word.size(), kLongest);

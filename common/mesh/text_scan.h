@@ -60,6 +60,13 @@ class TextScan {
 /// @param acrossLines  They may be on several lines.
 [[nodiscard]] Result<Vec3> nextPoint(TextScan& scan, std::uint64_t vertex, bool acrossLines);
 
+/// Whether vertices that stand one to a line, save one, end within a line that by itself is a face, its number of corners and as
+/// many words and `wordsAfter`: one of them has too few words, or there are fewer than is claimed.
+/// @param vertices  Their text, up to where they end.
+/// @param rest      What follows it.
+[[nodiscard]] bool endsWithinFace(std::string_view vertices, std::string_view rest, std::size_t wordsOfVertex,
+                                  std::size_t wordsAfter);
+
 /// A word for an error message: quoted, shortened, without control characters.
 [[nodiscard]] std::string inQuotes(std::string_view word);
 

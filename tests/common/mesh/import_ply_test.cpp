@@ -169,6 +169,40 @@ TEST_F(ImportPly, ReadsStripsOfTriangles) {
   EXPECT_TRUE(import("t.ply", head + "5 0 2 1 3 0\n4 -1 3 2 0\n")->report.closed());
 }
 
+TEST_F(ImportPly, ReadsFacesAndStrips) {
+  const auto imported =
+      import("t.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+             "element face 2\nproperty list uchar int vertex_indices\nelement tristrips 1\nproperty list int int "
+             "vertex_indices\n"
+             "end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n4 1 2 3 0\n");
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->report.kept, 4U);
+  EXPECT_TRUE(imported->report.closed());
+}
+
+TEST_F(ImportPly, TakesNoFractionForAnIndex) {
+  std::string ply = textPly();
+  ply.replace(ply.find("uchar int"), 9, "uchar float");
+  EXPECT_EQ(import("t.ply", ply)->mesh, tetrahedron());
+  ply.replace(ply.find("3 0 2 1"), 7, "3 0.7 2 1");
+  const auto imported = import("t.ply", ply);
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->report.droppedOutOfRange, 1U);
+}
+
+TEST_F(ImportPly, NamesTheLineOfAFaceThatItsCountsTakeForAVertex) {
+  const std::string head = "ply\nformat ascii 1.0\nelement vertex ";
+  const std::string rest =
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\n"
+      "end_header\n";
+  const std::string faces = "4 3 2 1 0\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+  EXPECT_THAT(refusal("t.ply", head + "5" + rest + "0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + faces),
+              HasSubstr("line 14: is a face, where the 5 vertices end"));
+  EXPECT_THAT(refusal("t.ply", head + "4" + rest + "0 0\n1 0 0\n0 1 0\n0 0 1\n" + faces),
+              HasSubstr("line 14: is a face, where the 4 vertices end"));
+}
+
 TEST_F(ImportPly, TakesListsThatAreCountedInFloatsAndWhatFollowsTheLastFace) {
   std::string ply = textPly();
   ply.replace(ply.find("list uchar"), 10, "list float");

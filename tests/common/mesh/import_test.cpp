@@ -292,6 +292,33 @@ TEST_F(ImportOff, RefusesNumbersThatCanBeReadInTwoWays) {
   EXPECT_EQ(import("t.off", "OFF\n3 1 0\n0 0 0 1 0 0 0 1 0 3 0 1 2")->report.kept, 1U);
 }
 
+/// The words of a grid's faces make other polygons in each layout that is tried.
+TEST_F(ImportOff, CutsPolygonsInTheOneLayoutAlone) {
+  constexpr int kSide = 100;
+  std::string vertices, faces;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    vertices += std::to_string(i % kSide) + ' ' + std::to_string(i / kSide) + " 0.5\n";
+    if (i % kSide == 0 || i < kSide) continue;
+    const auto corner = [&](int back) { return ' ' + std::to_string(i - back); };
+    faces += '3' + corner(0) + corner(1) + corner(kSide) + "\n3" + corner(1) + corner(kSide + 1) + corner(kSide) + '\n';
+  }
+  const std::string lines = "OFF\n10000 19602 0\n" + vertices + faces;
+  std::string line = lines;
+  std::ranges::replace(line, '\n', ' ');
+  const auto time_s = [](const std::string& text) {
+    const std::clock_t begin = std::clock();
+    EXPECT_EQ(import("t.off", text)->report.kept, 19602U);
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  };
+  const double each_s = time_s(lines), one_s = time_s(line);
+  EXPECT_LT(one_s, 3 * each_s);
+}
+
+TEST_F(ImportOff, NamesTheLineOfAFaceThatItsCountTakesForAVertex) {
+  EXPECT_THAT(refusal("t.off", "OFF\n5 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n6 3 0 3 2 1 0\n3 0 1 3\n3 1 2 3\n3 2 0 3\n"),
+              HasSubstr("line 7: is a face, where the 5 vertices end"));
+}
+
 TEST_F(ImportOff, RefusesAHeaderThatClaimsMoreThanTheFileHolds) {
   EXPECT_THAT(refusal("t.off", "OFF\n300000000 1 0\n0 0 0\n"), HasSubstr("claims 300000000 vertices"));
   EXPECT_THAT(refusal("t.off", "OFF\n1 4000000000 0\n0 0 0\n"), HasSubstr("4000000000 faces"));
