@@ -96,9 +96,9 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   }
   if (taken == 0 && soup.shapesSkipped > 0) {
     return refused("",
-                   "holds nothing but NURBS, splines, texts, lines, points, unknown nodes, WWWInlines or files that "
-                   "are not beside it, "
-                   "which are not read");
+                   "holds nothing but NURBS, splines, texts, lines, points, unknown nodes or other files (Inline, "
+                   "WWWInline), which "
+                   "are not read");
   }
   const LeftOut& left = soup.leftOut;
   if (taken == 0 && left.points + left.lines > 0) {

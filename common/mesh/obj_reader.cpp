@@ -10,7 +10,7 @@
 namespace haptics {
 namespace {
 
-enum class Statement { kVertex, kFace, kNumbers, kNames, kShape, kLines, kUnknown };
+enum class Statement { kVertex, kFace, kNumbers, kNames, kShape, kLine, kPoint, kUnknown };
 
 struct Keyword {
   std::string_view name;
@@ -21,7 +21,7 @@ struct Keyword {
 constexpr Keyword kKeywords[] = {
     {"v", Statement::kVertex},      {"f", Statement::kFace},           {"fo", Statement::kFace},
     {"vt", Statement::kNumbers},    {"vn", Statement::kNumbers},       {"vp", Statement::kNumbers},
-    {"p", Statement::kLines},       {"l", Statement::kLines},          {"curv", Statement::kShape},
+    {"p", Statement::kPoint},       {"l", Statement::kLine},           {"curv", Statement::kShape},
     {"surf", Statement::kShape},    {"bzp", Statement::kShape},        {"bsp", Statement::kShape},
     {"cdc", Statement::kShape},     {"cdp", Statement::kShape},        {"call", Statement::kShape},
     {"curv2", Statement::kNumbers}, {"parm", Statement::kNumbers},     {"trim", Statement::kNumbers},
@@ -70,8 +70,11 @@ class ObjReader {
       case Statement::kShape:
         ++soup_.shapesSkipped;
         return skipNumbers();
-      case Statement::kLines:
-        ++linesAndPoints_;
+      case Statement::kLine:
+        ++soup_.leftOut.lines;
+        return skipNumbers();
+      case Statement::kPoint:
+        ++soup_.leftOut.points;
         return skipNumbers();
       case Statement::kNames:
         break;
@@ -162,7 +165,7 @@ class ObjReader {
     const auto mention = [&reason](std::uint64_t count, const std::string& what) {
       if (count > 0) reason += ", " + std::to_string(count) + ' ' + what;
     };
-    mention(linesAndPoints_, "lines and points, which have no surface");
+    mention(soup_.leftOut.lines + soup_.leftOut.points, "lines and points, which have no surface");
     mention(soup_.shapesSkipped, "free-form shapes, which are not read");
     mention(soup_.linesSkipped, "lines that begin with no keyword of OBJ, the first is " + firstSkipped_);
     return {"", reason + "; a mesh needs at least one face"};
@@ -172,7 +175,6 @@ class ObjReader {
   PolygonSoup soup_;
   bool goesOn_ = false;  ///< In the next line.
   FaceList faces_;
-  std::uint64_t linesAndPoints_ = 0;
   std::string firstSkipped_;
 };
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -204,6 +205,12 @@ bool isText(std::string_view text) {
   }
 }
 
+bool isAllText(std::string_view file) {
+  constexpr std::string_view kBlanks = "\t\n\v\f\r\x1a";
+  return std::ranges::none_of(
+      file, [&](char c) { return static_cast<unsigned char>(c) < ' ' && kBlanks.find(c) == kBlanks.npos; });
+}
+
 }  // namespace
 
 // The length decides whether a file is binary. Other programs leave notes of their own after the last triangle.
@@ -215,6 +222,16 @@ Result<PolygonSoup> readStl(std::string_view file) {
   const auto text = plainText(file);
   if (!text) return tl::unexpected(text.error());
   if (isText(*text)) return StlText(*text).read();
+  if (const std::string_view unmarked = withoutByteOrderMark(file); unmarked.size() < file.size()) {
+    return readStl(unmarked);
+  }
+  if (isAllText(*text)) {
+    TextScan scan(*text);
+    std::string begin(scan.word());
+    for (std::string_view word = scan.wordOfLine(); !word.empty(); word = scan.wordOfLine())
+      begin.append(1, ' ').append(word);
+    return refused("", "is no STL: it is text that begins with " + inQuotes(begin) + ", not with \"solid\"");
+  }
   if (isWhole && triangles > 0) return readBinary(file, triangles);
   if (file.size() > kHeader && (file.size() - kHeader) % kRecord == 0) {
     if (__builtin_bswap32(static_cast<std::uint32_t>(claimedTriangles(file))) == heldTriangles(file)) {

@@ -196,9 +196,8 @@ std::string MeshReport::text() const {
   };
   mention(polygonsTriangulated, "polygons cut into triangles");
   mention(polygonsCrossing, "of them cross themselves, and have triangles that face back");
-  mention(
-      shapesSkipped,
-      "parts skipped (NURBS, splines, texts, lines, points, unknown nodes, or included files that are not beside it)");
+  mention(shapesSkipped,
+          "parts skipped (NURBS, splines, texts, lines, points, unknown nodes, or other files that are not read)");
   mention(meshesTaken > 1 ? meshesTaken : 0, "meshes of the file as one");
   mention(meshesLeft, "meshes of the file that were not asked for");
   mention(leftOut.points, "points left out");

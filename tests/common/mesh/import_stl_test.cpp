@@ -51,6 +51,13 @@ TEST_F(ImportStl, WeldsBinaryAndTextToTheSameMesh) {
   }
 }
 
+TEST_F(ImportStl, SaysWithWhatTextBeginsThatIsNone) {
+  for (const std::string begin : {"<!DOCTYPE html>", "version https://git-lfs.github.com/spec/v1", "v 0 0 0"}) {
+    EXPECT_THAT(refusal("t.stl", begin + "\n" + std::string(200, 'x') + "\n"),
+                HasSubstr("is no STL: it is text that begins with \"" + begin.substr(0, 15)));
+  }
+}
+
 TEST_F(ImportStl, WeldsNothingThatIsApart) {
   TriMesh mesh = *makeSphere(1e-6, 12);  // edges of 0.1 micrometres
   EXPECT_EQ(import("t.stl", binaryStl(mesh))->mesh, mesh);

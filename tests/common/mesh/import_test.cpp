@@ -265,6 +265,13 @@ TEST_F(ImportObj, KeepsFacesAtNonManifoldEdges) {
   EXPECT_EQ(imported->mesh.vertices.size(), 5U);
 }
 
+TEST_F(ImportObj, CountsLinesAndPointsBesideFaces) {
+  const auto imported = import("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2 3\nl 1 3\np 1\n");
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->report.leftOut.lines, 2U);
+  EXPECT_EQ(imported->report.leftOut.points, 1U);
+}
+
 TEST_F(ImportOff, QuotesWordsInUtf8) {
   EXPECT_THAT(refusal("t.off", "Größe\n"), HasSubstr("begins with \"Größe\""));
   EXPECT_THAT(refusal("t.off", "Gr\xf6\xdf\x1b\n"), HasSubstr(R"(begins with "Gr\xf6\xdf\x1b")"));
