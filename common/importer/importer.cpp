@@ -45,7 +45,8 @@ struct Surroundings {
 
 bool mayInclude(const fs::path& name) {
   const auto goesUp = [](const fs::path& part) { return part == ".."; };
-  return !name.is_absolute() && std::none_of(name.begin(), name.end(), goesUp);
+  const fs::path plain = name.lexically_normal();
+  return !plain.is_absolute() && std::none_of(plain.begin(), plain.end(), goesUp);
 }
 
 std::optional<FileHandle> openIncluded(const fs::path& name, const Surroundings& around) {

@@ -899,6 +899,12 @@ TEST_F(ImportAssimp, ReadsAMeshOfColladaThatIsConvex) {
   expectTetrahedron(import("t.dae", text));
 }
 
+TEST_F(ImportAssimp, FindsBuffersOfGltfByWaysThatGoUpAndDown) {
+  std::filesystem::create_directory(folder_ / "sub");
+  write("sub/t.bin", buffer());
+  expectTetrahedron(import("t.gltf", Gltf{.uri = "sub/../sub/t.bin"}.text()));
+}
+
 TEST_F(ImportAssimp, LeavesTheAxesOfA3dsOfAnyMasterScale) {
   using namespace std::string_literals;
   std::string scaled = studio();
