@@ -170,7 +170,9 @@ std::string attributeOf(std::string_view text, std::string_view element, std::st
   return found;
 }
 
+/// Its point may be a comma.
 std::optional<double> positive(std::string text) {
+  std::ranges::replace(text, ',', '.');
   text.erase(0, std::min(text.find_first_not_of(" \t\r\n"), text.size()));
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -222,7 +222,11 @@ class ColladaPreparing {
       rewriting_.replaceElement(tag, "");
     } else if (tag.name == "rotate") {
       const std::string_view text = textAfter(rewriting_.text(), tag);
-      const auto rotation = ofUnitAxis(text);
+      std::string points(text);  // some write decimal commas, which Assimp takes for points
+      std::size_t words = 0;
+      for (TextScan scan(text); !scan.word().empty();) ++words;
+      if (words == 4) std::ranges::replace(points, ',', '.');
+      const auto rotation = ofUnitAxis(points);
       if (rotation) {
         rewriting_.replace(text, *rotation);
       } else {

@@ -788,9 +788,11 @@ TEST_F(ImportAssimp, RefusesColladaWhoseIndicesLeadBeyondItsNumbers) {
 }
 
 TEST_F(ImportAssimp, ReadsTheUnitOfColladaBesideBlanks) {
-  const auto imported = import("t.dae", collada("<unit meter=\" 0.01 \"/>", "<node>" + kInstance + "</node>"));
-  expectBox(imported, {0, 0, 0}, {0.01, 0.01, 0.01});
-  EXPECT_TRUE(imported->report.isUnitKnown);
+  for (const std::string unit : {" 0.01 ", "0,010"}) {
+    const auto imported = import("t.dae", collada("<unit meter=\"" + unit + "\"/>", "<node>" + kInstance + "</node>"));
+    expectBox(imported, {0, 0, 0}, {0.01, 0.01, 0.01});
+    EXPECT_TRUE(imported->report.isUnitKnown);
+  }
 }
 
 TEST_F(ImportAssimp, TurnsByAxesThatAreNotOneLong) {
@@ -798,6 +800,8 @@ TEST_F(ImportAssimp, TurnsByAxesThatAreNotOneLong) {
     return collada("", "<node><rotate>" + rotation + "</rotate>" + kInstance + "</node>");
   };
   expectBox(import("t.dae", turnedBy("0 0 2 90")), {-1, 0, 0}, {0, 1, 1});
+  expectBox(import("t.dae", turnedBy("0 0 0,5 90,0")), {-1, 0, 0}, {0, 1, 1});
+  expectBox(import("t.dae", turnedBy("0, 0, 2, 90")), {-1, 0, 0}, {0, 1, 1});
   EXPECT_EQ(import("t.dae", turnedBy("0 0 0 0"))->mesh, tetrahedron());
   EXPECT_THAT(refusal("t.dae", turnedBy("0 0 0 90")), HasSubstr("has a <rotate> of \"0 0 0 90\""));
   expectBox(import("t.x3d", x3d("rotation='1 1 1 2.0943951'")), {0, 0, 0}, {1, 1, 1});
