@@ -68,15 +68,15 @@ Crossing ToolContact::crossingBesideGaps(std::span<const Body> bodies, std::size
   if (!rimmed.isBeside) return rimmed;
   const Crossing entered = surface.firstCrossing(from, to, allowance);
   const Vec3 here = toWorld(memory_.bodies[index].at, from), there = bodies[index].frame.toWorld(to);
-  constexpr std::size_t kMost = 16;
-  std::array<NearBody, kMost> near;  // not all of it is written
+  constexpr std::size_t kMaxBodies = 16;
+  std::array<NearBody, kMaxBodies> near;  // not all of it is written
   std::size_t count = 0;
   const auto admit = [&](std::size_t b) noexcept {
     near[count++] = {static_cast<int>(b), false, bodies[b].surface, toLocal(memory_.bodies[b].at, here),
                      bodies[b].frame};
   };
   admit(index);
-  for (std::size_t b = 0; b < bodies.size() && count < kMost; ++b) {
+  for (std::size_t b = 0; b < bodies.size() && count < kMaxBodies; ++b) {
     const Body& body = bodies[b];
     const double radius = body.surface->radius_m() + glm::distance(here, there) + scratch_.bodyMoved[b];
     if (b != index && !body.pendingRemoval && squaredLength(there - body.centre) <= radius * radius) admit(b);

@@ -13,30 +13,23 @@ using testing::Lt;
 /// A box of 40 x 20 x 10 mm and 0.1 kg that falls straight down; its centre is
 /// the origin.
 class FallingBox : public testing::Test {
-protected:
-  FallingBox()
-      : body_(boxOf({0.04, 0.02, 0.01}, 0.1)),
-        state_(restingAt(body_, Pose{})) {
+ protected:
+  FallingBox() : body_(boxOf({0.04, 0.02, 0.01}, 0.1)), state_(restingAt(body_, Pose{})) {
     state_.momentum_Ns = body_.mass.mass_kg * falling_m_per_s_;
     movers_[1] = mover();
   }
-  static Vec3 velocityAt(const Mover &mover, Vec3 place) {
+  static Vec3 velocityAt(const Mover& mover, Vec3 place) {
     return mover.linear() + glm::cross(mover.angular(), place - mover.pivot());
   }
   /// No forces act on it.
-  Mover mover() {
-    return {body_,
-            state_,
-            {state_.momentum_Ns, state_.angularMomentum_Nms, 0},
-            kOne};
-  }
+  Mover mover() { return {body_, state_, {state_.momentum_Ns, state_.angularMomentum_Nms, 0}, kOne}; }
 
   static constexpr TickSteps kOne{1, 1e-3};
   const Vec3 falling_m_per_s_{0, 0, -0.1};
   const Vec3 edge_m_{0.02, 0, -0.005};
   RigidBody body_;
   RigidState state_;
-  std::array<Mover, 2> movers_; // the first one is the ground
+  std::array<Mover, 2> movers_;  // the first one is the ground
 };
 
 TEST_F(FallingBox, SticksAtItsEdgeAfterOneRoundThoughPressingThereTurnsIt) {
@@ -57,9 +50,7 @@ TEST_F(FallingBox, HasTheImpulsesAndTheWayOnceItIsGiven) {
   movers_[1].give();
   const Vec3 impulse = solver.contact(0).impulse();
   EXPECT_THAT(glm::distance(state_.momentum_Ns, before + impulse), Lt(1e-15));
-  EXPECT_THAT(
-      glm::distance(state_.angularMomentum_Nms, glm::cross(edge_m_, impulse)),
-      Lt(1e-15));
+  EXPECT_THAT(glm::distance(state_.angularMomentum_Nms, glm::cross(edge_m_, impulse)), Lt(1e-15));
   EXPECT_THAT(glm::distance(state_.centre_m, 1e-3 * velocity), Lt(1e-15));
 }
 
@@ -75,23 +66,20 @@ TEST_F(FallingBox, IsPulledByItsForcesInEqualParts) {
 /// The box on the ground, and one of so many times its mass on it that falls,
 /// too.
 class LoadedBox : public FallingBox {
-protected:
+ protected:
   LoadedBox() : load_(boxOf({0.04, 0.02, 0.01}, 300 * body_.mass.mass_kg)) {
     RigidState onTop = restingAt(load_, Pose{{1, 0, 0, 0}, {0, 0, 0.01}});
     onTop.momentum_Ns = load_.mass.mass_kg * falling_m_per_s_;
-    loaded_ = {Mover(), mover(),
-               Mover(load_, onTop, {onTop.momentum_Ns, Vec3(0), 0}, kOne)};
+    loaded_ = {Mover(), mover(), Mover(load_, onTop, {onTop.momentum_Ns, Vec3(0), 0}, kOne)};
   }
-  static void add(ContactSolver &solver) {
+  static void add(ContactSolver& solver) {
     ASSERT_TRUE(solver.add(1, 0, {0, 0, -0.005}, {0, 0, 1}, 0, 0, 0, Vec3(0)));
     ASSERT_TRUE(solver.add(2, 1, {0, 0, 0.005}, {0, 0, 1}, 0, 0, 0, Vec3(0)));
   }
-  static void solve(ContactSolver &solver, int rounds,
-                    bool accelerated = true) {
+  static void solve(ContactSolver& solver, int rounds, bool accelerated = true) {
     solver.beginRounds();
     for (int round = 0; round < rounds; ++round) {
-      if (round > 0 && accelerated)
-        solver.accelerate();
+      if (round > 0 && accelerated) solver.accelerate();
       static_cast<void>(solver.solve(false));
     }
   }
@@ -119,8 +107,7 @@ TEST_F(LoadedBox, IsNotHitAgainInTheStepAfterABlow) {
     solver.warmStart();
     solve(solver, 60);
     solver.moved();
-    EXPECT_LT(std::abs(loaded_[2].linear().z / falling_m_per_s_.z), 0.1)
-        << step;
+    EXPECT_LT(std::abs(loaded_[2].linear().z / falling_m_per_s_.z), 0.1) << step;
   }
 }
 
@@ -135,5 +122,5 @@ TEST_F(FallingBox, IsSlowedByFrictionNoMoreThanThePressingAllows) {
   EXPECT_NEAR(impulse.y, 0, 1e-15);
 }
 
-} // namespace
-} // namespace haptics::test::contact_solver_test
+}  // namespace
+}  // namespace haptics::test::contact_solver_test
