@@ -76,7 +76,7 @@ class EditHistory {
   [[nodiscard]] bool isSettled() const { return checkSettled().has_value(); }
   /// As soon as the history is settled: takes back the edit that was submitted last before this, if that was accepted. Until
   /// then edits of other objects pass. The entry changes sides when the server accepts; in conflict or rejected it stays, and
-  /// what was asked of undo and redo behind it is dropped. `done` is told why, also when the offer is a refusal, or there is
+  /// what was asked of undo and redo behind it is dropped. `done` gets the reason, also when the offer is a refusal, or there is
   /// nothing to undo, which is said at once.
   void undo(EditDone done = {}) { ask(false, std::move(done)); }
   void redo(EditDone done = {}) { ask(true, std::move(done)); }

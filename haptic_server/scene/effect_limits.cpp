@@ -11,7 +11,7 @@
 namespace haptics {
 namespace {
 
-/// Calls visit(speed index, force index, deviation) for each model of a recorded texture.
+/// Calls visit(speed, m/s, deviation) for each model of a recorded texture.
 void forEachDeviation(const Effect& texture, const auto& visit) {
   const std::size_t forces = texture.forces_N.size(), count = texture.speeds_m_per_s.size() * forces;
   for (std::size_t i = 0; i < count; ++i)

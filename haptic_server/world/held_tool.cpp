@@ -53,6 +53,8 @@ void HeldTool::adopt(const ServoScene& scene) {
   std::vector<ToolContact::Obstacle> obstacles;
   std::vector<Known> known;
   const std::vector<Body> bodiesBefore = std::exchange(bodies_, {});
+  bool isChanged = false;  // where the tool may touch something, by more than a motion
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ServoObject& object = scene.objects[i];
     if (object.pendingRemoval) continue;
@@ -65,16 +67,19 @@ void HeldTool::adopt(const ServoScene& scene) {
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
     const bool isDriven = scene.kinematic[i].number != 0;
+    const Body* was = isKnown ? &bodiesBefore[static_cast<std::size_t>(before - known_.begin())] : nullptr;
     body.current = isDriven ? scene.kinematic[i].pose : object.pose;
     // A motion that no step has felt yet remains one.
-    body.previous =
-        isKnown && isDriven ? bodiesBefore[static_cast<std::size_t>(before - known_.begin())].previous : body.current;
+    body.previous = was != nullptr && isDriven ? was->previous : body.current;
     body.update();
+    kept += isKnown ? 1 : 0;
+    isChanged =
+        isChanged || was == nullptr || was->surface != body.surface || (!isDriven && was->current != body.current);
     obstacles.push_back({body.previous, *known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
   }
   contact_.adopt(obstacles);
+  mayJump_ = mayJump_ || isChanged || kept < known_.size();
   known_ = std::move(known);
-  mayJump_ = true;
 }
 
 void HeldTool::drive(std::uint64_t body, const Pose& pose) noexcept {

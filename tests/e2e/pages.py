@@ -93,7 +93,7 @@ class Shell:
         self.process = subprocess.Popen(["bash", "--noprofile", "--norc"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, cwd=cwd, env={**os.environ, **(env or {})},
                                         process_group=0)
-        # The ten seconds that it waits unless told are few on a loaded machine.
+        # The ten seconds that it waits by default are few on a loaded machine.
         self.process.stdin.write('hapticctl() { command hapticctl --timeout 120 "$@"; }\n')
         self.lines = queue.Queue()
         threading.Thread(target=self.collect, daemon=True).start()

@@ -23,6 +23,7 @@ constexpr double kRounding = 1e-6;
   }
   return false;
 }
+
 /// The surface goes on where an edge has no neighbour, as at a T-junction: shows each triangle that begins within rounding of
 /// a place there.
 /// @param beyond  Unit, off the triangle at the edge.

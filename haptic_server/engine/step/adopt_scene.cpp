@@ -456,7 +456,7 @@ class StateTransfer {
   bool broken_ = false;
 };
 
-/// What is driven and has no sample in a scene that waits comes to rest at once.
+/// What is driven and has no sample in the scene that waits comes to rest at once.
 void stopDriven(const ServoScene& next, HapticState& state) noexcept {
   const auto isDriven = [&](const auto& samples, std::size_t object) noexcept {
     const auto found = std::ranges::find(next.objects, state.objects[object].id, &ServoObject::id);
@@ -477,10 +477,11 @@ bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) 
   state.groove.shaded = false;
   const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
   const bool mayWait = glm::length(now_N) > kMaxStep_N && state.adoption.fadeOut_s < kLongestFade_s;
-  if (state.adoption.fadingOut && mayWait) {
+  const auto wait = [&]() noexcept {
     stopDriven(next, state);
     return false;
-  }
+  };
+  if (state.adoption.fadingOut && mayWait) return wait();
   StateTransfer transfer(next, state);
   if (transfer.broken()) {
     int touched = -1;
@@ -488,10 +489,7 @@ bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) 
     const bool sameObject = touched >= 0 && next.objects[static_cast<std::size_t>(touched)].id == state.report.object;
     if (glm::distance(now_N, then_N) > (sameObject ? kMaxSlewed_N : kMaxStep_N)) {
       state.adoption.fadingOut = mayWait;
-      if (mayWait) {
-        stopDriven(next, state);
-        return false;
-      }
+      if (mayWait) return wait();
       transfer.fadeIn(touched);
       const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
       state.energy.attribute(state.report.object, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);

@@ -103,23 +103,15 @@ void followClutch(HapticState& state, const StepInput& input) noexcept {
   return state.objects[felt].stiffness.value();
 }
 
-/// The same with the effects that pull meanwhile, N/m.
+/// Of the touched surface with the effects that pull meanwhile, N/m; 0 when free.
 [[gnu::noinline, gnu::cold]] double stiffnessWithExtras(const HapticState& state,
                                                         const ContactResult& contact) noexcept {
+  if (!contact.touching) return 0;
   double all_N_per_m = touchedStiffness(state, contact).spring_N_per_m;
   for (std::size_t i = 0; i < state.effects.count; ++i) {
     if (state.effects[i].force_N != Vec3(0)) all_N_per_m += state.scene->effects[i].field->stiffness().spring_N_per_m;
   }
   return all_N_per_m;
-}
-
-/// What the observer has to hold: on the touched surface, N/m; 0 when free.
-[[gnu::always_inline]] inline double heldStiffness_N_per_m(const HapticState& state,
-                                                           const ContactResult& contact) noexcept {
-  if (!contact.touching) return 0;
-  if (state.features.extras) [[unlikely]]
-    return stiffnessWithExtras(state, contact);
-  return state.objects[static_cast<std::size_t>(contact.body)].stiffness.value().spring_N_per_m;
 }
 
 void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
@@ -411,7 +403,9 @@ void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& 
   state.report.object = result.object;
   accountEnergy(state, config, result);
   if (state.observer.active()) {
-    state.observer.onForceWritten(result.force.written, result.geometricNormal, heldStiffness_N_per_m(state, contact),
+    const double stiffness_N_per_m =
+        state.features.extras ? stiffnessWithExtras(state, contact) : touchedStiffness(state, contact).spring_N_per_m;
+    state.observer.onForceWritten(result.force.written, result.geometricNormal, stiffness_N_per_m,
                                   surfaceSpeed(state, contact.body, contact.ihip, result.geometricNormal, config));
   }
   state.now = {};

@@ -59,6 +59,13 @@ class SurfaceForceModel {
 
     [[nodiscard]] Vec3 ihip() const noexcept { return from + geometric_m * normal; }
   };
+  /// Of a body, the place that is nearest to a point of its frame; m.
+  struct NearPlace {
+    ClosestPoint foot;
+    Vec3 normal{0};
+    int side = 1;           ///< On which of a surface that is not closed the point is.
+    bool isOutside = true;  ///< The point is.
+  };
   [[nodiscard]] const ServoObject& object(std::size_t body) const noexcept { return scene_.objects[body]; }
   [[nodiscard]] const SurfaceDetail* detail(std::size_t body) const noexcept { return object(body).detail.get(); }
   [[nodiscard]] bool hasTexture(std::size_t body) const noexcept {
@@ -108,6 +115,8 @@ class SurfaceForceModel {
   [[nodiscard]] bool takeHeldSurface(SurfaceContact& touch, std::size_t held) noexcept;
   /// Of a surface that is not touched. Returns whether its bumps reach there.
   [[nodiscard]] bool findNearestPoint(SurfaceContact& touch) noexcept;
+  /// Of a body without its dents, makes the one with them.
+  void moveOntoDents(NearPlace& near, std::size_t body, const Vec3& h) noexcept;
   void addTextureHeight(SurfaceContact& touch, BumpState& bump) noexcept;
   [[nodiscard]] HeightSample reliefOnMaterial(const SurfaceContact& touch, const Vec3& place) noexcept;
 

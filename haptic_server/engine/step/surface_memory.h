@@ -20,8 +20,8 @@ struct ShadingFade {
   /// Seconds in which what is left falls to 1/e. Shorter is more of a step; longer leaves a wrong direction standing.
   static constexpr double kTime_s = 0.02;
 
-  Word<Mode> mode = Mode::
-      kOff;  ///< What was shaded in the last tick: one body, one above its dents, none as another holds its dent up, several.
+  /// What was shaded in the last tick: one body, one above its dents, none as another holds its dent up, several.
+  Word<Mode> mode = Mode::kOff;
   Vec3 turn{0};            ///< What shading added to the unshaded direction in the last tick; world.
   double deepening_m = 0;  ///< The same for the depth.
   Vec3 turnLeft{0};        ///< Of a switch, still to fade.

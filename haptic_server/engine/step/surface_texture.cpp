@@ -97,29 +97,19 @@ bool SurfaceForceModel::findNearestPoint(SurfaceContact& touch) noexcept {
   if (!isDented && squaredLength(h - bump.seenFrom) < bump.clear_m * bump.clear_m) return false;
   const double reach_m = detail(touch.body)->reach_m;
   const double lookAhead_m = reach_m + kLookAhead * surface.radius_m();
-  ClosestPoint foot = nearestPoint(surface, h, lookAhead_m, bump.triangle, contact_.work.allowance);
+  NearPlace near{nearestPoint(surface, h, lookAhead_m, bump.triangle, contact_.work.allowance)};
   const double asked_N = detail(touch.body)->scalars.adhesion_N;
   if (contact_.work.allowance.isSpent()) {
     if (asked_N > 0) state_.fallBehind(contact_.work);
     return false;
   }
-  Vec3 normal = foot.triangle == kNoTriangle ? Vec3(0) : surface.normal(foot);
-  int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
-  bool isOutside = foot.triangle == kNoTriangle || !surface.closed() || surface.isOutside(foot, h);
-  if (isDented) {
-    // In the hollow of a dent, the shape without dents holds the IHIP still.
-    if (const auto held = heldSurfaceOf(state_.contact, touch.body)) {
-      foot.triangle = state_.contact.holding[*held].triangle;
-      side = state_.contact.holding[*held].side;
-    }
-    if (foot.triangle != kNoTriangle) {
-      const PressedBody dented{.body = touch.body, .atRest = foot, .side = side, .h = h, .below = true};
-      const DentSolver::Nearest at = DentSolver(scene_, state_, config_, contact_.work, dented).nearestTo(h);
-      foot = at.foot;
-      normal = at.normal * double(side);
-      isOutside = !surface.closed() || at.outside;
-    }
+  if (near.foot.triangle != kNoTriangle) {
+    near.normal = surface.normal(near.foot);
+    near.side = surface.closed() || glm::dot(near.normal, h - near.foot.point) >= 0 ? 1 : -1;
+    near.isOutside = !surface.closed() || surface.isOutside(near.foot, h);
   }
+  if (isDented) moveOntoDents(near, touch.body, h);
+  const auto& [foot, normal, side, isOutside] = near;
   const double distance_m = foot.triangle == kNoTriangle ? lookAhead_m : std::sqrt(foot.squaredDistance);
   const std::uint32_t last = bump.triangle;
   const Vec3 seenFrom = bump.seenFrom;
@@ -151,6 +141,20 @@ bool SurfaceForceModel::findNearestPoint(SurfaceContact& touch) noexcept {
   touch.shaded = hasShading(touch.body) && shadeAt(touch, foot, side);
   if (touch.inHollow) fadeShading(touch, ShadingFade::Mode::kHollow, unshaded, -distance_m);
   return true;
+}
+
+void SurfaceForceModel::moveOntoDents(NearPlace& near, std::size_t body, const Vec3& h) noexcept {
+  // In the hollow of a dent, the shape without dents holds the IHIP still.
+  if (const auto held = heldSurfaceOf(state_.contact, body)) {
+    near.foot.triangle = state_.contact.holding[*held].triangle;
+    near.side = state_.contact.holding[*held].side;
+  }
+  if (near.foot.triangle == kNoTriangle) return;
+  const PressedBody dented{.body = body, .atRest = near.foot, .side = near.side, .h = h, .below = true};
+  const DentSolver::Nearest at = DentSolver(scene_, state_, config_, contact_.work, dented).nearestTo(h);
+  near.foot = at.foot;
+  near.normal = at.normal * double(near.side);
+  near.isOutside = !state_.bodies[body].surface->closed() || at.outside;
 }
 
 /// Height and depth, and speed.
