@@ -162,7 +162,7 @@ void printRates(const SceneAdvice& advice, const DevicePreset& device) {
 
 const char* verdict(const SpacingCandidate& c) {
   if (c.difference.wrongSideTicks > 0) return "pushes the wrong way";
-  return c.good() ? "" : "is felt";
+  return c.good() ? "" : c.isFelt() ? "is felt" : "is nearly felt";
 }
 
 void printTool(const ToolAdvice& tool) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <numbers>
 
@@ -23,6 +24,10 @@ constexpr std::array kCoarser{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0};
 /// How far the hand tilts the tool on a stroke, about x and y, and how often: as the exploring hand sways.
 constexpr double kTilt_rad = 0.25;
 constexpr double kTiltsAboutX = 1, kTiltsAboutY = 1.6;
+
+/// Over a rim a spacing tells for a few ticks of some strokes: 99 % of the ticks of few strokes is chance. The advice takes so
+/// many besides the usual ones, and as many others try it.
+constexpr std::uint64_t kDrawn = 32;
 
 /// Poses of the device on a stroke, one to each tick.
 using ToolStroke = std::vector<Pose>;
@@ -133,6 +138,21 @@ SpacingCandidate judged(double spacing_m, std::size_t points, const FeltTool& fe
           .hot_ns = felt.hot_ns};
 }
 
+/// Strokes in directions and with presses that are drawn at random, by kDrawn seeds from one on.
+std::vector<ToolStroke> drawnStrokes(const LoadedObject& tool, double down_m, const std::vector<LoadedObject>& scene,
+                                     std::uint64_t seed) {
+  std::vector<ToolStroke> strokes;
+  for (std::uint64_t i = 0; i < kDrawn; ++i) {
+    Random random(seed + i);
+    const auto drawn = [&](const LoadedObject& object) {
+      const std::array turns_rad{random.between(0, std::numbers::pi), random.between(0, std::numbers::pi)};
+      return strokesOver(object, turns_rad, random.between(0.7, 1.3));
+    };
+    std::ranges::move(toolStrokes(tool, down_m, scene, drawn), std::back_inserter(strokes));
+  }
+  return strokes;
+}
+
 }  // namespace
 
 ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObject>& scene) {
@@ -146,8 +166,10 @@ ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObjec
     if (!advice.candidates.empty() && points >= advice.candidates.back().points) break;
     if (advice.candidates.empty()) {
       const auto usual = [](const LoadedObject& object) { return strokesOver(object); };
-      strokes = toolStrokes(tool, reachDown_m(tool, shell), scene, usual);
+      const double down_m = reachDown_m(tool, shell);
+      strokes = toolStrokes(tool, down_m, scene, usual);
       if (strokes.empty()) return advice;
+      std::ranges::move(drawnStrokes(tool, down_m, scene, 1), std::back_inserter(strokes));
     }
     FeltTool felt = ToolInScene(tool, std::move(shell), spacing_m, scene).feel(strokes);
     if (advice.candidates.empty()) truth = felt;
@@ -162,14 +184,9 @@ ToolAdvice toolAdviceFor(const LoadedObject& tool, const std::vector<LoadedObjec
 
 SpacingCandidate checkedSpacing(const LoadedObject& tool, double spacing_m, const std::vector<LoadedObject>& scene,
                                 std::uint64_t seed) {
-  Random random(seed);
-  const auto drawn = [&](const LoadedObject& object) {
-    const std::array turns_rad{random.between(0, std::numbers::pi), random.between(0, std::numbers::pi)};
-    return strokesOver(object, turns_rad, random.between(0.7, 1.3));
-  };
   const double own_m = tool.motion->tool->spacing_m;
   ToolShell own = shellOf(tool, own_m), written = shellOf(tool, spacing_m);
-  const std::vector<ToolStroke> strokes = toolStrokes(tool, reachDown_m(tool, own), scene, drawn);
+  const std::vector<ToolStroke> strokes = drawnStrokes(tool, reachDown_m(tool, own), scene, seed);
   const std::size_t points = written.points.size();
   const FeltTool truth = ToolInScene(tool, std::move(own), own_m, scene).feel(strokes);
   return judged(spacing_m, points, ToolInScene(tool, std::move(written), spacing_m, scene).feel(strokes), truth);

@@ -295,7 +295,7 @@ class PythonScene(unittest.TestCase):
                  for make in (scene.constant, scene.spring_to_point, scene.spring_to_line, scene.spring_to_plane,
                               scene.spring_to_path, scene.guide, scene.forbidden_side, scene.viscosity, scene.vibration,
                               scene.tube, scene.inertia, scene.magnet, scene.spring_to_vertex, scene.spring_to_edge,
-                              scene.samples)}
+                              scene.samples, scene.recorded_texture)}
         self.assertEqual(set(calls), set(scene.EffectKind.keys()[1:]))
         self.scene.add(name="ball", mesh={"sphere": {"radius_m": 0.02}}, material=Material(**scene.TAPS["wood"]), effects=[
             scene.guide(path_m=numpy.array([(0, 0, 0.5), (0.1, 0, 0.5)]), stiffness_N_per_m=200, reach_m=0.1),
