@@ -197,12 +197,13 @@ EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec
   const auto count = static_cast<double>(effect_.samples.size());
   const bool once = effect_.trigger != Effect::Trigger::kAlways;
   if (once && !memory.holds) memory.turns = 0;
-  if (!(memory.turns >= 0 && memory.turns <= count)) memory.turns = 0;  // of other samples
+  const double step = effect_.sample_rate_Hz * period_s, places = std::ceil(step);
+  const double end = once ? count + step : count;  // by a tick beyond the last sample nothing changes any more
+  if (!(memory.turns >= 0 && memory.turns <= end)) memory.turns = 0;  // of other samples
   const auto at = [&](std::size_t i) -> double {
     if (i < effect_.samples.size()) return static_cast<double>(effect_.samples[i]);
     return once ? 0 : static_cast<double>(effect_.samples[i % effect_.samples.size()]);
   };
-  const double step = effect_.sample_rate_Hz * period_s, places = std::ceil(step);
   const auto meanFrom = [&](double first) {
     double sum = 0;
     for (double j = 0; j < places; ++j) {
@@ -216,7 +217,7 @@ EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec
   Felt felt = inRegion(memory, weight, effect_.amplitude_N * now * effect_.direction);
   const double before = memory.turns - step;
   felt.byTime_N = effect_.amplitude_N * std::abs(now - meanFrom(before < 0 && !once ? before + count : before));
-  memory.turns = once ? std::min(memory.turns + step, count) : std::fmod(memory.turns + step, count);
+  memory.turns = once ? std::min(memory.turns + step, end) : std::fmod(memory.turns + step, count);
   return felt;
 }
 
@@ -238,7 +239,7 @@ EffectField::Felt EffectField::feltAlong(EffectMemory& memory, TextureMemory& te
   memory.part = std::clamp(memory.part + given_J / kTextureBudget_J - period_s, 0.0, 1.0);
   const bool held = memory.holds;
   memory.holds = normal != Vec3(0);
-  if (!memory.holds) return {};
+  if (!memory.holds) return {Vec3(0), held && memory.force_N != Vec3(0)};
   if (!held) texture.restart();
   const RecordedTexture::Felt felt = texture_.felt(texture, normal, normal_N, velocity);
   const double share = std::min(2 * (1 - memory.part), 1.0);

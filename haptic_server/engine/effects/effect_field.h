@@ -38,9 +38,11 @@ class EffectField {
   [[nodiscard]] bool isInWorld() const noexcept { return effect_.frame == Effect::Frame::kWorld; }
   [[nodiscard]] Effect::Trigger trigger() const noexcept { return effect_.trigger; }
   [[nodiscard]] Stiffness stiffness() const noexcept { return {effect_.stiffness_N_per_m, effect_.damping_Ns_per_m}; }
-  /// Whether it goes on from what the other remembers: both are of one kind, and of one path.
+  /// Whether it goes on from what the other remembers: both are of one kind, of one path and, where a mass is carried, in one
+  /// frame.
   [[nodiscard]] bool goesOnFrom(const EffectField& other) const noexcept {
-    return effect_.kind == other.effect_.kind && effect_.path_m == other.effect_.path_m;
+    return effect_.kind == other.effect_.kind && effect_.path_m == other.effect_.path_m &&
+           (effect_.kind != Effect::Kind::kInertia || effect_.frame == other.effect_.frame);
   }
   /// Whether it is felt by what of its object's mesh is near().
   [[nodiscard]] bool isOfMesh() const noexcept { return isOfMesh_; }

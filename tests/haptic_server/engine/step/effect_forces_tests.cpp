@@ -234,6 +234,16 @@ TEST(EffectForces, EditsUnderTheHandComeAtTheRateOfThoseOfSurfaces) {
   EXPECT_LT(glm::distance(servo.run(3000).force.written, servo.step().force.contact), 1e-9) << "and does come";
 }
 
+/// What the mass remembers of its place is of the frame that it was carried in.
+TEST(EffectForces, AMassWhoseFrameIsEditedStaysAtTheHand) {
+  Effect inertia{.kind = Kind::kInertia, .frame = Effect::Frame::kObject, .stiffness_N_per_m = 500, .mass_kg = 0.2};
+  VirtualServo servo([](std::uint64_t) { return Vec3(0.002, 0.001, 0.003); }, kWide, carrying(1, away(), {inertia}));
+  servo.run(50);
+  inertia.frame = Effect::Frame::kWorld;
+  servo.adopt(carrying(2, away(), {inertia}));
+  for (int i = 0; i < 500; ++i) ASSERT_LT(glm::length(servo.step().force.written), kRate_N) << i;
+}
+
 TEST(EffectForces, ASnapTakesHoldAndLetsGoWithoutAStep) {
   const Effect snap{.kind = Kind::kSpringToPoint,
                     .frame = Effect::Frame::kWorld,
