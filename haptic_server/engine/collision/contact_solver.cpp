@@ -35,8 +35,12 @@ void shorten(double (&v)[2], double most) noexcept {
 
 }  // namespace
 
-Mover::Mover(const RigidBody& body, RigidState& state, const Momenta& before, const TickSteps& steps) noexcept
-    : body_(&body), state_(&state), freedom_(body.freedom), steps_(steps) {
+Mover::Mover(const RigidBody& body, RigidState& state, const Momenta& before, const TickSteps& steps) noexcept {
+  *this = Mover();
+  body_ = &body;
+  state_ = &state;
+  freedom_ = body.freedom;
+  steps_ = steps;
   const double part = 1.0 / steps.count;
   if (freedom_ == Freedom::kFree) {
     pivot_ = state.centre_m;

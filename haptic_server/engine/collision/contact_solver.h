@@ -10,8 +10,8 @@ namespace haptics {
 
 /// A tick is divided into steps: a body sinks into what it lies on by the square of a step, times the load upon it.
 struct TickSteps {
-  int count = 2;
-  double step_s = 0;
+  int count;
+  double step_s;
 
   [[nodiscard]] double period_s() const noexcept { return count * step_s; }
 };
@@ -22,16 +22,20 @@ struct Momenta {
 };
 
 /// A body while impulses act on it, in steps of a tick. Where it is counts as at the tick's start: what it turns by within a tick
-/// is of second order. World frame.
+/// is of second order. World frame. Arrays of them are filled as far as they are used.
 class Mover {
  public:
-  /// It stands still, whatever acts on it.
+  /// Mover() stands still, whatever acts on it.
   Mover() = default;
   /// @param before  At the tick's start. What forces have made of it since comes in equal parts with each step.
   Mover(const RigidBody& body, RigidState& state, const Momenta& before, const TickSteps& steps) noexcept;
   /// It moves so, whatever acts on it.
-  Mover(Vec3 pivot, const RigidVelocity& velocity) noexcept
-      : pivot_(pivot), linear_(velocity.linear), angular_(velocity.angular) {}
+  Mover(Vec3 pivot, const RigidVelocity& velocity) noexcept {
+    *this = Mover();
+    pivot_ = pivot;
+    linear_ = velocity.linear;
+    angular_ = velocity.angular;
+  }
 
   /// Of the place pivot(), m/s, and about it, rad/s.
   [[nodiscard]] Vec3 linear() const noexcept { return linear_; }
@@ -53,18 +57,18 @@ class Mover {
   void give() noexcept;
 
  private:
-  const RigidBody* body_ = nullptr;
-  RigidState* state_ = nullptr;
-  Freedom freedom_ = Freedom::kFree;
+  const RigidBody* body_;
+  RigidState* state_;
+  Freedom freedom_;
   TickSteps steps_;
-  Vec3 pivot_{0}, linear_{0}, angular_{0};
-  Vec3 linearOfStep_{0}, angularOfStep_{0};  // what forces add
-  Vec3 moved_m_{0}, turned_rad_{0};
-  double perMass_ = 0;
-  glm::dmat3 perInertia_{0};
+  Vec3 pivot_, linear_, angular_;
+  Vec3 linearOfStep_, angularOfStep_;  // what forces add
+  Vec3 moved_m_, turned_rad_;
+  double perMass_;
+  glm::dmat3 perInertia_;
   // On a joint, whose anchor is the pivot.
-  Vec3 axis_{0};
-  double perAlong_ = 0, rate_ = 0, rateOfStep_ = 0, coordinate_ = 0;
+  Vec3 axis_;
+  double perAlong_, rate_, rateOfStep_, coordinate_;
 
   /// Of a joint: no farther than its limits in a step.
   void setRate(double rate_per_s) noexcept;

@@ -188,6 +188,7 @@ class Contacts {
   Contacts(std::span<Collider> bodies, std::span<const Before> before, BodyPairs& pairs,
            const TickSteps& steps) noexcept
       : bodies_(bodies), pairs_(pairs), steps_(steps), solver_(movers_, steps) {
+    movers_[kGround] = Mover();
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const bool isDriven = bodies[i].isDriven;
       if ((!isDriven && !isAwake(bodies[i])) || moverCount_ == movers_.size()) continue;
@@ -255,7 +256,7 @@ class Contacts {
  private:
   std::span<Collider> bodies_;
   BodyPairs& pairs_;
-  std::array<Mover, kMaxMovingBodies + 1> movers_;  // [kGround] stands still
+  std::array<Mover, kMaxMovingBodies + 1> movers_;
   std::uint16_t moverCount_ = 1;
   std::array<std::uint16_t, kMaxColliders> mover_{};
   std::array<std::uint32_t, kMaxPairs> begin_, end_;

@@ -15,7 +15,7 @@ class FallingBox : public testing::Test {
  protected:
   FallingBox() : body_(boxOf({0.04, 0.02, 0.01}, 0.1)), state_(restingAt(body_, Pose{})) {
     state_.momentum_Ns = body_.mass.mass_kg * falling_m_per_s_;
-    movers_[1] = mover();
+    movers_ = {Mover(), mover()};
   }
   static Vec3 velocityAt(const Mover& mover, Vec3 place) {
     return mover.linear() + glm::cross(mover.angular(), place - mover.pivot());
