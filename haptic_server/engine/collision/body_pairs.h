@@ -111,10 +111,11 @@ struct PairSearch {
 struct BodyPairs {
   std::uint64_t next = 0;      ///< Whose contacts are looked for first in the next tick.
   Word<bool> isFound = false;  ///< The last tick found all contacts, and left the move to the next one.
+  double heaviestLoad = 0;     ///< What a body bore at one place in the last tick, at most, in its own weights.
   Sequence<BodyPair, kMaxPairs> places;
   PairSearch search;
 
-  HAPTICS_FIELDS(self.next, self.isFound, self.places, self.search);
+  HAPTICS_FIELDS(self.next, self.isFound, self.heaviestLoad, self.places, self.search);
 
   [[nodiscard]] std::span<BodyPair> all() noexcept { return places.all(); }
   [[nodiscard]] std::span<const BodyPair> all() const noexcept { return places.all(); }

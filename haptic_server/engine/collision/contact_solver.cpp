@@ -17,6 +17,8 @@ constexpr double kStepsOfSpring = 2;  ///< Of its period; fewer cannot be follow
 constexpr double kDampingRatio = 10;
 /// Overlap that is left alone, m: 0 would let points at rest come and go.
 constexpr double kSlop_m = 1e-6;
+/// What a step gives of more than that may be a blow: 50 weights. Smaller takes the first guess from heaps.
+constexpr double kBlow_m_per_s2 = 500;
 
 [[nodiscard]] constexpr ContactSpring springOf(double step_s) noexcept {
   const double omega = 2 * std::numbers::pi / (kStepsOfSpring * step_s);
@@ -152,6 +154,7 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   double rubbing[2] = {c.axes[1].impulse_Ns, c.axes[2].impulse_Ns};
   shorten(rubbing, friction * c.pressing_Ns());
   for (int k = 0; k < 2; ++k) c.axes[k + 1].impulse_Ns = rubbing[k];
+  c.before_Ns = c.pressing_Ns();
   return true;
 }
 
@@ -164,6 +167,15 @@ void ContactSolver::addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexce
   const double determinant = glm::determinant(perInertia);
   if (!(std::abs(determinant) > 0)) return;  // on a joint
   rolling_[rollingCount_++] = {a, b, begin, count_, glm::inverse(perInertia), lastTurning_Nms};
+}
+
+void ContactConstraint::guess(double step_s) noexcept {
+  const double pressing_Ns = axes[0].impulse_Ns;
+  const double most_Ns = std::max(before_Ns, kBlow_m_per_s2 * step_s * axes[0].mass_kg);
+  if (pressing_Ns > most_Ns) {
+    for (Axis& axis : axes) axis.impulse_Ns *= most_Ns / pressing_Ns;
+  }
+  before_Ns = pressing_Ns;
 }
 
 void ContactSolver::push(const ContactConstraint& c, const double (&impulse_Ns)[3]) noexcept {
@@ -180,6 +192,7 @@ void ContactSolver::push(const ContactConstraint& c, const double (&impulse_Ns)[
 
 void ContactSolver::warmStart() noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
+    contacts_[i].guess(step_s_);
     const auto& axes = contacts_[i].axes;
     push(contacts_[i], {axes[0].impulse_Ns, axes[1].impulse_Ns, axes[2].impulse_Ns});
   }

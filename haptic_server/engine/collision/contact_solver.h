@@ -93,9 +93,13 @@ struct ContactConstraint {
   double gap_m;
   double friction;
   double rolling_m;
+  double before_Ns;       ///< What pressed in the step before.
   double across_1_kg[2];  ///< What a pressing impulse of 1 Ns adds to the velocities across.
 
   [[nodiscard]] double pressing_Ns() const noexcept { return axes[0].impulse_Ns; }
+  /// From the impulses of the last two steps to what the next one begins with: of a blow, the ones before it. A blow is over
+  /// with its step, and rounds take it back as slowly as they build it up.
+  void guess(double step_s) noexcept;
   [[nodiscard]] Vec3 impulse() const noexcept {
     Vec3 sum(0);
     for (const Axis& axis : axes) sum += axis.impulse_Ns * axis.along;
@@ -129,7 +133,11 @@ class ContactSolver {
                          double rolling_m, Vec3 lastImpulse_Ns) noexcept;
   /// Of the contacts from `begin` on.
   void addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexcept;
-  /// The movers get the impulses of the last step.
+  /// What the next step begins with.
+  void guess() noexcept {
+    for (std::uint32_t i = 0; i < count_; ++i) contacts_[i].guess(step_s_);
+  }
+  /// The movers get it.
   void warmStart() noexcept;
   /// Rounds of another kind follow.
   void beginRounds() noexcept { squared_J_ = 0; }

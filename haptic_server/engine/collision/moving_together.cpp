@@ -160,22 +160,6 @@ struct Before {
 /// The mover of what stands still.
 constexpr std::uint16_t kGround = 0;
 
-/// What a body bore at one place in the last tick, at most, in its own weights.
-[[nodiscard]] double heaviestLoad(std::span<const Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
-  double weights = 0;
-  for (const BodyPair& pair : pairs.all()) {
-    if (pair.used == 0) continue;
-    double heaviest_Ns = 0, lightest_kg = std::numeric_limits<double>::infinity();
-    for (const BodyContact& contact : pair.contacts.all())
-      heaviest_Ns = std::max(heaviest_Ns, glm::length(contact.impulse_Ns));
-    for (const std::uint16_t body : {pair.first, pair.second}) {
-      if (isAwake(bodies[body])) lightest_kg = std::min(lightest_kg, bodies[body].rigidBody->mass.mass_kg);
-    }
-    weights = std::max(weights, heaviest_Ns / (lightest_kg * kGravity_m_per_s2 * period_s));
-  }
-  return weights;
-}
-
 [[nodiscard]] TickSteps stepsOf(double weights, double period_s) noexcept {
   int count = kSteps;
   for (double borne = kWeights; borne < weights && count < kMaxSteps; borne *= 4) count *= 2;
@@ -236,6 +220,8 @@ class Contacts {
       const bool has = next < solver_.rollingSize() && end > begin && solver_.rolling(next).begin == begin;
       return has ? stepCount() * solver_.rolling(next++).turning_Nms : Vec3(0);
     };
+    pairs_.heaviestLoad = heaviestLoad();
+    solver_.guess();
     for (std::size_t p = 0; p < pairs_.places.count; ++p) {
       if (!isSolved(p)) continue;
       BodyPair& pair = pairs_.places[p];
@@ -277,9 +263,25 @@ class Contacts {
   }
 
   [[nodiscard]] double stepCount() const noexcept { return steps_.count; }
-  /// Of the tick, as the last step had it.
+  /// Of the tick, as the step had it.
   [[nodiscard]] Vec3 impulseOf(std::uint32_t contact) const noexcept {
     return stepCount() * solver_.contact(contact).impulse();
+  }
+
+  /// What a body bore at one place, at most, in its own weights.
+  [[nodiscard]] double heaviestLoad() const noexcept {
+    double weights = 0;
+    for (std::size_t p = 0; p < pairs_.places.count; ++p) {
+      if (!isSolved(p)) continue;
+      double heaviest_Ns = 0, lightest_kg = std::numeric_limits<double>::infinity();
+      for (std::uint32_t i = begin_[p]; i < end_[p]; ++i)
+        heaviest_Ns = std::max(heaviest_Ns, glm::length(impulseOf(i)));
+      for (const std::uint16_t body : {pairs_.places[p].first, pairs_.places[p].second}) {
+        if (isAwake(bodies_[body])) lightest_kg = std::min(lightest_kg, bodies_[body].rigidBody->mass.mass_kg);
+      }
+      weights = std::max(weights, heaviest_Ns / (lightest_kg * kGravity_m_per_s2 * steps_.period_s()));
+    }
+    return weights;
   }
 
   [[nodiscard]] bool isSolved(std::size_t p) const noexcept {
@@ -363,7 +365,7 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   Allowance ahead(std::max<std::int64_t>(allowance.search.left() - forContacts, 0));
   searchAhead(bodies, pairs, period_s, ahead);
   wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
-  const double load = heaviestLoad(bodies, pairs, period_s);
+  const double load = pairs.heaviestLoad;
   Contacts contacts(bodies, before, pairs, stepsOf(load, period_s));
   contacts.add(allowance.motion.least);
   Allowance rounds(std::max(allowance.motion.rounds.left(), ahead.left()));
