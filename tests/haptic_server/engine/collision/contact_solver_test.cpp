@@ -10,8 +10,7 @@ namespace {
 using testing::Gt;
 using testing::Lt;
 
-/// A box of 40 x 20 x 10 mm and 0.1 kg that falls straight down; its centre is
-/// the origin.
+/// A box of 40 x 20 x 10 mm and 0.1 kg that falls straight down; its centre is the origin.
 class FallingBox : public testing::Test {
  protected:
   FallingBox() : body_(boxOf({0.04, 0.02, 0.01}, 0.1)), state_(restingAt(body_, Pose{})) {
@@ -63,8 +62,7 @@ TEST_F(FallingBox, IsPulledByItsForcesInEqualParts) {
   EXPECT_THAT(glm::distance(mover.linear(), 1.5 * falling_m_per_s_), Lt(1e-15));
 }
 
-/// The box on the ground, and one of so many times its mass on it that falls,
-/// too.
+/// The box on the ground, and one of so many times its mass on it that falls, too.
 class LoadedBox : public FallingBox {
  protected:
   LoadedBox() : load_(boxOf({0.04, 0.02, 0.01}, 300 * body_.mass.mass_kg)) {
