@@ -5,6 +5,7 @@
 
 #include <complex>
 
+#include "haptic_server/engine/effects/effect_field.h"
 #include "tests/haptic_server/engine/effects/effect_laws.h"
 
 namespace haptics::recorded_texture_test {
@@ -232,6 +233,22 @@ TEST(RecordedTexture, IsSilentAtRestAndWithoutForce) {
       EXPECT_NEAR(here, beside, 1e-6);
     }
   }
+}
+
+TEST(RecordedTexture, SaysThatItStopsWhereAnotherObjectIsTouched) {
+  Random random(5);
+  const EffectField field(randomGrid(random));
+  EffectMemory memory;
+  TextureMemory texture;
+  const auto felt = [&](Vec3 normal) {
+    const EffectField::Felt now = field.feltAlong(memory, texture, normal, 1, Vec3(0.05, 0, 0), 1e-3, 0);
+    memory.force_N = now.force_N;
+    return now;
+  };
+  for (int i = 0; i < 500; ++i) EXPECT_FALSE(felt(kUp).jumped);
+  ASSERT_NE(memory.force_N, Vec3(0));
+  EXPECT_TRUE(felt(Vec3(0)).jumped);
+  EXPECT_FALSE(felt(Vec3(0)).jumped);
 }
 
 }  // namespace
