@@ -1,6 +1,7 @@
 """A NATS server of a test's own, and a client of it that speaks the protocol by hand."""
 import json
 import os
+import re
 import socket
 import ssl
 import threading
@@ -8,9 +9,17 @@ import threading
 import harness
 
 
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
+ANY_PORT = -1
+
+
+def ports_of(server):
+    """Where a NATS server listens to clients and, if it does, to pages, once it is ready."""
+    harness.wait_until(lambda: "Server is ready" in server.text() or not server.alive(), 20, server.text)
+    said = server.text()
+    if not server.alive():
+        raise AssertionError(said)
+    return tuple(int(found[1]) if (found := re.search(rf"Listening for {who} on \S+:(\d+)", said)) else None
+                 for who in ("client connections", "websocket clients"))
 
 
 class NatsServer(harness.Process):
@@ -18,14 +27,11 @@ class NatsServer(harness.Process):
 
     def __init__(self, folder, port=None, config="", store="32G"):
         """`config`: more lines of its file. `store`: what JetStream may take; None: it is off."""
-        self.port = port or free_port()
         file = harness.Path(folder) / "nats.conf"
         stored = f'jetstream {{ store_dir: "{folder}/jetstream", max_file_store: {store} }}\n' if store else ""
-        file.write_text(f'listen: "127.0.0.1:{self.port}"\n{stored}{config}')
+        file.write_text(f'listen: "127.0.0.1:{port or ANY_PORT}"\n{stored}{config}')
         super().__init__(["nats-server", "-c", file])
-        harness.wait_until(lambda: "Server is ready" in self.text() or not self.alive(), 20, self.text)
-        if not self.alive():
-            raise AssertionError(self.text())
+        self.port, self.web_port = ports_of(self)
         self.url = f"nats://127.0.0.1:{self.port}"
 
 
@@ -34,7 +40,7 @@ class SecuredNatsServer(harness.Process):
     PAGE = "https://pages.example"
 
     def __init__(self, folder):
-        self.folder, self.port, self.web_port = harness.Path(folder), free_port(), free_port()
+        self.folder = harness.Path(folder)
         self.certificate, key = self.folder / "nats.crt", self.folder / "nats.key"
         harness.subprocess.run(
             ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2", "-subj",
@@ -42,11 +48,11 @@ class SecuredNatsServer(harness.Process):
             check=True, capture_output=True)
         harness.shutil.copy(harness.PROJECT / "deploy/nats.conf", self.folder)
         (self.folder / "site.conf").write_text(
-            f'LISTEN: "127.0.0.1:{self.port}"\nWEB_LISTEN: "127.0.0.1:{self.web_port}"\nCERTIFICATE: "{self.certificate}"\n'
+            f'LISTEN: "127.0.0.1:{ANY_PORT}"\nWEB_LISTEN: "127.0.0.1:{ANY_PORT}"\nCERTIFICATE: "{self.certificate}"\n'
             f'KEY: "{key}"\nSTORE: "{self.folder}/secured"\nRELAY_PASSWORD: "long-and-random"\n'
             f'PAGES: ["{self.PAGE}"]\n')
         super().__init__(["nats-server", "-c", self.folder / "nats.conf"])
-        harness.wait_until(lambda: "Server is ready" in self.text() or not self.alive(), 20, self.text)
+        self.port, self.web_port = ports_of(self)
         self.url = f"tls://127.0.0.1:{self.port}"
         self.relay, self.audience = self.credentials("relay", "long-and-random"), self.certificate
 

@@ -51,16 +51,16 @@ class QuietFiles(http.server.SimpleHTTPRequestHandler):
 class OpenNatsServer(harness.Process):
     """nats-server with the accounts of deploy/nats.conf, without TLS, for pages from anywhere."""
 
-    def __init__(self, folder, web_port):
-        self.port, self.folder = nats_wire.free_port(), harness.Path(folder)
+    def __init__(self, folder):
+        self.folder = harness.Path(folder)
         config = (harness.PROJECT / "deploy/nats.conf").read_text().replace("tls { cert_file: $CERTIFICATE, key_file: $KEY }\n", "", 1)
         config = config.replace("tls { cert_file: $CERTIFICATE, key_file: $KEY }, allowed_origins: $PAGES", "no_tls: true")
         config = config.replace('PAGES: ["https://localhost"]\n', "", 1)
         (self.folder / "nats.conf").write_text(config)
-        (self.folder / "site.conf").write_text(f'LISTEN: "127.0.0.1:{self.port}"\nWEB_LISTEN: "127.0.0.1:{web_port}"\n'
+        (self.folder / "site.conf").write_text(f'LISTEN: "127.0.0.1:{nats_wire.ANY_PORT}"\nWEB_LISTEN: "127.0.0.1:{nats_wire.ANY_PORT}"\n'
                                                f'STORE: "{folder}/open"\nRELAY_PASSWORD: "long-and-random"\n')
         super().__init__(["nats-server", "-c", self.folder / "nats.conf"])
-        harness.wait_until(lambda: "Server is ready" in self.text(), 20, self.text)
+        self.port, self.web_port = nats_wire.ports_of(self)
         self.url = f"nats://127.0.0.1:{self.port}"
         self.relay = self.folder / "relay.nats"
         self.relay.write_text("user: relay\npassword: long-and-random\n")
@@ -137,8 +137,9 @@ class ListeningPageServer:
 
 class WebPage(audience.PublishedSession):
     def start_web_nats(self):
-        self.web_port = nats_wire.free_port()
-        return self.start_nats(config=f'websocket {{ listen: "127.0.0.1:{self.web_port}", no_tls: true }}\n')
+        nats = self.start_nats(config=f'websocket {{ listen: "127.0.0.1:{nats_wire.ANY_PORT}", no_tls: true }}\n')
+        self.web_port = nats.web_port
+        return nats
 
     def open_page(self, width=800, height=600, link="", **more):
         """`link`: what follows the address. `more`: of haptics.json."""
@@ -328,7 +329,7 @@ class WebPage(audience.PublishedSession):
     def test_a_password_goes_to_the_server_of_the_file_alone(self):
         other = ListeningPageServer()
         self.addCleanup(other.listener.close)
-        self.web_port = nats_wire.free_port()
+        self.web_port = 20000  # nobody is there
         secret = {"user": "ward", "pass": "long-and-random"}
         self.open_page(link=f"?nats={other.url}", **secret)
         harness.wait_until(lambda: b"CONNECT" in other.heard, SOON_S, "the page speaks to whom the link names")
@@ -336,9 +337,9 @@ class WebPage(audience.PublishedSession):
 
     def test_who_comes_late_without_a_password_watches(self):
         """With the accounts of deploy/nats.conf."""
-        self.web_port = nats_wire.free_port()
-        nats = OpenNatsServer(self.folder, self.web_port)
+        nats = OpenNatsServer(self.folder)
         self.addCleanup(nats.kill)
+        self.web_port = nats.web_port
         server = self.start_server(scene=harness.SCENE)
         client = self.client(server)
         self.start_relay(server, nats, credentials=nats.relay)

@@ -22,6 +22,9 @@ using Json = nlohmann::ordered_json;
 constexpr double kTargets_Hz = 60;
 constexpr double kMaxError_mm = 0.3;
 constexpr double kMaxSlide_m = 1e-4;
+/// Ticks that are missed between two looks by which hands let go: their forces are gone for as long.
+constexpr std::uint64_t kLetsGo_ticks = 15;
+constexpr int kTries = 4;
 /// Along the way of a hand, from the beginning (s): over the brick, beside it, closed, raised; then it holds.
 constexpr std::array kMoments_s{2.0, 4.0, 5.5, 7.5};
 constexpr double kHalf_m = 0.025, kBeside_m = 0.02, kInside_m = 0.008, kGrip_m = 0.0205, kOver_m = 0.08, kLift_m = 0.04;
@@ -53,10 +56,15 @@ Vec3 placeAt(double side, double time_s) {
 /// The brick, as seen beside the server.
 class HeldBrick {
  public:
-  void look(const MirrorView& view) {
+  /// `isUp`: from now on it is to be held.
+  void look(const MirrorView& view, bool isUp) {
     const auto brick = view.scene->find("brick");
     if (!brick || !view.sample || !view.secondHand || view.sample->tick == tick_) return;
+    if (tick_ != 0) mostMissed_ = std::max(mostMissed_, view.sample->missedTicks - missedTicks_);
+    // While the servo is held up by the machine, nobody holds the brick.
+    const bool heldUp = std::exchange(missedTicks_, view.sample->missedTicks) != view.sample->missedTicks;
     tick_ = view.sample->tick;
+    if (!isUp) return;
     const auto body = view.bodies.find(brick->id);
     if (body == view.bodies.end()) return;
     const Pose& pose = body->second.pose;
@@ -64,8 +72,6 @@ class HeldBrick {
     held_ += view.sample->object == brick->id && view.secondHand->object == brick->id ? 1 : 0;
     lowest_m_ = std::min(lowest_m_, pose.position.z);
     const std::array grip{toLocal(pose, view.sample->stickingPoint), toLocal(pose, view.secondHand->stickingPoint)};
-    // While the servo is held up by the machine, nobody holds the brick.
-    const bool heldUp = std::exchange(missedTicks_, view.sample->missedTicks) != view.sample->missedTicks;
     for (std::size_t hand = 0; last_ && !heldUp && hand < grip.size(); ++hand) {
       slide_[hand] += grip[hand] - (*last_)[hand];
       slid_m_ = std::max(slid_m_, glm::length(slide_[hand]));
@@ -76,14 +82,15 @@ class HeldBrick {
     return {{"looks", looks_},
             {"looks_in_which_both_hold_it", held_},
             {"lowest_above_its_place_mm", 1e3 * (lowest_m_ - 0.0175)},
-            {"slid_mm", 1e3 * slid_m_}};
+            {"slid_mm", 1e3 * slid_m_},
+            {"most_ticks_missed_between_looks", mostMissed_}};
   }
 
  private:
   std::uint64_t tick_ = 0;
   int looks_ = 0, held_ = 0;
   double lowest_m_ = 1;
-  std::uint64_t missedTicks_ = 0;
+  std::uint64_t missedTicks_ = 0, mostMissed_ = 0;
   std::optional<std::array<Vec3, 2>> last_;  // where the hands stick, brick's frame
   std::array<Vec3, 2> slide_{};
   double slid_m_ = 0;
@@ -102,7 +109,7 @@ Json held(Cast& cast, double seconds) {
   HeldBrick brick;
   while (monotonicNow_ns() < at_ns(from_s + seconds)) {
     cast.server().checkAlive();
-    if (monotonicNow_ns() > at_ns(from_s)) brick.look(*cast.witness().latest());
+    brick.look(*cast.witness().latest(), monotonicNow_ns() > at_ns(from_s));
     std::this_thread::sleep_for(kLook);
   }
   return brick.report();
@@ -125,6 +132,18 @@ Json judged(const Json& report) {
   holds["scenes_equal_at_the_end"] = scenes;
   holds["server_ended_well"] = report.at("server_ended_well");
   return holds;
+}
+
+Json runOnce(RunPlan plan, const CastOptions& options) {
+  const auto network = makeNetwork(plan, options.relay, options.out);
+  Json report = headOf(plan, *network);
+  report["viewers_count"] = options.viewers;
+  Cast cast(plan, options, *network, kScene,
+            {"--hand", "nominal", "--hand", "nominal", "--record", (options.out / "pinch.haptics").string()});
+  report["brick"] = held(cast, plan.seconds);
+  report.update(cast.finish({"scene_hash", "missed_ticks", "ticks", "second_hand"}));
+  conclude(report, *network, judged(report));
+  return report;
 }
 
 }  // namespace
@@ -157,15 +176,13 @@ void runHandLeader(const HandLeaderOptions& options) {
 }
 
 Json runPinched(RunPlan plan, const CastOptions& options) {
-  const auto network = makeNetwork(plan, options.relay, options.out);
-  Json report = headOf(plan, *network);
-  report["viewers_count"] = options.viewers;
-  Cast cast(plan, options, *network, kScene,
-            {"--hand", "nominal", "--hand", "nominal", "--record", (options.out / "pinch.haptics").string()});
-  report["brick"] = held(cast, plan.seconds);
-  report.update(cast.finish({"scene_hash", "missed_ticks", "ticks", "second_hand"}));
-  conclude(report, *network, judged(report));
-  return report;
+  for (int tries = 1;; ++tries) {
+    Json report = runOnce(plan, options);
+    const Json& missed = report.at("brick").at("most_ticks_missed_between_looks");
+    if (report.at("pass") || missed < kLetsGo_ticks || tries == kTries) return report;
+    std::printf("not judged: the machine held the servo up for %d ticks\n%s\n", missed.get<int>(),
+                report.dump(2).c_str());
+  }
 }
 
 }  // namespace haptics::stress
