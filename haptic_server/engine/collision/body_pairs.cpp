@@ -15,6 +15,8 @@ namespace {
 constexpr double kStaleAfter = 0.01;
 /// Likewise of two polytopes of few faces, which costs less.
 constexpr double kPolytopesStaleAfter = 0.001;
+/// As rounding makes of poses that are one.
+constexpr double kUnmoved_m = 1e-9;
 /// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
 constexpr double kTicksOfRange = 4;
 /// A search that takes more than a tick begins so many ticks before the range ends.
@@ -88,8 +90,8 @@ static_assert(kMaxPairs < 255);
 }
 
 /// Goes on with the search for the contacts of a pair. False: the allowance is spent, and the pair is as it was.
-[[nodiscard]] bool look(const Collider& first, const Collider& second, double step_m, PairSearch& search, bool isFirst,
-                        BodyPair& pair, Allowance& allowance) noexcept {
+[[nodiscard]] bool look(const Collider& first, const Collider& second, double step_m, double reach_m,
+                        PairSearch& search, bool isFirst, BodyPair& pair, Allowance& allowance) noexcept {
   NearPoints near(search, isFirst);
   const std::int64_t before = allowance.left();
   const auto isFound = [&] {
@@ -104,8 +106,10 @@ static_assert(kMaxPairs < 255);
       }
     }
     if (search.node == 0 && search.reverse == 0) {
-      if (first.points->polytope && near.findOn(first, second, search.relative, true, pair, allowance)) return true;
-      if (second.points->polytope && near.findOn(second, first, inverse(search.relative), false, pair, allowance))
+      if (first.points->polytope && near.findOn(first, second, search.relative, true, step_m, pair, allowance))
+        return true;
+      if (second.points->polytope &&
+          near.findOn(second, first, inverse(search.relative), false, step_m, pair, allowance))
         return true;
     }
     if (search.reverse == 0) {
@@ -121,6 +125,7 @@ static_assert(kMaxPairs < 255);
   if (!found) return false;
   NearPoints::passSteps(first, second, search.relative, step_m, pair, allowance);
   pair.range_m = pair.contacts.count == 0 ? search.clear_m : search.range_m;
+  if (near.isOneOfTwo()) pair.range_m = reach_m + kUnmoved_m;  // to look again once they have moved
   pair.relative = search.relative;
   pair.units = search.units;
   search.pair = 0;
@@ -191,7 +196,7 @@ struct PairNow {
     }
     if (found.count > 0) NearPoints::chooseOf(std::span(near).first(found.count), found.normal, before, pair);
     pair.range_m = found.count > 0 ? way.range_m : std::max(way.range_m, found.gap_m);
-    if (found.isOneOfTwo) pair.range_m = reach_m;  // to look again once they have moved
+    if (found.isOneOfTwo) pair.range_m = reach_m + kUnmoved_m;  // to look again once they have moved
     pair.depth_m = std::max(0.0, -found.gap_m);
     pair.relative = relative;
     pair.units = 0;
@@ -300,7 +305,7 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
         continue;
       }
       now.begin(i, pair, pairs.search);
-      const bool isDone = look(now.first, now.second, now.step_m, pairs.search, isFirst, pair, allowance);
+      const bool isDone = look(now.first, now.second, now.step_m, now.reach_m, pairs.search, isFirst, pair, allowance);
       isFirst = false;
       if (isDone && now.isKnown(pair)) continue;
     }
@@ -328,7 +333,7 @@ void searchAhead(std::span<const Collider> bodies, BodyPairs& pairs, double peri
     if (now.movedSince(pair.relative) + (kTicksAhead - 1) * now.reach_m <= pair.range_m) continue;
     if (pairs.search.pair != 0 && pairs.search.pair != i + 1) continue;
     now.begin(i, pair, pairs.search);
-    static_cast<void>(look(now.first, now.second, now.step_m, pairs.search, false, pair, allowance));
+    static_cast<void>(look(now.first, now.second, now.step_m, now.reach_m, pairs.search, false, pair, allowance));
   }
 }
 

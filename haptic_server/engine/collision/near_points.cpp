@@ -181,16 +181,21 @@ void NearPoints::lowerClearance(const CollisionMesh& smaller, const CollisionMes
 }
 
 bool NearPoints::findOn(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst,
-                        BodyPair& pair, Allowance& allowance) noexcept {
+                        double step_m, BodyPair& pair, Allowance& allowance) noexcept {
   if (isDeep()) return false;
   Allowance queries(kOneNode);  // what runs out of it says nothing
   const std::int64_t before = queries.left();
   ManyNear near;
   near.count = 0;
-  const NearRange reach{search_.range_m, farthest()};
+  const Quat back = glm::conjugate(ground.pose.rotation);
+  const Vec3 origin = ground.pose.position;
+  NearRange reach{farthest(),
+                  {search_.range_m, step_m, back * (solid.velocityBefore(origin) - ground.velocityBefore(origin)),
+                   back * (solid.before.angular - ground.before.angular)}};
   const bool found = findOnMesh(solid, ground, pose, solidIsFirst, reach, near, queries) && !queries.isSpent();
   allowance.spend(before - queries.left());
   if (found) choose(near.all(), pair);
+  isOneOfTwo_ = found && reach.isOneOfTwo;
   return found;
 }
 

@@ -31,7 +31,10 @@ class NearPoints {
   /// Finds the places where a polytope and a mesh are near each other, at once. False: too many triangles are near, or the
   /// bodies are deep in each other.
   [[nodiscard]] bool findOn(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst,
-                            BodyPair& pair, Allowance& allowance) noexcept;
+                            double step_m, BodyPair& pair, Allowance& allowance) noexcept;
+
+  /// As PolytopeContact::isOneOfTwo.
+  [[nodiscard]] bool isOneOfTwo() const noexcept { return isOneOfTwo_; }
 
   /// Of points whose normals are much the same those that span the largest area, and the deepest one. Where bodies are deep in
   /// each other, only the shortest way out counts.
@@ -46,7 +49,7 @@ class NearPoints {
 
  private:
   PairSearch& search_;
-  bool mayExceed_;
+  bool mayExceed_, isOneOfTwo_ = false;
 
   /// The bodies may overlap, as an edit has put one of them there.
   [[nodiscard]] bool isDeep() const noexcept { return search_.depth_m > 2 * search_.range_m; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "haptic_server/engine/collision/level_axis.h"
 #include "haptic_server/engine/collision/polytope_contact.h"
 #include "haptic_server/engine/collision/surface_queries.h"
 #include "haptic_server/engine/contact/frame.h"
@@ -12,6 +13,8 @@ namespace {
 
 /// Units of the corner of a polytope that is farthest along a direction.
 constexpr std::int64_t kSupport = 60;
+/// Of a triangle over a face.
+constexpr std::int64_t kFace = 8;
 /// More than float32 makes of a box, of a body's extent.
 constexpr double kRounding = 1e-6;
 
@@ -88,6 +91,21 @@ enum class Bend {
     return std::ranges::all_of(corners, [&](Vec3 at) { return glm::dot(face.normal, at) > farther_m; });
   });
 }
+/// The triangle is level with a face of the solid, which counts in place of a contact or ties with it.
+[[nodiscard]] bool isPassed(const Polytope& solid, const Frame& pose, const FlatPart& part,
+                            const PolytopeContact& found, NearRange& reach) noexcept {
+  LevelAxis level(reach.way, found.normal, found.gap_m, found.points[0].foot);
+  bool isPassed = false;
+  for (const Polytope::Face& face : solid.faces) {
+    const Vec3 out = pose.rotate(face.normal);
+    if (!level.mayTake(-out)) continue;
+    const double offset_m = face.offset_m + glm::dot(out, pose.origin);
+    const Vec3 lowest = *std::ranges::min_element(part.corners, {}, [&](Vec3 at) { return glm::dot(out, at); });
+    isPassed = level.takes(-out, glm::dot(out, lowest) - offset_m, lowest) || isPassed;
+  }
+  reach.isOneOfTwo = reach.isOneOfTwo || level.isOneOfTwo();
+  return isPassed || level.isTied();
+}
 /// The direction leads out of the surface at a place of the triangle: along its normal, or between it and that of a triangle
 /// beyond a side at which the surface bends outward.
 [[nodiscard]] bool isOutOf(const CollisionMesh& surface, std::uint32_t t, Vec3 place, Vec3 normal, Vec3 out,
@@ -122,8 +140,8 @@ enum class Bend {
 
 }  // namespace
 
-bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst,
-                const NearRange& reach, ManyNear& near, Allowance& allowance) noexcept {
+bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst, NearRange& reach,
+                ManyNear& near, Allowance& allowance) noexcept {
   using namespace surface_queries;
   const CollisionMesh& surface = *ground.surface;
   const Polytope& polytope = *solid.points->polytope;
@@ -131,7 +149,7 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
   const Quat back = glm::conjugate(pose.rotation);
   Polytope::Corner from = 0;
   Vec3 low, high;
-  const double widest_m = reach.range_m + kRounding * surface.extent_m();
+  const double widest_m = reach.way.range_m + kRounding * surface.extent_m();
   for (int d = 0; d < 3; ++d) {
     const Vec3 along{frame.x[d], frame.y[d], frame.z[d]};  // the ground's axis in the solid's frame
     from = polytope.farthest(-along, from);
@@ -174,7 +192,7 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
   };
   const auto addOver = [&](std::uint32_t t, const FlatPart& part, bool areCorners, bool isBehind) noexcept {
     const PolytopeContact contact =
-        contactOver(polytope, frame, part, {-reach.deepest_m, reach.range_m}, from, areCorners);
+        contactOver(polytope, frame, part, {-reach.deepest_m, reach.way.range_m}, from, areCorners);
     allowance.spend(contact.units);
     add(t, contact, isBehind);
   };
@@ -184,17 +202,19 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
     if (isBeside(triangle, low, high) || isFar(t, triangle)) return;
     const FlatPart part{{triangle.corner(0), triangle.corner(1), triangle.corner(2)}, surface.faceNormal(t)};
     allowance.spend(kSupport);
-    const double height_m = heightOver(polytope, frame, part, reach.range_m, from);
-    if (height_m > reach.range_m) return;
+    const double height_m = heightOver(polytope, frame, part, reach.way.range_m, from);
+    if (height_m > reach.way.range_m) return;
     const bool isBehind = glm::dot(part.normal, middle - part.corners[0]) < 0;  // as above a thin plate's far side
     const Bend bend = outwardBend(surface, t, part.normal, middle, allowance);
     if (bend == Bend::kNone && height_m < -reach.deepest_m) return;
-    if (bend == Bend::kSharp && isBeyondAFace(polytope, frame, part, reach.range_m)) return;
+    if (bend == Bend::kSharp && isBeyondAFace(polytope, frame, part, reach.way.range_m)) return;
     if (bend != Bend::kSharp) {
       addOver(t, part, bend == Bend::kNone, isBehind);
     } else if (const auto found =
-                   contactOf(polytope, part, closestOn(triangle, t, middle).point, pose, reach.range_m)) {
-      allowance.spend(Allowance::kNearTriangle + found->units);
+                   contactOf(polytope, part, closestOn(triangle, t, middle).point, pose, reach.way.range_m)) {
+      allowance.spend(Allowance::kNearTriangle + found->units +
+                      kFace * static_cast<std::int64_t>(polytope.faces.size()));
+      if (found->count == 0 || isPassed(polytope, frame, part, *found, reach)) return;
       const auto isOutAt = [&](const PolytopeContact::Point& point) noexcept {
         return isOutOf(surface, t, found->ofSecond ? point.on : point.foot, part.normal, found->normal, allowance);
       };

@@ -140,7 +140,7 @@ double wayOver(World& ground, const TriMesh& body, Vec3 from) {
   const std::size_t added = ground.add(body, 0.05, at(from), 0);
   ground.body(added).gravity_m_per_s2 = {kPull_m_per_s2, 0, -9.81};
   ground.putAll();
-  ground.allowForSearch(200'000);
+  ground.allowForSearch(2'000'000);  // of what is put on many tiles, all in one tick
   ground.run(kSlide_s);
   EXPECT_EQ(ground.waits(), 0);
   EXPECT_NEAR(ground.pose(added).position.y, from.y, 1e-4);
@@ -201,6 +201,38 @@ TEST(Collision, SlidesOverVerticesThatLieOnEdges) {
       EXPECT_NEAR(wayOver(world, body, {-0.06, 0.003, 0.01}), kWay_m, 3e-4)
           << parts.size() << " strips, " << body.vertices.size() << " vertices";
     }
+  }
+}
+
+/// An L, upright prism within +-side_m / 2.
+TriMesh angle(float side_m, float height_m) {
+  const std::array<glm::vec2, 6> outline{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}};
+  TriMesh mesh;
+  for (const float z : {-height_m / 2, height_m / 2}) {
+    for (const glm::vec2 at : outline) mesh.vertices.emplace_back(side_m / 2 * (at - 1.0F), z);
+  }
+  for (std::uint32_t i = 1; i + 1 < 6; ++i) {
+    mesh.triangles.push_back({0, i + 1, i});
+    mesh.triangles.push_back({6, 6 + i, 7 + i});
+  }
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const std::uint32_t next = (i + 1) % 6;
+    mesh.triangles.push_back({i, next, next + 6});
+    mesh.triangles.push_back({i, next + 6, i + 6});
+  }
+  return mesh;
+}
+
+TEST(Collision, WhatIsNotConvexSlidesOverFlushTilesOfAnyThickness) {
+  for (const double width_m : {0.03, 0.05, 0.06, 0.1}) {
+    World tiles;
+    for (int i = -3; i <= 3; ++i) {
+      for (int j = -1; j <= 1; ++j) {
+        const double thick_m = (i + j) % 2 == 0 ? 0.02 : 0.01;
+        tiles.add(makeBox({width_m, width_m, thick_m}, 1).value(), 0, at({width_m * i, width_m * j, -thick_m / 2}), 0);
+      }
+    }
+    EXPECT_NEAR(wayOver(tiles, angle(0.05F, 0.012F), {-0.06, 0, 0.006}), kWay_m, 1.5e-3) << width_m;
   }
 }
 
