@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kWorldTicks = 3000;  // of a world
 constexpr int kJudgeEach = 10;     // ticks
-constexpr double kGravity_m_per_s2 = 9.81;
+constexpr double kGravity_m_per_s2 = 9.81, kFriction = 0.5;
 constexpr Vec3 kFarAway{0, 0, 5};
 constexpr double kApart_m_per_s = 0.1;  // at which bodies that overlap are pushed apart
 constexpr double kMaxDepth_m = 1e-4, kMaxDeepFor_s = 0.2;
@@ -29,6 +29,7 @@ constexpr double kHull =
 constexpr double kMaxDrift_m = 1e-3, kMaxTilt_rad = 0.02;  // of what stands
 constexpr double kMaxFloating_m = 1e-9;                    // of what floats apart
 constexpr double kMaxLift_m = 1e-6;                        // of all blocks, where none is to be pushed apart
+constexpr double kMaxCaught = 0.005, kMaxCaught_m = 3e-4;  // of its way, and as well, what slides
 constexpr double kRounding_m = 1e-9;
 constexpr std::uint64_t kWorldsToALine = 100;
 
@@ -38,10 +39,14 @@ enum class WorldKind {
   kHeap,      ///< Let fall on each other.
   kRound,     ///< Likewise, balls among them, or into a bowl.
   kFloating,  ///< Near one another without gravity, apart or in each other.
+  kSliding,   ///< Pulled over flush tiles, or over a mesh whose vertices lie on edges, without friction.
 };
-constexpr std::array kKinds{WorldKind::kStanding, WorldKind::kPut, WorldKind::kHeap, WorldKind::kRound,
-                            WorldKind::kFloating};
-constexpr std::array<std::string_view, kKinds.size()> kKindNames{"standing", "put", "heap", "round", "floating"};
+constexpr std::array kKinds{WorldKind::kStanding, WorldKind::kPut,      WorldKind::kHeap,
+                            WorldKind::kRound,    WorldKind::kFloating, WorldKind::kSliding};
+constexpr std::array<std::string_view, kKinds.size()> kKindNames{"standing", "put",      "heap",
+                                                                 "round",    "floating", "sliding"};
+/// Every so many worlds one is of the last kind, and the others are what they are without it.
+constexpr std::uint64_t kSlidingEach = 8;
 
 double logBetween(Random& random, double low, double high) {
   return std::exp(random.between(std::log(low), std::log(high)));
@@ -74,7 +79,8 @@ Vec3 randomHalf(Random& random) {
 class BlockWorld {
  public:
   explicit BlockWorld(std::uint64_t seed)
-      : random_(seed), kind_(kKinds[static_cast<std::size_t>(random_.below(static_cast<int>(kKinds.size())))]) {
+      : random_(seed), kind_(kKinds[static_cast<std::size_t>(random_.below(static_cast<int>(kKinds.size()) - 1))]) {
+    if (seed % kSlidingEach == 0) kind_ = WorldKind::kSliding;
     switch (kind_) {
       case WorldKind::kStanding:
       case WorldKind::kPut:
@@ -88,6 +94,9 @@ class BlockWorld {
         break;
       case WorldKind::kFloating:
         addFloating();
+        break;
+      case WorldKind::kSliding:
+        addSliding();
         break;
     }
     world_.publish();
@@ -128,10 +137,16 @@ class BlockWorld {
     blocks_.push_back({half_m, pose, mass_kg});
   }
   void addMesh(const TriMesh& mesh, const Pose& pose, double mass_kg, bool falls) {
-    MovingSolid solid = solidFrom(mesh, std::max(mass_kg, 1e-3));
-    solid.body.gravity_m_per_s2 = falls ? Vec3(0, 0, -kGravity_m_per_s2) : Vec3(0);
+    addMesh(mesh, pose, mass_kg, falls ? Vec3(0, 0, -kGravity_m_per_s2) : Vec3(0), kFriction);
+  }
+  void addMesh(const TriMesh& mesh, const Pose& pose, double mass_kg, Vec3 gravity_m_per_s2, double friction) {
+    MovingSolid solid =
+        mass_kg > 0 ? solidFrom(mesh, mass_kg) : MovingSolid{buildCollisionMesh(mesh.vertices, mesh.triangles), {}};
+    solid.body.gravity_m_per_s2 = gravity_m_per_s2;
     ids_.push_back(world_.add(solid, pose, mass_kg > 0));
-    world_.object(ids_.back()).collision = std::make_shared<const CollisionPoints>(makeCollisionPoints(*solid.surface));
+    CollisionPoints points = makeCollisionPoints(*solid.surface);
+    points.friction = friction;
+    world_.object(ids_.back()).collision = std::make_shared<const CollisionPoints>(std::move(points));
   }
 
   /// Its top is z = 0.
@@ -275,6 +290,58 @@ class BlockWorld {
     }
   }
 
+  /// A box whose top is in strips, each divided otherwise.
+  TriMesh withJunctions(Vec3 half_m) {
+    TriMesh mesh = makeBox(2.0 * half_m, 1).value();
+    std::erase_if(mesh.triangles, [&](const auto& t) {
+      return std::ranges::all_of(t, [&](std::uint32_t v) { return mesh.vertices[v].z > 0; });
+    });
+    const int strips = 2 + random_.below(6);
+    for (int i = 0; i < strips; ++i) {
+      const int parts = 1 + random_.below(6);
+      for (int j = 0; j < parts; ++j) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const auto& [x, y] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}})
+          mesh.vertices.emplace_back((2.0 * x / strips - 1) * half_m.x, (2.0 * y / parts - 1) * half_m.y, half_m.z);
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        mesh.triangles.push_back({first, first + 2, first + 3});
+      }
+    }
+    return mesh;
+  }
+
+  void addSliding() {
+    constexpr int kColumns = 9, kRows = 5, kWay = 5;  // tiles
+    const double side_m = decimal(random_.between(0.02, 0.06)), thick_m = decimal(random_.between(0.008, 0.03));
+    const Vec3 middle(0.5 * (kColumns - 3) * side_m, 0, -thick_m / 2);
+    if (random_.chance(0.3)) {
+      const Vec3 half_m(0.5 * kColumns * side_m, 0.5 * kRows * side_m, thick_m / 2);
+      addMesh(withJunctions(half_m), {{1, 0, 0, 0}, middle}, 0, false);
+      blocks_.push_back({half_m, {{1, 0, 0, 0}, middle}, 0});
+    } else {
+      const double other_m = random_.chance(0.3) ? thick_m / 2 : thick_m;
+      for (int i = 0; i < kColumns * kRows; ++i) {
+        const double tile_m = i % 2 == 0 ? thick_m : other_m;
+        add({side_m / 2, side_m / 2, tile_m / 2},
+            {{1, 0, 0, 0}, {(i % kColumns - 1) * side_m, (i / kColumns - kRows / 2) * side_m, -tile_m / 2}}, 0);
+      }
+    }
+    way_m_ = kWay * side_m;
+    const double half_m = side_m * (random_.chance(0.3) ? 0.5 : random_.between(0.2, 0.9));
+    const Vec3 size(2 * half_m, random_.chance(0.5) ? 2 * half_m : half_m, half_m * random_.between(0.1, 1));
+    const bool isBox = random_.chance(0.5), isTurned = random_.chance(0.5), isAside = random_.chance(0.5);
+    const TriMesh mesh = isBox
+                             ? makeBox(size, 1).value()
+                             : makeCylinder(half_m, size.z, static_cast<std::uint32_t>(3 + random_.below(62))).value();
+    const Pose pose{glm::angleAxis(isTurned ? random_.between(0, std::numbers::pi) : 0, Vec3(0, 0, 1)),
+                    {isAside ? random_.between(-0.5, 0.5) * side_m : 0,
+                     isAside ? random_.between(-0.5, 0.5) * side_m : 0, size.z / 2}};
+    const double mass_kg = logBetween(random_, 0.01, 1);
+    constexpr double kSeconds = kWorldTicks * kPeriod_s;
+    addMesh(mesh, pose, mass_kg, {2 * way_m_ / (kSeconds * kSeconds), 0, -kGravity_m_per_s2}, 0);
+    blocks_.push_back({isBox ? 0.5 * size : Vec3(0.35 * half_m, 0.35 * half_m, size.z / 2), pose, mass_kg});
+  }
+
   [[nodiscard]] double energy_J() const {
     double sum = 0;
     for (std::size_t i = 0; i < ids_.size(); ++i) sum += blocks_[i].mass_kg > 0 ? world_.energyOf(ids_[i]) : 0;
@@ -345,6 +412,12 @@ class BlockWorld {
       verdict.wrong = "flung";
     else if (kind_ == WorldKind::kStanding && (verdict.moved_m > kMaxDrift_m || verdict.tilt_rad > kMaxTilt_rad))
       verdict.wrong = "fallen";
+    else if (kind_ == WorldKind::kSliding && behind_m() > kMaxCaught_m + kMaxCaught * way_m_)
+      verdict.wrong = "caught";
+  }
+  /// How far what slides is from where it would be on one plate.
+  [[nodiscard]] double behind_m() const {
+    return glm::distance(blocks_.back().pose.position, begun_.back().pose.position + Vec3(way_m_, 0, 0));
   }
 
   Random random_;
@@ -353,6 +426,7 @@ class BlockWorld {
   std::vector<std::uint64_t> ids_;
   std::vector<Block> blocks_, begun_;
   std::vector<double> deepFor_, flat_m_;
+  double way_m_ = 0;  ///< Of what slides.
   double reach_m_ = 0.3, overlap_m_ = 0, begun_J_ = 0, massRatio_ = 1;
   double bowl_m_ = 0;  ///< The bowl's inner radius; 0: there is none. It is the first body.
 };
