@@ -174,7 +174,7 @@ class RoundMeeting {
     toSupports();
     if (gap_m_ > way_.range_m) return;
     const Vec3 found = normal_;
-    if (gap_m_ < -kSlight_m) {  // of those made smaller it may be another one
+    if (gap_m_ < 0) {  // of those made smaller it may be another one
       visitAxes(found, [&](Vec3 normal, Vec3 place, auto heightOf, auto findNearest) noexcept {
         if (heightOf(place) <= gap_m_ || way_.isTurnedOver(normal)) return;
         ++steps_;
@@ -218,8 +218,6 @@ class RoundMeeting {
   /// The one with more faces is made smaller about its middle, by this part: bodies that rest are a little deep in each other.
   static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1;
   static constexpr int kMaxSteps = 32;
-  /// Where they are deeper along the axis of the ones made smaller, that may not be the least deep one, m.
-  static constexpr double kSlight_m = 1e-5;
   static constexpr std::int64_t kMeeting = 600, kStep = 200;  ///< Units.
   static constexpr double kConverged = 1e-3, kMinApart_m = 1e-9;
   /// Cosine of an axis and a face's normal that are one.
