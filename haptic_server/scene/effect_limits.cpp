@@ -115,6 +115,12 @@ std::vector<std::string> effectWarnings(const ObjectRecord& record, const Object
               << " N at most, and a hand notices " << kNoticed_N << " N";
       warnings.push_back(warning.str());
     }
+    if (asked.kind == Effect::Kind::kVibration && 2 * asked.frequency_Hz * device.period_s >= 1) {
+      std::ostringstream warning;
+      warning << "warning: effects[" << i << "]'s frequency of " << asked.frequency_Hz
+              << " Hz is not felt: the servo's rate has room below " << 0.5 / device.period_s << " Hz";
+      warnings.push_back(warning.str());
+    }
     look("stiffness", is.stiffness_N_per_m, asked.stiffness_N_per_m, " N/m");
     look("amplitude", is.amplitude_N, asked.amplitude_N, " N");
     look("damping", is.damping_Ns_per_m, asked.damping_Ns_per_m, " N s/m");

@@ -21,7 +21,7 @@ namespace haptics {
 /// A smaller force is not noticed, by what `advise` and Simplify count as noticed.
 inline constexpr double kNoticed_N = 0.05;
 
-/// A warning of each that is felt as another one than asked for, or not noticed.
+/// A warning of each that is felt as another one than asked for, or not noticed, and of a vibration from half the servo's rate on.
 [[nodiscard]] std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                                       const DeviceLimits& device);
 

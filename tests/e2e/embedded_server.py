@@ -42,7 +42,7 @@ class EmbeddedServer(harness.EndToEnd):
         self.assertEqual(process.wait(), NEVER_CONNECTED, process.text())
         self.assertLess(time.monotonic() - began_s, ENDS_WITHIN_S)
         self.assertIn("the server in this process is still loading its scene", process.text())
-        self.assertGreater(json.loads(viewer.read_text())["viewer_frames"], 10)
+        self.assertGreater(json.loads(viewer.read_text())["viewer_frames"], 1)
 
     def test_a_scene_that_cannot_be_loaded_is_named(self):
         process = harness.Process([harness.BIN / "graphics_client", "--embedded-server", "--scene", "nowhere.scene",

@@ -4,6 +4,7 @@
 
 #include "common/mesh/generators.h"
 #include "common/surface/fourier_field.h"
+#include "haptic_server/scene/effect_limits.h"
 
 namespace haptics::surface_warnings_test {
 namespace {
@@ -78,6 +79,15 @@ TEST(SurfaceWarnings, TellOfATapThatIsNotFeltAsAskedFor) {
   EXPECT_THAT(warnings(), ElementsAre(HasSubstr("tap_decay_per_s is felt as 60 instead of 20")));
   scalars.tap_Hz = 0;
   EXPECT_THAT(warnings(), ElementsAre(HasSubstr("is not felt: tap_Hz is 0")));
+}
+
+TEST(SurfaceWarnings, TellOfAVibrationThatTheServoIsTooSlowFor) {
+  ObjectRecord record;
+  record.effects = {{.kind = Effect::Kind::kVibration, .amplitude_N = 1, .frequency_Hz = 500}};
+  EXPECT_THAT(effectWarnings(record, {}, {.period_s = 1e-3}), ElementsAre(HasSubstr("500 Hz is not felt")));
+  EXPECT_THAT(effectWarnings(record, {}, {.period_s = 2.5e-4}), IsEmpty());
+  record.effects[0].frequency_Hz = 499;
+  EXPECT_THAT(effectWarnings(record, {}, {.period_s = 1e-3}), IsEmpty());
 }
 
 TEST(SurfaceWarnings, TellOfAStiffnessThatIsClampedForTheDevice) {
