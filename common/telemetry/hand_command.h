@@ -20,9 +20,10 @@ struct HandCommand {
   bool leads = false;  ///< Else nobody leads, and the rest means nothing.
   Vec3 position{0};    ///< Metres.
   Vec3 normal{0};  ///< Length 1, towards the hand; of the surface that it presses. Means nothing where press_N is 0.
-  double press_N = 0;         ///< Against the normal; not negative.
-  Quat rotation{1, 0, 0, 0};  ///< Length 1; of a device that turns, from how it is turned at rest.
-  std::uint32_t buttons = 0;  ///< That it presses: bits of DeviceStatus::buttons.
+  double press_N = 0;                   ///< Against the normal; not negative.
+  Quat rotation{1, 0, 0, 0};            ///< Length 1; of a device that turns, from how it is turned at rest.
+  std::uint32_t buttons = 0;            ///< That it presses: bits of DeviceStatus::buttons.
+  std::optional<double> gripper_rad{};  ///< Opening of the device's gripper, not negative; absent: as it is.
 };
 
 /// A sphere in the device's own coordinates (m), beyond which the hand moves its workspace by velocity; of radius 0: none.

@@ -202,6 +202,13 @@ Result<HandCommand> fromWire(const v1::HandTarget& message) {
       return tl::unexpected(*std::move(wrong));
     command.rotation = normalised(rotationFrom(message.rotation()));
   }
+  if (message.has_gripper_rad()) {
+    constexpr double kMaxGripper_rad = 3.2;
+    if (auto wrong = checkRange(message.gripper_rad(), {0, kMaxGripper_rad, " rad"}, "hand_target.gripper_rad")) {
+      return tl::unexpected(*std::move(wrong));
+    }
+    command.gripper_rad = message.gripper_rad();
+  }
   if (message.press_n() == 0) return command;
   if (auto wrong = checkUnitVector(message.normal(), "hand_target.normal")) return tl::unexpected(*std::move(wrong));
   command.normal = glm::normalize(vectorFrom(message.normal()));
@@ -214,6 +221,7 @@ void toWire(const HandCommand& command, v1::HandTarget& message) {
   toWire(command.normal, *message.mutable_normal());
   message.set_press_n(command.press_N);
   message.set_buttons(command.buttons);
+  if (command.gripper_rad) message.set_gripper_rad(*command.gripper_rad);
   if (command.rotation != Quat(1, 0, 0, 0)) toWire(command.rotation, *message.mutable_rotation());
 }
 

@@ -25,6 +25,8 @@ class HandIntent {
   [[nodiscard]] virtual Quat nextRotation(double /*dt_s*/) noexcept { return {1, 0, 0, 0}; }
   /// That it presses now: bits of DeviceStatus::buttons.
   [[nodiscard]] virtual std::uint32_t buttons() const noexcept { return 0; }
+  /// How far it wants the gripper to be open, asked for as nextRotation(), of a device that has one: `now_rad`, or somewhere else.
+  [[nodiscard]] virtual double nextGripper_rad(double /*dt_s*/, double now_rad) noexcept { return now_rad; }
   /// As Device::follow().
   virtual void follow(const ExplorationPlan* /*plan*/) noexcept {}
 };

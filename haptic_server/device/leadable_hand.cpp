@@ -81,6 +81,12 @@ Quat LeadableHand::nextRotation(double dt_s) noexcept {
   return rotation_;
 }
 
+double LeadableHand::nextGripper_rad(double dt_s, double now_rad) noexcept {
+  if (phase_ != Phase::kLed || !command_.gripper_rad) return now_rad;
+  const double most = kMaxTurn_rad_per_s * dt_s;
+  return now_rad + std::clamp(*command_.gripper_rad - now_rad, -most, most);
+}
+
 HandTarget LeadableHand::explore(double dt_s, Vec3 felt_N) noexcept {
   HandTarget target = exploring_.next(dt_s, felt_N);
   if (offset_ != Vec3(0) || offsetVelocity_ != Vec3(0)) {

@@ -14,7 +14,8 @@ namespace haptics {
 ///     it came, lifts and explores.
 /// It lets go of what the exploring hand presses before it follows the first command, and lands and lifts slowly.
 /// Where a command presses, the hand goes against the normal until the motors push back with that force. It turns to how the
-/// command has it, or the exploring hand, with at most kMaxTurn_rad_per_s. It presses the buttons of the command that it follows.
+/// command has it, or the exploring hand, with at most kMaxTurn_rad_per_s. It presses the buttons of the command that it follows,
+/// and opens and closes the gripper with at most kMaxTurn_rad_per_s.
 class LeadableHand final : public HandIntent {
  public:
   static constexpr double kHeld_s = 0.1, kReleased_s = 0.5;
@@ -31,6 +32,7 @@ class LeadableHand final : public HandIntent {
 
   [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
   [[nodiscard]] Quat nextRotation(double dt_s) noexcept override;
+  [[nodiscard]] double nextGripper_rad(double dt_s, double now_rad) noexcept override;
   [[nodiscard]] std::uint32_t buttons() const noexcept override { return phase_ == Phase::kLed ? command_.buttons : 0; }
   void follow(const ExplorationPlan* plan) noexcept override { exploring_.follow(plan); }
 

@@ -20,6 +20,7 @@ struct DevicePreset {
   double coulombFriction_N;
   double resolution_m;  ///< Position quantum.
   DeviceRotation rotation{};
+  double gripperRange_rad = 0;  ///< How far its gripper opens; 0: it has none.
 };
 
 /// A hand holding the device: its mass joined rigidly to the device's, a spring and a damper to where it wants to be. A

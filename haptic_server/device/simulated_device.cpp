@@ -52,7 +52,8 @@ SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent&
       period_(settings.period_s),
       substep_(settings.period_s / kSubsteps),
       delay_(static_cast<int>(std::lround(settings.delay_s / settings.period_s * kSubsteps))),
-      written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)) {
+      written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)),
+      gripperRange_(settings.device.gripperRange_rad) {
   if (!info_.rotation.isSensed) return;
   turning_.emplace(Turning{.plant = SimulatedRotation(info_, settings.hand), .written_Nm = written_});
 }
@@ -76,6 +77,10 @@ DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
                         stopped_ ? DeviceState::kStopped : DeviceState::kReady};
   if (turning_) reading.rotation = measuredRotation();
   reading.status.buttons = intent_.buttons();
+  if (gripperRange_ > 0) {
+    reading.handle.gripper_rad = gripper_;
+    reading.handle.measured = HandleReading::kGripper;
+  }
   return reading;
 }
 
@@ -117,6 +122,7 @@ void SimulatedDevice::beginTick() noexcept {
   target_ = intent_.next(period_, felt_);
   targetVelocity_ = (target_.position - from_.position) / period_;
   if (turning_) beginTurning();
+  if (gripperRange_ > 0) gripper_ = std::clamp(intent_.nextGripper_rad(period_, gripper_), 0.0, gripperRange_);
 }
 
 void SimulatedDevice::integrateSubstep(int substep) noexcept {

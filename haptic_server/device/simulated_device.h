@@ -26,7 +26,7 @@ struct SimulationSettings {
 
 /// A device and a hand that exist only here, advanced by the ticks themselves: it has no clock, and the same ticks and
 /// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says, rotations and
-/// torques likewise where it has them.
+/// torques likewise where it has them. A gripper is as far open as the hand wants it within its range; closed at first.
 class SimulatedDevice final : public Device {
  public:
   /// Substeps per tick of the integration; also the resolution of the delay. The plant is smooth within a tick except
@@ -89,6 +89,8 @@ class SimulatedDevice final : public Device {
   std::vector<Vec3> written_;  // ring: the force of each tick, as far back as the delay reaches
   std::size_t newest_ = 0;
   std::optional<Turning> turning_;
+  double gripperRange_;  // rad; 0: it has none
+  double gripper_ = 0;   // rad
   std::uint64_t tick_ = 0;
   bool started_ = false;
   bool stopped_ = false;

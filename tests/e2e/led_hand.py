@@ -184,6 +184,7 @@ class LedHand(harness.EndToEnd):
             lifted = client.bodies()["brick"].pose
             self.assertGreater(lifted.position.z, 0.05)
             self.assertAlmostEqual(2 * math.atan2(lifted.rotation.z, lifted.rotation.w), 0.5, delta=0.05)
+            self.assertAlmostEqual(hand.open_gripper(0.4, 1)[-1].device_gripper_rad, 0.4)
             self.assertEqual(hand.hold_buttons(0, 1)[-1].grasped, 0)
             self.assertLess(client.bodies()["brick"].pose.position.z, 0.04)
         self.stop_and_check(server)
@@ -191,6 +192,7 @@ class LedHand(harness.EndToEnd):
                                   capture_output=True, text=True)
         self.assertEqual(replayed.returncode, 0, replayed.stdout + replayed.stderr)
         self.assertTrue(any(tick.marks and tick.grasps for tick in haptic_recording.ticks(file)))
+        self.assertAlmostEqual(max(tick.gripper for tick in haptic_recording.ticks(file)), 0.4)
 
     def test_a_workspace_is_set_from_the_command_line(self):
         client = self.client("watcher", 100)

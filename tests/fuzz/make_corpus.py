@@ -217,7 +217,7 @@ def main():
         "upload_rest": envelope("asset_upload", chunk=rest),
         "upload_cancel": envelope("asset_upload", cancel=digest),
         "lead_hand": envelope("lead_hand", lead=True),
-        "hand_target": envelope("hand_target", "position { x: 0.1 } normal { z: 1 } press_N: 2 rotation { w: 0.6 x: 0.8 }"),
+        "hand_target": envelope("hand_target", "position { x: 0.1 } normal { z: 1 } press_N: 2 rotation { w: 0.6 x: 0.8 } gripper_rad: 0.4"),
         **{f"edit_{name}": envelope("edit_request", client_seq=1, transaction=transaction(name)) for name in SCENES},
     }
     objects = 'object { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 ' \

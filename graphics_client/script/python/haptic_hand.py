@@ -132,7 +132,7 @@ class Hand:
         self._felt, self._lead = felt, lead
         self._at, self._presses = None, False  # position of the last target, and whether it presses there
         self._normal, self._force_N = (0, 0, 0), 0  # of the last target
-        self._rotation, self._buttons = None, 0
+        self._rotation, self._buttons, self._gripper_rad = None, 0, None
 
     def __enter__(self):
         self._lead.lead(True)
@@ -161,6 +161,12 @@ class Hand:
         """Presses these buttons (bits as in device_buttons) and lets go of all others, from now on; 0: none. The hand stays where
         it is, and goes on pressing. What a button does: Client.move_workspace()."""
         self._buttons = bits
+        return self._hold(self._at, self._normal, self._force_N, seconds)
+
+    def open_gripper(self, angle_rad, seconds=0.5):
+        """Of a device that has a gripper, so far (0: closed; at most as far as it goes), from now on; the hand stays where it is,
+        and goes on pressing. At most 2 rad/s."""
+        self._gripper_rad = angle_rad
         return self._hold(self._at, self._normal, self._force_N, seconds)
 
     def aim(self, position, normal=(0, 0, 0), force_N=0):
@@ -217,7 +223,7 @@ class Hand:
         self._normal, self._force_N = normal, force_N
         self._lead.command(envelope_pb2.HandTarget(
             position=vector(position), normal=vector(normal), press_N=force_N, rotation=self._rotation,
-            buttons=self._buttons, hand=self._lead.hand))
+            buttons=self._buttons, gripper_rad=self._gripper_rad, hand=self._lead.hand))
 
 
 def mix(a, b, share):

@@ -152,5 +152,30 @@ TEST(LeadableHand, IsLetGoOfAtOnceWhenItsLeaderGoes) {
   EXPECT_LT(led.hardest_m_per_s2, 100);
 }
 
+TEST(LeadableHand, OpensTheGripperNoFartherThanItGoes) {
+  for (const bool hasGripper : {true, false}) {
+    const DevicePreset preset = *findDevicePreset(hasGripper ? "sigma.7" : "omega.6");
+    LeadableHand hand(*findHandPreset("nominal"), preset.maxForce_N);
+    SimulatedDevice device({preset, *findHandPreset("nominal")}, hand);
+    std::uint64_t tick = 0;
+    const auto opened = [&](std::optional<double> wanted_rad, std::uint64_t ticks) {
+      HandleReading handle;
+      for (const std::uint64_t end = tick + ticks; tick < end; ++tick) {
+        if (tick % 16 == 0) hand.command({.leads = true, .gripper_rad = wanted_rad});
+        handle = device.read(tick).handle;
+      }
+      EXPECT_EQ(handle.has(HandleReading::kGripper), hasGripper);
+      return handle.gripper_rad;
+    };
+    const double open = hasGripper ? 1 : 0;
+    EXPECT_EQ(opened(std::nullopt, 1600), 0);
+    EXPECT_NEAR(opened(0.3, 80), 0.16 * open, 0.005);
+    EXPECT_EQ(opened(0.3, 240), 0.3 * open);
+    EXPECT_EQ(opened(3, 480), preset.gripperRange_rad);
+    EXPECT_EQ(opened(std::nullopt, 160), preset.gripperRange_rad);
+    EXPECT_EQ(opened(0, 480), 0);
+  }
+}
+
 }  // namespace
 }  // namespace haptics::leadable_hand_test

@@ -552,6 +552,24 @@ TEST_F(SessionHand, RefusesTargetsThatAreNone) {
   EXPECT_TRUE(commands.empty());
 }
 
+TEST_F(SessionHand, OpensItsGripperAsFarAsThereAreAngles) {
+  ask(true);
+  const auto open = [this](double angle_rad) {
+    v1::Envelope envelope;
+    envelope.mutable_hand_target()->set_gripper_rad(angle_rad);
+    client.send(envelope);
+    link.settle();
+  };
+  open(0.4);
+  command(0, 0, 0);
+  ASSERT_EQ(commands.size(), 2U);
+  EXPECT_EQ(commands[0].gripper_rad, 0.4);
+  EXPECT_EQ(commands[1].gripper_rad, std::nullopt);
+  open(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(client.refusal().field(), "hand_target.gripper_rad");
+  EXPECT_EQ(commands.size(), 2U);
+}
+
 TEST_F(SessionHand, RefusesAPressWithoutANormal) {
   ask(true);
   command(0, 0.5, 1);
