@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace haptics {
 namespace {
@@ -23,15 +24,24 @@ void HandSteering::changePress(double clicks) {
   setPress_N(press_N_ * std::pow(kPerClick, clicks));
 }
 
+void HandSteering::openGripper(double clicks, double now_rad) {
+  constexpr double kPerClick_rad = std::numbers::pi / 90;
+  const double wanted = gripper_rad_.value_or(now_rad);
+  const double from = clicks < 0 ? std::min(wanted, now_rad) : std::max(wanted, now_rad);
+  gripper_rad_ = std::clamp(from + kPerClick_rad * clicks, 0.0, std::numbers::pi);
+}
+
 void HandSteering::begin(Vec3 hip) {
   hand_ = hip;
   rotation_ = {1, 0, 0, 0};
+  gripper_rad_.reset();
   wasPressed_ = touched_ = false;
 }
 
 HandCommand HandSteering::next(const Pointer& pointer, Vec3 hip, double dt_s) {
   HandCommand command = mapping_ == Mapping::kSurface ? onSurface(pointer, hip, dt_s) : inSpace(pointer);
   command.rotation = rotation_;
+  command.gripper_rad = gripper_rad_;
   wasPressed_ = pointer.pressed;
   hand_ = command.position;
   return command;

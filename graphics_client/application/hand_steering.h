@@ -36,6 +36,9 @@ class HandSteering {
   void moveBy(Vec3 way_m) { hand_ += way_m; }
   /// How it is held, of a device that senses it: turned on, about a world axis.
   void turnBy(const Quat& turn) { rotation_ = glm::normalize(turn * rotation_); }
+  /// By 2 degrees for each click of a wheel, of a device that has a gripper. Turned back, it goes from where the gripper is.
+  /// @param now_rad  Its opening, as last heard.
+  void openGripper(double clicks, double now_rad);
   /// The hand is led from here on.
   void begin(Vec3 hip);
 
@@ -50,6 +53,7 @@ class HandSteering {
   double press_N_ = 1;
   Vec3 hand_{0};
   Quat rotation_{1, 0, 0, 0};
+  std::optional<double> gripper_rad_;
   Vec3 normal_{0, 0, 1};  // smoothed
   Vec3 place_{0};         // on the surface, last
   double clearance_m_ = kHover_m;

@@ -55,6 +55,11 @@ void HandTool::turn(double right_px, double up_px) {
   if (way_px > 0) steering_.turnBy(glm::angleAxis(kTurn_rad_per_px * way_px, about / way_px));
 }
 
+void HandTool::openGripper(const MirrorView& view, double clicks) {
+  const TelemetrySample* felt = view.felt(hand_);
+  if (isLed(view) && felt->handle.has(HandleReading::kGripper)) steering_.openGripper(clicks, felt->handle.gripper_rad);
+}
+
 QString HandTool::words(const MirrorView& view) const {
   const bool onSurface = steering_.mapping() == HandSteering::Mapping::kSurface;
   const QString press = pressText(view);

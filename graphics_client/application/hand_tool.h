@@ -29,6 +29,8 @@ class HandTool {
   [[nodiscard]] bool isLed(const MirrorView& view) const;
   /// Turns the hand as a ball under the pointer, that went so far.
   void turn(double right_px, double up_px);
+  /// Its gripper, while it is led and has one, by clicks of a wheel.
+  void openGripper(const MirrorView& view, double clicks);
   /// How it stands, and what to do.
   [[nodiscard]] QString words(const MirrorView& view) const;
 

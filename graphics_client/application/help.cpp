@@ -19,6 +19,7 @@ namespace {
 constexpr const char* kMouse[][2] = {
     {"left button", "on an object: the hand presses there; click: selects it"},
     {"wheel", "nearer, farther; with the left button down: presses harder, more lightly"},
+    {"Ctrl + wheel", "opens, closes the gripper of the hand that you lead, of a device that has one"},
     {"right button", "turns the picture"},
     {"middle button", "moves the picture"},
     {"Shift + left button", "turns the hand that touches, of a device that turns"},

@@ -125,6 +125,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       hand_.steering().moveBy(scene_.cameras().direction() * (kStepPerClick_m * clicks));
     }
   });
+  connect(view_, &ViewWidget::gripperTurned, [this](double clicks) { hand_.openGripper(*newest_(), clicks); });
   connect(view_, &ViewWidget::turned, [this](double right_px, double up_px) { hand_.turn(right_px, up_px); });
   connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,

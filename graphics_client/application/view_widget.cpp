@@ -89,7 +89,9 @@ void ViewWidget::mouseMoveEvent(QMouseEvent* event) {
 
 void ViewWidget::wheelEvent(QWheelEvent* event) {
   const double clicks = event->angleDelta().y() / kAngleOfClick;
-  if (pressed_) {
+  if ((event->modifiers() & Qt::ControlModifier) != 0) {
+    emit gripperTurned(clicks);
+  } else if (pressed_) {
     emit wheelTurned(clicks);
   } else {
     scene_.cameras().zoom(std::pow(kZoomPerClick, clicks));

@@ -30,6 +30,8 @@ class ViewWidget : public QWidget {
   void pressed();
   void released(bool moved);
   void wheelTurned(double clicks);
+  /// With Ctrl down.
+  void gripperTurned(double clicks);
   /// With the left button and Shift down; pointer() stays.
   void turned(double right_px, double up_px);
 

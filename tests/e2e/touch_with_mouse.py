@@ -39,6 +39,9 @@ class TouchWithMouse(harness.EndToEnd):
             felt += self.watcher.samples(0.05)
         return felt
 
+    def newest(self):
+        return list(self.watcher.samples(0.3))[-1]
+
     def press(self, place):
         self.window.move_to(*place)
         self.window.do("mousedown", 1)
@@ -100,6 +103,17 @@ class TouchWithMouse(harness.EndToEnd):
     def test_strokes_it_over_a_bad_link(self):
         self.start(GROUND, BAD_LINK)
         self.stroke_ground()
+
+    def test_opens_and_closes_the_gripper_by_ctrl_and_the_wheel(self):
+        self.start(GROUND, options=["--device-preset", "sigma.7"])
+        self.press((736, 352))
+        self.window.do("keydown", "ctrl")
+        self.addCleanup(self.window.do, "keyup", "ctrl")
+        for clicks, button, degrees in ((5, 4, 10), (20, 4, 30), (4, 5, 22)):  # at most 30
+            self.window.do("click", "--repeat", clicks, "--delay", 20, button)
+            harness.wait_until(lambda: abs(math.degrees(self.newest().device_gripper_rad) - degrees) < 1e-6, 5,
+                               f"the gripper is not open by {degrees} degrees")
+        self.assertAlmostEqual(force_N(self.newest()), 1, delta=0.1)
 
 
 if __name__ == "__main__":

@@ -99,5 +99,21 @@ TEST_F(Steered, HoldsTheHandAsItWasTurnedUntilItIsLedAgain) {
   }
 }
 
+TEST_F(Steered, OpensTheGripperByClicksAndClosesItFromWhereItIs) {
+  const double click = std::numbers::pi / 90;
+  steering_.begin(hip_);
+  EXPECT_EQ(frame(true, kGround).gripper_rad, std::nullopt);
+  steering_.openGripper(2, 0.1);
+  EXPECT_NEAR(frame(true, kGround).gripper_rad.value(), 0.1 + 2 * click, 1e-12);
+  steering_.openGripper(200, 0.1);
+  EXPECT_NEAR(frame(true, kGround).gripper_rad.value(), std::numbers::pi, 1e-12);
+  steering_.openGripper(-1, 0.5);  // no farther than that does the device go
+  EXPECT_NEAR(frame(true, kGround).gripper_rad.value(), 0.5 - click, 1e-12);
+  steering_.openGripper(-200, 0.5);
+  EXPECT_EQ(frame(true, kGround).gripper_rad, 0);
+  steering_.begin(hip_);
+  EXPECT_EQ(frame(true, kGround).gripper_rad, std::nullopt);
+}
+
 }  // namespace
 }  // namespace haptics::hand_steering_test

@@ -30,8 +30,9 @@ class SessionHand : public testing::Test {
   }
 
   void command(double press_N) {
-    rig_.client.commandHand({.leads = true, .position = {1, 2, 3}, .normal = {0, 0, 1}, .press_N = press_N},
-                            rig_.now_ns);
+    rig_.client.commandHand(
+        {.leads = true, .position = {1, 2, 3}, .normal = {0, 0, 1}, .press_N = press_N, .gripper_rad = 0.4},
+        rig_.now_ns);
     rig_.settle();
   }
 
@@ -53,6 +54,7 @@ TEST_F(SessionHand, IsLedOnceTheServerSaysSo) {
   ASSERT_EQ(targets().size(), 1);
   EXPECT_EQ(targets()[0].hand_target().press_n(), 1.5);
   EXPECT_EQ(targets()[0].hand_target().position().y(), 2);
+  EXPECT_EQ(targets()[0].hand_target().gripper_rad(), 0.4);
 }
 
 TEST_F(SessionHand, SaysWhoLeadsInstead) {
