@@ -111,7 +111,7 @@ class TouchWithMouse(harness.EndToEnd):
         self.addCleanup(self.window.do, "keyup", "ctrl")
         for clicks, button, degrees in ((5, 4, 10), (20, 4, 30), (4, 5, 22)):  # at most 30
             self.window.do("click", "--repeat", clicks, "--delay", 20, button)
-            harness.wait_until(lambda: abs(math.degrees(self.newest().device_gripper_rad) - degrees) < 1e-6, 5,
+            harness.wait_until(lambda: abs(math.degrees(self.newest().device_gripper_rad) - degrees) < 1e-6, 60,
                                f"the gripper is not open by {degrees} degrees")
         self.assertAlmostEqual(force_N(self.newest()), 1, delta=0.1)
 
