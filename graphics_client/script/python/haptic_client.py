@@ -50,6 +50,16 @@ class Refused(Exception):
     """The server turned this client away, or there is none: what to change."""
 
 
+def _with_advice(rejected, transaction):
+    if isinstance(transaction, haptics.scene.Scene):
+        for reference in transaction.references():
+            if reference.field == rejected.field and reference.below(transaction.folder) is not None:
+                return Rejected(rejected.field, f'{rejected.reason}. "{reference.file}" lies beside the scene, but this client '
+                                                "sends no file that has to be imported: apply the scene with hapticctl, or "
+                                                "start the server with --assets of that folder")
+    return rejected
+
+
 class Client:
     def __init__(self, address="127.0.0.1:7654", name="python", credentials=None, telemetry_hz=0.0, every_tick=False):
         """`address`: HOST:PORT; raises Refused where it is none. `credentials`: the file that `hapticctl credentials` made for
@@ -167,12 +177,15 @@ class Client:
 
     def apply(self, transaction, timeout_s=30.0):
         """Waits until it is felt: (Accepted, first tick). Of a Scene, assets in its folder (.mesh, .field and so on) are sent
-        before; other files are the server's to find. Raises Conflict, Rejected, StateLost, UploadRefused, Closed,
+        before; other files, which have to be imported, are the server's to find: hapticctl apply sends those, too. Raises Conflict, Rejected, StateLost, UploadRefused, Closed,
         TimeoutError, and ValueError for a file's name that leaves the folder."""
         if isinstance(transaction, haptics.scene.Scene):
             transaction = self._with_assets_sent(transaction, timeout_s)
         edit = self.submit(transaction)
-        return edit.result(timeout_s), edit.live_since_tick(timeout_s)
+        try:
+            return edit.result(timeout_s), edit.live_since_tick(timeout_s)
+        except Rejected as rejected:
+            raise _with_advice(rejected, transaction) from None
 
     def _with_assets_sent(self, scene, timeout_s):
         sent = haptics.scene.Scene(scene.transaction, scene.folder)
@@ -180,6 +193,8 @@ class Client:
             data = reference.asset_below(sent.folder)
             if data is not None:
                 reference.message.asset = self.upload(reference.kind, data, timeout_s)
+                if isinstance(reference.message, haptics.scene.MeshSource):
+                    reference.message.ClearField("keep_crossings")  # which the server takes beside files alone
         return sent
 
     def upload(self, kind, data, timeout_s=60.0):

@@ -2,6 +2,7 @@
 import concurrent.futures
 import gc
 import hashlib
+import os
 import struct
 import tempfile
 import threading
@@ -286,6 +287,23 @@ class Waits(ClientTest):
         live = framed(say(edit_live=envelope_pb2.EditLive(client_seq=1, tick=9)))
         _, client = self.live(*greeting(), answer=lambda envelope: live + accept(1)(envelope) + live)
         self.assertEqual(client.apply(scene_pb2.Transaction(), SOON_S)[1], 9)
+
+    def test_a_file_beside_a_scene_that_has_to_be_imported_is_said_to_be_hapticctls(self):
+        def reject(envelope):
+            reply = envelope_pb2.EditReply(client_seq=1)
+            reply.rejected.field, reply.rejected.reason = "operations[0].add.mesh.file", "is not here"
+            return framed(say(edit_reply=reply)) if envelope.WhichOneof("body") == "edit_request" else b""
+        with tempfile.TemporaryDirectory() as folder:
+            beside = scene.Scene(folder=folder)
+            beside.add(name="part", mesh={"file": "part.stl"})
+            for is_there in (False, True):
+                if is_there:
+                    open(os.path.join(folder, "part.stl"), "w").close()
+                _, client = self.live(*greeting(), answer=reject)
+                with self.assertRaises(Rejected) as rejected:
+                    client.apply(beside, SOON_S)
+                self.assertEqual("hapticctl" in str(rejected.exception), is_there)
+                self.assertIn("is not here", str(rejected.exception))
 
     def test_what_the_server_puts_off_for_ever_is_given_up(self):
         def put_off(envelope):
