@@ -256,6 +256,7 @@ int main(int argc, char** argv) {
   const auto video = app.option("--video", arguments.video,
                                 "Write a video of the recording there, scene and curves, without a window (WebM, VP8)")
                          .typeName("FILE")
+                         .ending(".webm")
                          .needs(recording)
                          .excludes(connect);
   app.option("--video-fps", arguments.videoRate_Hz, "Pictures of a second of it")
@@ -280,9 +281,11 @@ int main(int argc, char** argv) {
   app.option("--screenshot", arguments.screenshot,
              "Write the picture there at the end (PNG); offscreen the last in contact")
       .typeName("FILE")
+      .ending(".png")
       .excludes(video);
   app.option("--sheet", arguments.sheet, "Write six small pictures of the run there at the end, on one sheet (PNG)")
       .typeName("FILE")
+      .ending(".png")
       .needs(seconds)
       .needs(offscreen);
   app.option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")

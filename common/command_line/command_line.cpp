@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "common/process/pending_file.h"
+
 namespace haptics {
 namespace {
 
@@ -27,6 +29,9 @@ Option Option::moreThanZero() { return Option(option_->check(CLI::PositiveNumber
 Option Option::zeroOrMore() { return Option(option_->check(CLI::NonNegativeNumber)); }
 Option Option::existingFile() { return Option(option_->check(CLI::ExistingFile)); }
 Option Option::existingFolder() { return Option(option_->check(CLI::ExistingDirectory)); }
+Option Option::ending(const std::string& ending) {
+  return check([ending](const std::string& file) { return checkEnding(file, ending); });
+}
 Option Option::oneOf(const std::vector<std::string>& words) { return Option(option_->check(CLI::IsMember(words))); }
 Option Option::check(const TextTaker& check, const std::string& shown) {
   const auto whatIsWrong = [check](const std::string& text) {

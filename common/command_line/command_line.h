@@ -43,6 +43,8 @@ class Option {
   Option zeroOrMore();
   Option existingFile();
   Option existingFolder();
+  /// Of a file that is written: checkEnding().
+  Option ending(const std::string& ending);
   Option oneOf(const std::vector<std::string>& words);
   /// @param shown  In the help, after the type's name.
   Option check(const TextTaker& check, const std::string& shown = "");

@@ -154,7 +154,8 @@ int main(int argc, char** argv) {
   app.option("--part", part,
              "Of files of several meshes: the one of this name, or of this number from 0 (default: all)");
   app.option("--picture", picture, "Draw the mesh of one file into this .png: backs of faces orange, open edges blue")
-      .typeName("FILE");
+      .typeName("FILE")
+      .ending(".png");
   app.flag("--json", asJson, "Print a list of flat records instead of a Markdown table");
   if (const auto code = app.parse(argc, argv)) return *code;
 

@@ -1,9 +1,17 @@
 #include "common/process/pending_file.h"
 
+#include <strings.h>
+
 #include <system_error>
 #include <utility>
 
 namespace haptics {
+
+Result<void> checkEnding(const std::filesystem::path& file, const std::string& ending) {
+  const std::string has = file.extension().string();
+  if (has.empty() || strcasecmp(has.c_str(), ending.c_str()) == 0) return {};
+  return refused("", file.string() + ": ends with " + has + ", but what is written is a " + ending + "; name it so");
+}
 
 PendingFile::PendingFile(const std::filesystem::path& file) : file_(file), place_(file) {
   std::error_code none;

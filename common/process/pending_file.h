@@ -1,10 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "common/error/error.h"
 
 namespace haptics {
+
+/// Refused: the name of a file that is to be written ends otherwise than `ending`, such as ".png", which may be in any case. A
+/// name without an ending is taken.
+[[nodiscard]] Result<void> checkEnding(const std::filesystem::path& file, const std::string& ending);
 
 /// A file that has its name once it is whole; until then what was there stays. It is written as FILE.part, beside the file
 /// that links lead to; a pipe or a device is written as it is.

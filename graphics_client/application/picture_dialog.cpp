@@ -8,6 +8,8 @@
 #include <QMessageBox>
 #include <QPushButton>
 
+#include "common/process/pending_file.h"
+
 namespace haptics {
 namespace {
 
@@ -28,6 +30,7 @@ QSpinBox* field(const QString& name, int value, int least, int most, const QStri
 
 PictureDialog::PictureDialog(QWidget* parent, const Kind& kind, QSize size_px)
     : QDialog(parent),
+      ending_("." + QFileInfo(kind.file).suffix().toStdString()),
       file_(new QLineEdit(kind.file)),
       width_(field("width", size_px.width(), kind.least_px.width(), kLargest_px, "px")),
       height_(field("height", size_px.height(), kind.least_px.height(), kLargest_px, "px")),
@@ -64,6 +67,13 @@ PictureDialog::PictureDialog(QWidget* parent, const Kind& kind, QSize size_px)
 }
 
 void PictureDialog::accept() {
+  if (const auto named = checkEnding(file().toStdString(), ending_); !named) {
+    auto* refusal = new QMessageBox(QMessageBox::Warning, windowTitle(), QString::fromStdString(named.error().text()),
+                                    QMessageBox::Ok, this);
+    refusal->setAttribute(Qt::WA_DeleteOnClose);
+    refusal->setTextFormat(Qt::PlainText);
+    return refusal->open();
+  }
   if (!QFileInfo::exists(file()) || file() == chosen_) return QDialog::accept();
   auto* question = new QMessageBox(QMessageBox::Question, windowTitle(), file() + " is there already. Replace it?",
                                    QMessageBox::Yes | QMessageBox::No, this);

@@ -3,6 +3,7 @@
 #include <QDialog>
 #include <QLineEdit>
 #include <QSpinBox>
+#include <string>
 
 namespace haptics {
 
@@ -20,11 +21,12 @@ class PictureDialog : public QDialog {
   [[nodiscard]] QSize size_px() const { return {width_->value(), height_->value()}; }
   [[nodiscard]] int rate_Hz() const { return rate_->value(); }
 
-  /// Asks first whether to replace a file that is there, unless its choice was asked about.
+  /// Says so where the name has another ending than `Kind::file`. Asks first whether to replace a file that is there, unless its choice was asked about.
   void accept() override;
 
  private:
-  QString chosen_;  // by the dialog for files, which asks
+  std::string ending_;  // of the kind
+  QString chosen_;      // by the dialog for files, which asks
   QLineEdit* file_;
   QSpinBox *width_, *height_, *rate_;
 };

@@ -1,3 +1,4 @@
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -138,7 +139,9 @@ std::optional<ExportFormat> formatOf(const std::filesystem::path& file) {
                                                              {".hdf5", ExportFormat::kHdf5},
                                                              {".csv", ExportFormat::kCsv},
                                                              {".mcap", ExportFormat::kMcap}};
-  const auto found = kByEnding.find(file.extension().string());
+  std::string ending = file.extension().string();
+  for (char& letter : ending) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  const auto found = kByEnding.find(ending);
   return found == kByEnding.end() ? std::nullopt : std::optional(found->second);
 }
 
@@ -165,6 +168,8 @@ Command addExport(Command& app, ExportOptions& options) {
     if (!format.given() && !byName)
       return refused("--out: " + options.out.string(), "ends with none of .h5, .csv, .mcap; give --format");
     if (!format.given()) options.format = *byName;
+    if (byName && *byName != options.format)
+      return refused("--out: " + options.out.string(), "ends otherwise than --format says; leave --format out");
     return {};
   });
   verb.footer(

@@ -200,12 +200,13 @@ class Session(harness.EndToEnd):
         text.write_text("not a recording")
         self.assertIn("no recording", exported(text, "--out", self.folder / "a.h5", code=1))
         self.assertIn("a.xlsx: ends with none of .h5, .csv, .mcap", exported(self.recording, "--out", "a.xlsx", code=2))
+        self.assertIn("a.csv: ends otherwise than", exported(self.recording, "--out", "a.csv", "--format", "hdf5", code=2))
         self.assertIn("a recording, or --live", exported("--out", "a.h5", code=2))
         nowhere = self.folder / "no-folder"
-        for name in ("a.h5", "a.csv", "a.mcap"):
+        for name in ("a.h5", "a.CSV", "a.mcap"):
             self.assertIn("cannot be written", exported(self.recording, "--out", nowhere / name, code=1))
-            self.assertIn("is a folder", exported(self.recording, "--out", self.folder, "--format", name[2:].replace("h5", "hdf5"),
-                                                  code=1))
+            self.assertIn("is a folder", exported(self.recording, "--out", self.folder, "--format",
+                                                  name[2:].lower().replace("h5", "hdf5"), code=1))
         self.assertEqual([p.name for p in self.folder.iterdir() if p.name.startswith("a.")], [])
 
     def test_a_full_disk_is_told_of(self):

@@ -163,6 +163,13 @@ class Videos(Filming):
             self.assertEqual(viewer.wait(120), 1, viewer.text())
             self.assertIn(words, viewer.text())
 
+    def test_no_file_gets_the_ending_of_another_kind(self):
+        for options in (["--screenshot", "a.jpg"], ["--sheet", "a.jpg"], ["--video", "a.mp4"]):
+            viewer = harness.Process([harness.BIN / "graphics_client", *options])
+            self.addCleanup(viewer.kill)
+            self.assertEqual(viewer.wait(), 2, viewer.text())
+            self.assertIn(f"{options[0]}: {options[1]}: ends with", viewer.text())
+
 
 class VideosOfScenes(Filming):
     def test_of_every_demo_scene(self):

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
+#include "common/process/pending_file.h"
 #include "tests/common/temporary_folder.h"
 
 namespace haptics::mesh_picture_test {
@@ -54,6 +55,12 @@ TEST(MeshPicture, ShowsFacesFromOutsideGreyTheirBacksOrangeAndOpenEdgesBlue) {
 
 TEST(MeshPicture, IsRefusedWhereItCannotBeWritten) {
   EXPECT_FALSE(writePicture(makeBox({0.1, 0.2, 0.3}, 1).value(), "/no such folder/mesh.png"));
+}
+
+TEST(CheckEnding, TakesItInAnyCaseOrNone) {
+  for (const char* name : {"a.png", "a.b.PNG", "a", "/dev/stdout", "a.png/b"})
+    EXPECT_TRUE(checkEnding(name, ".png")) << name;
+  for (const char* name : {"a.jpg", "a.png.jpg", "a.", "a.pngs"}) EXPECT_FALSE(checkEnding(name, ".png")) << name;
 }
 
 }  // namespace
