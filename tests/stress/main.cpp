@@ -65,8 +65,9 @@ Endpoint endpointOrThrow(const std::string& text) {
 
 /// @return The exit code.
 int conclude(const nlohmann::ordered_json& report, const std::filesystem::path& out, const char* verb) {
-  std::ofstream(out / (std::string(verb) + ".json")) << report.dump(2) << '\n';
-  std::printf("%s\n", report.dump(2).c_str());
+  const std::string text = report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  std::ofstream(out / (std::string(verb) + ".json")) << text << '\n';
+  std::printf("%s\n", text.c_str());
   return report.at("pass").get<bool>() ? 0 : 1;
 }
 

@@ -15,7 +15,7 @@ namespace haptics::eval {
 void drawFigure(const std::string& kind, const nlohmann::ordered_json& data, const std::filesystem::path& stem) {
   const auto script = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "eval_figures.py";
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> input(std::tmpfile(), std::fclose);
-  const std::string text = data.dump();
+  const std::string text = data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   if (!input || std::fwrite(text.data(), 1, text.size(), input.get()) != text.size() || std::fflush(input.get()) != 0)
     throw std::runtime_error("no temporary file can be written");
   std::rewind(input.get());
