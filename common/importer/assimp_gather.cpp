@@ -189,6 +189,7 @@ struct Beforehand {
   std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
   bool isCutOff = false;                                      ///< Its text.
   Vec3 centre{0};                                             ///< See moveToOrigin().
+  std::size_t includedBytes = 0;                              ///< Of files that are in the text by now.
 };
 
 Result<void> checkUnpacked(const ZipArchive& archive) {
@@ -302,10 +303,20 @@ Result<Beforehand> lookAt3mf(std::string& file) {
   return known;
 }
 
-Result<Beforehand> lookAtX3d(std::string& file) {
+Result<Beforehand> lookAtX3d(std::string& file, const IncludeReader& readIncluded) {
   bool isCutOff = false;
+  std::size_t includedBytes = 0;
+  const IncludeReader read = [&](const std::string& name) {
+    auto bytes = readIncluded(name);
+    const std::string plain = withoutPercents(name);
+    return bytes || plain == name ? std::move(bytes) : readIncluded(plain);
+  };
   return plainXml(std::move(file))
-      .and_then(withGroupsInPlace)
+      .and_then([&](std::string text) { return withInlines(std::move(text), read); })
+      .and_then([&](InlinedX3d inlined) {
+        includedBytes = inlined.bytes;
+        return withGroupsInPlace(std::move(inlined.text));
+      })
       .and_then([&](const std::string& text) {
         isCutOff = text.rfind("</X3D") == text.npos;
         return notTooDeep(text).and_then([&] { return preparedX3d(text); });
@@ -316,7 +327,8 @@ Result<Beforehand> lookAtX3d(std::string& file) {
                           .shapesSkipped = x3d.skipped,
                           .leftOut = LeftOut{.unshown = x3d.unshown},
                           .isCutOff = isCutOff,
-                          .centre = moveToOrigin(file, MeshFormat::kX3d)};
+                          .centre = moveToOrigin(file, MeshFormat::kX3d),
+                          .includedBytes = includedBytes};
       });
 }
 
@@ -343,7 +355,7 @@ Result<Beforehand> lookAt(std::string& file, MeshFormat format, const IncludeRea
     case MeshFormat::kCollada:
       return lookAtCollada(file);
     case MeshFormat::kX3d:
-      return lookAtX3d(file);
+      return lookAtX3d(file, readIncluded);
     default:
       return Beforehand{.centre = moveToOrigin(file, format)};
   }
@@ -542,7 +554,8 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
   if (scene == nullptr) return notRead(names.name, importer, *files);
   if (log.movedIndices()) return refused("", "has triangles that name a vertex that is not there");
 
-  const std::size_t most = std::min<std::size_t>(kMaxTriangles, kMaxOfFewBytes + fileSize + files->includedBytes());
+  const std::size_t most =
+      std::min<std::size_t>(kMaxTriangles, kMaxOfFewBytes + fileSize + known->includedBytes + files->includedBytes());
   std::optional<double> unit_m = known->unit_m;
   float centimetres = 0;
   if (format == MeshFormat::kFbx && scene->mMetaData != nullptr &&

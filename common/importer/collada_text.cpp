@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -15,6 +16,7 @@
 
 #include "common/importer/xml_text.h"
 #include "common/maths/vec.h"
+#include "common/mesh/polygon_soup.h"
 #include "common/mesh/text_scan.h"
 
 namespace haptics {
@@ -128,6 +130,8 @@ class ColladaPreparing {
     std::string_view array = {};
     std::size_t count = 0, offset = 0, stride = 1;
     std::size_t params = 0, last = 0;      ///< The last of those that are a coordinate.
+    std::size_t xyz[3] = {};               ///< Which param each coordinate is.
+    bool isNamed = false;                  ///< One of them at least.
     std::optional<std::size_t> room = {};  ///< Points, once they have been counted.
   };
   /// Which words of a primitive's indices are corners.
@@ -135,7 +139,24 @@ class ColladaPreparing {
     std::size_t stride = 1, offset = 0;  ///< In a corner's words.
     std::size_t begin = 0;               ///< Of the input that names the points, in the text.
     std::string_view semantic = {}, source = {};
+    std::string_view positions = {};                             ///< The <source> of the points.
     std::size_t room = std::numeric_limits<std::size_t>::max();  ///< Points.
+  };
+
+  /// The numbers of a source that has points.
+  struct Points {
+    std::vector<std::string_view> words = {};
+    Accessor accessor = {};
+
+    /// What is no number, Assimp says.
+    [[nodiscard]] Vec3 at(std::size_t point) const {
+      Vec3 place(0);
+      for (int i = 0; i < 3; ++i) {
+        const std::size_t word = accessor.offset + point * accessor.stride + accessor.xyz[i];
+        if (word < words.size()) place[i] = numberOf<double>(words[word]).value_or(0);
+      }
+      return place;
+    }
   };
 
   XmlRewriting rewriting_;
@@ -144,6 +165,9 @@ class ColladaPreparing {
   std::map<std::string_view, Accessor> accessors_;            ///< By the id of their source.
   std::map<std::string_view, std::string_view> positionsOf_;  ///< The source, by the id of <vertices>.
   std::optional<Corners> corners_;                            ///< Of the primitive that has begun.
+  std::set<std::string_view>
+      unnamed_;  ///< Sources of points whose coordinates have no names: they are the first three.
+  std::string_view source_;
   bool isOfVertices_ = false, isOfConvex_ = false;
 
   /// A mesh that says of itself that it is convex, which Assimp leaves out; one that another one's hull is to be made of is not read.
@@ -158,6 +182,8 @@ class ColladaPreparing {
   bool isUncounted_ = false;  ///< In a primitive without a count.
   std::string_view primitive_;
   /// Bytes of triangles: each corner of a fan is written three times.
+  std::size_t mostOfHoles_ = 200'000'000;      ///< Holes times corners: a second.
+  std::map<std::string_view, Points> points_;  ///< Of sources whose polygons have holes.
   std::size_t mostOfFans_ = 64'000'000 + 4 * rewriting_.text().size();
 
   void collect() {
@@ -180,7 +206,11 @@ class ColladaPreparing {
       } else if (tag.name == "param") {
         const std::string_view name = attributeIn(tag.inside, "name");
         Accessor& accessor = accessors_[source];
-        if (name == "X" || name == "Y" || name == "Z") accessor.last = std::max(accessor.last, accessor.params);
+        if (name == "X" || name == "Y" || name == "Z") {
+          accessor.isNamed = true;
+          accessor.last = std::max(accessor.last, accessor.params);
+          accessor.xyz[name[0] - 'X'] = accessor.params;
+        }
         ++accessor.params;
       } else if (tag.name == "input" && !vertices.empty() && attributeIn(tag.inside, "semantic") == "POSITION") {
         positionsOf_[vertices] = idIn(attributeIn(tag.inside, "source"));
@@ -195,6 +225,13 @@ class ColladaPreparing {
       if (tag.name == "instance_visual_scene") scene_ = idIn(attributeIn(tag.inside, "url"));
       return true;
     });
+    for (const auto& [id, positions] : positionsOf_) {
+      const auto accessor = accessors_.find(positions);
+      if (accessor == accessors_.end() || accessor->second.isNamed || accessor->second.stride < 3) continue;
+      std::iota(std::begin(accessor->second.xyz), std::end(accessor->second.xyz), std::size_t{0});
+      accessor->second.last = 2;
+      unnamed_.insert(positions);
+    }
   }
 
   void take(const XmlTag& tag) {
@@ -235,6 +272,15 @@ class ColladaPreparing {
     } else if (isConvexMesh(tag)) {
       isOfConvex_ = true;
       rewriting_.replace(tag.name, "mesh");
+    } else if (tag.name == "source") {
+      source_ = attributeIn(tag.inside, "id");
+    } else if (tag.name == "accessor" && unnamed_.contains(source_)) {
+      const Accessor& accessor = accessors_[source_];
+      rewriting_.replaceElement(
+          tag, "<accessor source=\"#" + std::string(accessor.array) + "\" count=\"" + std::to_string(accessor.count) +
+                   "\" offset=\"" + std::to_string(accessor.offset) + "\" stride=\"" + std::to_string(accessor.stride) +
+                   "\"><param name=\"X\" type=\"float\"/><param name=\"Y\" type=\"float\"/><param name=\"Z\" "
+                   "type=\"float\"/></accessor>");
     } else if (tag.name == "vertices") {
       isOfVertices_ = positionsOf_.contains(attributeIn(tag.inside, "id")) && !tag.inside.ends_with('/');
     } else if (tag.name == "input" && isOfVertices_) {
@@ -247,9 +293,10 @@ class ColladaPreparing {
       primitive_ = tag.name;
       if (!tag.inside.ends_with('/')) corners_ = cornersOf(tag);
       isUncounted_ = numberOf<std::uint64_t>(attributeIn(tag.inside, "count")).value_or(0) == 0;
+    } else if (tag.name == "ph" && corners_) {
+      takeHoles(tag);
     } else if (tag.name == "p" && isUncounted_ && !wordsIn(textAfter(rewriting_.text(), tag)).empty()) {
-      fault_ = "has <" + std::string(primitive_) +
-               "> with indices and without a count; give it the number of its primitives";
+      fault_ = uncounted();
     } else if (tag.name == "p" && corners_) {
       takeIndices(textAfter(rewriting_.text(), tag));
     }
@@ -278,7 +325,8 @@ class ColladaPreparing {
     if (!found) return std::nullopt;
     const auto positions = positionsOf_.find(corners.source);
     const bool isByVertices = corners.semantic == "VERTEX" && positions != positionsOf_.end();
-    const auto accessor = accessors_.find(isByVertices ? positions->second : corners.source);
+    corners.positions = isByVertices ? positions->second : corners.source;
+    const auto accessor = accessors_.find(corners.positions);
     if (accessor != accessors_.end()) corners.room = roomOf(accessor->first, accessor->second);
     return corners;
   }
@@ -312,12 +360,66 @@ class ColladaPreparing {
     const std::size_t words = eachCorner(indices, *corners_, [&](std::string_view word) {
       if (corners_->stride > 1) kept.append(word).append(1, ' ');
     });
-    if (words % corners_->stride != 0 && fault_.empty() && primitive_ != "lines" && primitive_ != "linestrips") {
-      fault_ = "has <" + std::string(primitive_) + "> with " + std::to_string(words) +
-               " indices in a <p>, which is no multiple of " + std::to_string(corners_->stride) +
-               ", as many as its inputs take";
-    }
+    if (primitive_ != "lines" && primitive_ != "linestrips") checkCount(words, "p");
     if (corners_->stride > 1) rewriting_.replace(indices, kept);
+  }
+
+  void checkCount(std::size_t words, std::string_view element) {
+    if (words % corners_->stride == 0 || !fault_.empty()) return;
+    fault_ = "has <" + std::string(primitive_) + "> with " + std::to_string(words) + " indices in a <" +
+             std::string(element) + ">, which is no multiple of " + std::to_string(corners_->stride) +
+             ", as many as its inputs take";
+  }
+
+  [[nodiscard]] std::string uncounted() const {
+    return "has <" + std::string(primitive_) +
+           "> with indices and without a count; give it the number of its primitives";
+  }
+
+  const Points& pointsOf(std::string_view source) {
+    const auto [at, isNew] = points_.try_emplace(source);
+    const auto accessor = accessors_.find(source);
+    if (!isNew || accessor == accessors_.end()) return at->second;
+    at->second.accessor = accessor->second;
+    const auto array = arrays_.find(accessor->second.array);
+    if (array != arrays_.end()) at->second.words = wordsIn(array->second.numbers);
+    return at->second;
+  }
+
+  /// A polygon of which Assimp knows no holes becomes one outline.
+  void takeHoles(const XmlTag& begin) {
+    const std::string_view polygon = rewriting_.element(begin);
+    const Points& points = pointsOf(corners_->positions);
+    std::vector<std::string_view> words;  // of corners
+    std::vector<Vec3> places;
+    std::vector<std::vector<std::uint32_t>> outlines;  // the polygon's first
+    eachTag(polygon, [&](const XmlTag& tag) {
+      if (tag.ends || (tag.name != "p" && tag.name != "h")) return true;
+      if ((tag.name == "p") != outlines.empty() && fault_.empty())
+        fault_ = "has a <ph> that is not one <p> and then its <h>";
+      outlines.emplace_back();
+      const auto indices = eachCorner(textAfter(polygon, tag), *corners_, [&](std::string_view corner) {
+        outlines.back().push_back(static_cast<std::uint32_t>(words.size()));
+        words.push_back(corner);
+        places.push_back(points.at(numberOf<std::size_t>(corner).value_or(0)));
+      });
+      checkCount(indices, tag.name);
+      return fault_.empty();
+    });
+    if (isUncounted_ && !words.empty() && fault_.empty()) fault_ = uncounted();
+    if (!fault_.empty()) return;
+    const std::size_t holes = outlines.empty() ? 0 : outlines.size() - 1, steps = holes * words.size();
+    if (steps > mostOfHoles_) {
+      fault_ = "has polygons with so many holes (<h>) that joining them takes too long; export triangles";
+      return;
+    }
+    mostOfHoles_ -= steps;
+    std::string corners;
+    if (!outlines.empty()) {
+      for (const std::uint32_t corner : joinedOutline(outlines[0], {outlines.begin() + 1, outlines.end()}, places))
+        corners.append(words[corner]).append(1, ' ');
+    }
+    rewriting_.replace(polygon, "<p>" + corners + "</p>");
   }
 
   /// Calls `take` with the index of each corner's point. The number of words.

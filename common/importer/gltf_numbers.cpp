@@ -398,6 +398,25 @@ class Checker {
   }
 };
 
+/// A file of no scene shows all of its nodes.
+void showAllNodes(json& root) {
+  const json& nodes = memberIn(root, "nodes");
+  if (memberIn(root, "scenes").size() > 0 || !nodes.is_array()) return;
+  std::vector<bool> isChild(nodes.size(), false);
+  for (const json& node : nodes) {
+    for (const json& child : memberIn(node, "children")) {
+      if (child.is_number_unsigned() && child.get<std::uint64_t>() < isChild.size())
+        isChild[child.get<std::uint64_t>()] = true;
+    }
+  }
+  json roots = json::array();
+  for (std::size_t i = 0; i < isChild.size(); ++i) {
+    if (!isChild[i]) roots.push_back(i);
+  }
+  root["scenes"] = json::array({json{{"nodes", std::move(roots)}}});
+  root.erase("scene");
+}
+
 }  // namespace
 
 std::string withoutPercents(const std::string& uri) {
@@ -426,6 +445,7 @@ Result<Gltf> preparedGltf(std::string file, std::uint64_t mostOfNothing, const I
   if (!root.is_object()) return refused("", "is no glTF: its JSON is cut off or damaged");
   if (memberIn(root, "meshes").is_object())
     return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};  // of version 1
+  showAllNodes(root);
   auto gltf = Checker(root, chunks->binary, mostOfNothing, readIncluded).run();
   if (!gltf) return gltf;
   std::string text = root.dump(-1, ' ', false, json::error_handler_t::replace);

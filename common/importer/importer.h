@@ -26,7 +26,7 @@ struct EncodedMesh {
 };
 
 /// importMesh() of a file of any format, by the ending of its name; of .mesh, which holds a mesh's canonical bytes, those,
-/// read in this process. Files that an Inventor file includes, and a glTF's buffers, are looked for in
+/// read in this process. Files that an Inventor, VRML or X3D file includes, and a glTF's buffers, are looked for in
 /// its folder and below, and left out where they are not below `within` once symbolic links are followed. Errors have
 /// the file or the option as their field: what importMesh() refuses, missing, empty, no regular file, damaged.
 [[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const std::filesystem::path& within,

@@ -11,6 +11,7 @@
 #include <Inventor/VRMLnodes/SoVRMLElevationGrid.h>
 #include <Inventor/VRMLnodes/SoVRMLIndexedFaceSet.h>
 #include <Inventor/VRMLnodes/SoVRMLIndexedLineSet.h>
+#include <Inventor/VRMLnodes/SoVRMLInline.h>
 #include <Inventor/VRMLnodes/SoVRMLLOD.h>
 #include <Inventor/VRMLnodes/SoVRMLPointSet.h>
 #include <Inventor/VRMLnodes/SoVRMLSphere.h>
@@ -57,6 +58,7 @@
 #include <cstdio>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <new>
@@ -142,34 +144,93 @@ bool& opensFiles() {
   return itself;
 }
 
+/// The files that a file includes.
+struct Included {
+  const IncludeReader& read;
+  std::deque<std::string> files = {};  ///< Coin reads them where they are.
+  std::uint64_t leftOut = 0;
+  std::size_t bytes = 0;
+
+  /// Null: it is not there, or nests more levels than `deepest`.
+  const std::string* take(const std::string& name, int deepest) {
+    const auto file = read(name);
+    const Result<std::string> text = file ? unpacked(*file).map(plain) : refused("", "is not there");
+    if (!text || deepestNesting(*text) > deepest) return nullptr;
+    bytes += text->size();
+    return &files.emplace_back(*text);
+  }
+};
+
 /// Lets a file include what the reader gives.
 class ConfinedInput final : public SoInput {
  public:
-  explicit ConfinedInput(const IncludeReader& readIncluded) : readIncluded_(readIncluded) {}
-
-  [[nodiscard]] std::uint64_t leftOut() const { return leftOut_; }
-  [[nodiscard]] std::size_t includedBytes() const { return includedBytes_; }
+  explicit ConfinedInput(Included& included) : included_(included) {}
 
   SbBool pushFile(const char* name) override {
-    const auto file = readIncluded_(name);
-    const Result<std::string> bytes = file ? unpacked(*file).map(plain) : refused("", "is not there");
-    if (bytes && deepestNesting(*bytes) <= kDeepestNesting) {
-      includedBytes_ += bytes->size();
-      handedOver() = &included_.emplace_back(*bytes);
+    if (const std::string* const text = included_.take(name, kDeepestNesting)) {
+      handedOver() = text;
       const SbBool pushed = SoInput::pushFile((std::string("/") + name).c_str());  // as no path to be searched for
       handedOver() = nullptr;
       if (pushed) return TRUE;
     }
-    ++leftOut_;
+    ++included_.leftOut;
     return FALSE;
   }
 
  private:
-  const IncludeReader& readIncluded_;
-  std::deque<std::string> included_;  // Coin reads them where they are
-  std::uint64_t leftOut_ = 0;
-  std::size_t includedBytes_ = 0;
+  Included& included_;
 };
+
+/// Null: it cannot be read.
+SoSeparator* read(const std::string& text, Included& included) {
+  ConfinedInput input(included);
+  input.setBuffer(text.data(), text.size());
+  return input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
+}
+
+/// The names in an Inline of VRML, in the order in which they are tried; none: it is none.
+std::vector<std::string> namesOf(const SoNode& node) {
+  std::vector<std::string> names;
+  if (node.isOfType(SoWWWInline::getClassTypeId())) {
+    names.emplace_back(static_cast<const SoWWWInline&>(node).name.getValue().getString());
+  } else if (node.isOfType(SoVRMLInline::getClassTypeId())) {
+    const SoMFString& url = static_cast<const SoVRMLInline&>(node).url;
+    for (int i = 0; i < url.getNum(); ++i) names.emplace_back(url[i].getString());
+  }
+  return names;
+}
+
+/// Puts into Inlines of VRML what they show, by the first name that is a file's. Coin looks for it beside no file, and under one
+/// name.
+/// @param folder  In which the root was read; @param deepest  Levels of what is put in.
+void fillInlines(SoNode& root, const std::filesystem::path& folder, int deepest, Included& included) {
+  std::set<const SoNode*> seen;
+  for (std::vector<SoNode*> left{&root}; !left.empty();) {
+    SoNode& node = *left.back();
+    left.pop_back();
+    if (!seen.insert(&node).second) continue;
+    const SoChildList* const children = node.getChildren();
+    for (int i = 0; children != nullptr && i < children->getLength(); ++i) left.push_back((*children)[i]);
+    const auto names = namesOf(node);
+    SoSeparator* filled = nullptr;
+    for (std::string name : names) {
+      name.resize(std::min(name.find('#'), name.size()));
+      if (name.empty() || name.find("://") != name.npos) continue;
+      const std::filesystem::path path = (folder / name).lexically_normal();
+      const std::string* const text = included.take(path.string(), deepest);
+      filled = text != nullptr ? read(*text, included) : nullptr;
+      if (filled == nullptr) continue;
+      fillInlines(*filled, path.parent_path(), deepest - deepestNesting(*text) - 1, included);
+      if (node.isOfType(SoWWWInline::getClassTypeId())) {
+        static_cast<SoWWWInline&>(node).setChildData(filled);
+      } else {
+        static_cast<SoVRMLInline&>(node).setChildData(filled);
+      }
+      break;
+    }
+    if (!names.empty() && filled == nullptr) ++included.leftOut;
+  }
+}
 
 struct Gathering {
   PolygonSoup found;
@@ -530,8 +591,7 @@ void gather(SoNode* root, Gathering& gathering) {
        {SoNurbsSurface::getClassTypeId(), SoIndexedNurbsSurface::getClassTypeId(), SoNurbsCurve::getClassTypeId(),
         SoIndexedNurbsCurve::getClassTypeId(), SoLineSet::getClassTypeId(), SoIndexedLineSet::getClassTypeId(),
         SoPointSet::getClassTypeId(), SoIndexedPointSet::getClassTypeId(), SoVRMLIndexedLineSet::getClassTypeId(),
-        SoVRMLPointSet::getClassTypeId(), SoWWWInline::getClassTypeId(), SoText2::getClassTypeId(),
-        SoImage::getClassTypeId()}) {
+        SoVRMLPointSet::getClassTypeId(), SoText2::getClassTypeId(), SoImage::getClassTypeId()}) {
     action.addPreCallback(type, skip, &gathering);
   }
   action.addPreCallback(SoType::fromName("UnknownNode"), countUnknown, &gathering);
@@ -555,6 +615,7 @@ void startInventor() {
   };
   SoDB::init();
   SoInteraction::init();
+  SoVRMLInline::setReadAsSoFile(FALSE);
   SoError::setHandlerCallback(keep, nullptr);
   SoDebugError::setHandlerCallback(keep, nullptr);
   SoReadError::setHandlerCallback(keep, nullptr);
@@ -568,16 +629,16 @@ Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& 
   if (deepestNesting(file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
-  ConfinedInput input(readIncluded);
-  input.setBuffer(file.data(), file.size());
-  SoSeparator* root = input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
+  Included included{readIncluded};
+  SoSeparator* root = read(file, included);
   if (root == nullptr) {
     return refused("", "cannot be read as Open Inventor" + said().text());
   }
   root->ref();
-  const std::size_t most = kMaxOfFewBytes + file.size() + input.includedBytes();
+  fillInlines(*root, {}, kDeepestNesting - deepestNesting(file), included);
+  const std::size_t most = kMaxOfFewBytes + file.size() + included.bytes;
   Gathering gathering{.found = {}, .maxTriangles = std::min<std::size_t>(kMaxTriangles, most)};
-  gathering.found.shapesSkipped = input.leftOut();
+  gathering.found.shapesSkipped = included.leftOut;
   Walk walk;
   gathering.fault = walk.fault(*root, most);
   if (gathering.fault.empty()) gather(root, gathering);

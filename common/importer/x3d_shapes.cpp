@@ -22,7 +22,7 @@ class Fields {
  public:
   Fields(std::string_view element, std::string_view attributes) : element_(element), attributes_(attributes) {}
 
-  [[nodiscard]] bool isTrue(std::string_view name) const { return attributeIn(attributes_, name) != "false"; }
+  [[nodiscard]] bool isTrue(std::string_view name) const { return !isFalse(attributes_, name); }
 
   [[nodiscard]] double length(std::string_view name, double instead) {
     const auto words = wordsIn(attributeIn(attributes_, name));

@@ -1,13 +1,17 @@
 #include "common/importer/x3d_text.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "common/importer/unpacked.h"
 #include "common/importer/x3d_shapes.h"
 #include "common/importer/xml_text.h"
 #include "common/mesh/text_scan.h"
@@ -34,12 +38,20 @@ const std::map<std::string_view, std::string_view>& readAs() {
                                                                   {"HAnimSite", "Transform"},
                                                                   {"EspduTransform", "Transform"},
                                                                   {"CoordinateDouble", "Coordinate"},
-                                                                  {"LOD", "Switch whichChoice=\"0\""},
+                                                                  {"LOD", "Group"},
+                                                                  {"Switch", "Group"},
+                                                                  {"StaticGroup", "Group"},
                                                                   {"Inline", "Group"},
                                                                   {"IndexedLineSet", "PointSet"},
                                                                   {"LineSet", "PointSet"}};
   return names;
 }
+
+// By their names for Assimp.
+constexpr std::string_view kGroups[] = {"Group", "Transform"};
+
+// What may stand among the nodes of a group.
+constexpr std::string_view kNoNodes[] = {"ROUTE", "IS", "IMPORT", "EXPORT", "ProtoDeclare", "ExternProtoDeclare"};
 
 constexpr std::string_view kSkipped[] = {"Text",
                                          "PointSet",
@@ -103,6 +115,147 @@ std::string reversed(std::string_view indices) {
   return text;
 }
 
+/// The names in a url, an MFString or one string without quotes.
+std::vector<std::string> namesIn(std::string_view url) {
+  std::string text(url);
+  for (const auto& [entity, letter] : {std::pair{"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}}) {
+    for (std::size_t at = 0; (at = text.find(entity, at)) != text.npos; ++at)
+      text.replace(at, std::string_view(entity).size(), letter);
+  }
+  if (text.find('"') == text.npos) return {text};
+  std::vector<std::string> names;
+  for (std::size_t at = 0; (at = text.find('"', at)) != text.npos;) {
+    const std::size_t end = text.find('"', at + 1);
+    if (end == text.npos) break;
+    names.push_back(text.substr(at + 1, end - at - 1));
+    at = end + 1;
+  }
+  return names;
+}
+
+double metresOf(std::string_view file) {
+  double metres = 1;
+  eachTag(file, [&](const XmlTag& tag) {
+    if (tag.name == "unit" && attributeIn(tag.inside, "category") == "length")
+      metres = numberOf<double>(attributeIn(tag.inside, "conversionFactor")).value_or(1);
+    return tag.name != "Scene";
+  });
+  return metres > 0 && std::isfinite(metres) ? metres : 1;
+}
+
+/// ISO/IEC 19775-1, 9.4.2.
+class Inlining {
+ public:
+  Inlining(const IncludeReader& readIncluded, std::size_t most) : readIncluded_(readIncluded), left_(most) {}
+
+  /// @param folder  Of the file, in that of the one that is imported.
+  Result<std::string> into(std::string file, const std::filesystem::path& folder) {
+    const double metres = metresOf(file);
+    XmlRewriting rewriting(file);
+    std::string endName;  // of an Inline that holds something
+    eachTag(file, [&](const XmlTag& tag) {
+      if (tag.name != "Inline") return true;
+      if (tag.ends) {
+        if (!endName.empty()) rewriting.replace(tag.name, std::exchange(endName, {}));
+        return true;
+      }
+      const Scene* const scene = sceneOf(tag, folder);
+      if (!fault_.empty()) return false;
+      if (scene == nullptr) return true;
+      if (scene->nodes.size() > left_) {
+        fault_ = "has Inlines that make many times the files' bytes";
+        return false;
+      }
+      left_ -= scene->nodes.size();
+      rewriting.replace(tag.name, "Group");
+      std::string nodes = scene->nodes;
+      if (scene->metres != metres) {
+        char digits[32];
+        const std::string word(digits, std::to_chars(digits, digits + sizeof digits, scene->metres / metres).ptr);
+        nodes = "<Transform scale=\"" + word + ' ' + word + ' ' + word + "\">" + nodes + "</Transform>";
+      }
+      if (tag.inside.ends_with('/')) {
+        rewriting.replace(tag.inside.substr(tag.inside.size() - 1), '>' + nodes + "</Group");
+      } else {
+        rewriting.insertAfter(tag, nodes);
+        endName = "Group";
+      }
+      return true;
+    });
+    if (!fault_.empty()) return refused("", fault_);
+    return rewriting.end();
+  }
+
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+ private:
+  struct Scene {
+    std::string nodes;
+    double metres = 1;
+  };
+
+  /// What an Inline shows; null: nothing that is here, or what it is part of.
+  const Scene* sceneOf(const XmlTag& tag, const std::filesystem::path& folder) {
+    if (isFalse(tag.inside, "load")) return nullptr;
+    for (std::string& name : namesIn(attributeIn(tag.inside, "url"))) {
+      name.resize(std::min(name.find('#'), name.size()));
+      if (name.empty() || name.find("://") != name.npos) continue;
+      const std::string path = (folder / name).lexically_normal().string();
+      const auto [at, isNew] = scenes_.try_emplace(path);
+      if (isNew) at->second = read(path, scenes_.size());
+      if (at->second) return &*at->second;
+    }
+    return nullptr;
+  }
+
+  std::optional<Scene> read(const std::string& path, std::size_t number) {
+    auto bytes = readIncluded_(path);
+    if (!bytes || deep_ >= kDeepest) return std::nullopt;
+    bytes_ += bytes->size();
+    ++deep_;
+    auto text = unpacked(*std::move(bytes)).and_then(plainXml).and_then([&](std::string file) {
+      return into(std::move(file), std::filesystem::path(path).parent_path());
+    });
+    --deep_;
+    auto nodes = text ? nodesOf(*text, "inline" + std::to_string(number) + ".") : std::nullopt;
+    if (!nodes) return std::nullopt;
+    return Scene{*std::move(nodes), metresOf(*text)};
+  }
+
+  /// What is in the scene, with names of its own; nothing: there is none, or it is cut off.
+  static std::optional<std::string> nodesOf(const std::string& file, const std::string& prefix) {
+    std::optional<std::size_t> from, to;
+    XmlRewriting rewriting(file);
+    std::size_t added = 0;
+    eachTag(file, [&](const XmlTag& tag) {
+      if (tag.name == "Scene") {
+        if (!tag.ends) from = tag.begin + rewriting.whole(tag).size();
+        if (tag.ends) to = tag.begin;
+        if (tag.inside.ends_with('/')) to = from;
+        return !to;
+      }
+      if (!from) return true;
+      for (const std::string_view name : {"DEF", "USE"}) {
+        const std::string_view value = attributeIn(tag.inside, name);
+        if (value.empty()) continue;
+        rewriting.replace(value.substr(0, 0), prefix);
+        added += prefix.size();
+      }
+      return true;
+    });
+    if (!from || !to) return std::nullopt;
+    return rewriting.end().substr(*from, *to - *from + added);
+  }
+
+  static constexpr int kDeepest = 20;
+
+  const IncludeReader& readIncluded_;
+  std::size_t left_, bytes_ = 0;
+  int deep_ = 0;
+  std::string fault_;
+  std::map<std::string, std::optional<Scene>> scenes_;  ///< By path; nothing: none, or it is being read.
+};
+
 class X3dPreparing {
  public:
   explicit X3dPreparing(std::string_view file) : rewriting_(file) {}
@@ -130,6 +283,7 @@ class X3dPreparing {
     std::string_view after = {};      ///< Goes after its end.
     std::optional<long> chosen = {};  ///< Of a choice: the child that is shown.
     long children = 0;
+    bool isLeftOut = false;  ///< Of a choice, at which Assimp takes other children for it than there are.
     bool isHidden = false;
   };
 
@@ -142,7 +296,7 @@ class X3dPreparing {
 
   [[nodiscard]] static bool endsItself(const XmlTag& tag) { return tag.inside.ends_with('/'); }
 
-  static bool isClockwise(const XmlTag& tag) { return attributeIn(tag.inside, "ccw") == "false"; }
+  static bool isClockwise(const XmlTag& tag) { return isFalse(tag.inside, "ccw"); }
 
   void countPoints() {
     constexpr std::string_view kOfPoints[] = {"Coordinate", "CoordinateDouble", "GeoCoordinate"};
@@ -173,8 +327,10 @@ class X3dPreparing {
     Open own;
     if (!open_.empty()) {
       Open& parent = open_.back();
-      own.isHidden = parent.isHidden || (parent.chosen && *parent.chosen != parent.children);
-      ++parent.children;
+      const bool isNode = !isOneOf(kNoNodes, tag.name);
+      own.isLeftOut = isNode && parent.chosen && *parent.chosen != parent.children;
+      own.isHidden = parent.isHidden || own.isLeftOut;
+      parent.children += isNode ? 1 : 0;
     }
     take(tag, own);
     open_.push_back(own);
@@ -185,21 +341,35 @@ class X3dPreparing {
     if (open_.empty()) return;
     const Open own = open_.back();
     open_.pop_back();
+    if (own.children == 0) fill(tag, own.endName.empty() ? tag.name : own.endName);
     if (tag.ends && !own.endName.empty()) rewriting_.replace(tag.name, own.endName);
     if (!own.after.empty()) rewriting_.insertAfter(tag, own.after);
+  }
+
+  /// Assimp leaves a group without nodes twice, and puts what follows it into another one, or none.
+  void fill(const XmlTag& tag, std::string_view name) {
+    if (!isOneOf(kGroups, name)) return;
+    if (tag.ends) {
+      rewriting_.insertBefore(tag, "<Shape/>");
+    } else {
+      rewriting_.replace(tag.inside.substr(tag.inside.size() - 1), "><Shape/></" + std::string(name));
+    }
   }
 
   void take(const XmlTag& tag, Open& own) {
     const auto attribute = [&](std::string_view name) { return attributeIn(tag.inside, name); };
     if (tag.name == "unit" && attribute("category") == "length") prepared_.unit = attribute("conversionFactor");
     const bool isUsed = !attribute("USE").empty();
-    if (attribute("visible") == "false" && !isUsed) {
+    if (isUsed) own.children = 1;  // of what it uses
+    if ((isFalse(tag.inside, "visible") && !isUsed) || own.isLeftOut) {
       rewriting_.insertBefore(tag, "<Switch whichChoice=\"-1\">");
       own.after = "</Switch>";
       own.isHidden = true;
     }
-    if (tag.name == "Switch" || tag.name == "LOD") {
-      own.chosen = tag.name == "LOD" ? 0 : numberOf<long>(attribute("whichChoice")).value_or(-1);
+    if (tag.name == "LOD") own.chosen = 0;
+    if (tag.name == "Switch") {
+      const auto words = wordsIn(attribute("whichChoice"));
+      own.chosen = words.empty() ? -1 : numberOf<long>(words.front()).value_or(-1);
     }
     prepared_.unshown += tag.name == "Shape" && own.isHidden ? 1 : 0;
     if (tag.name == "GeoCoordinate") {
@@ -208,7 +378,7 @@ class X3dPreparing {
       takeMade(tag, own);
     } else if (const auto as = readAs().find(tag.name); as != readAs().end()) {
       rewriting_.replace(tag.name, as->second);
-      own.endName = as->second.substr(0, as->second.find(' '));
+      own.endName = as->second;
       if (own.endName == "Transform") takeRotations(tag);
     } else if (tag.name == "Transform") {
       takeRotations(tag);
@@ -334,12 +504,18 @@ class X3dPreparing {
 
 }  // namespace
 
+Result<InlinedX3d> withInlines(std::string file, const IncludeReader& readIncluded) {
+  Inlining inlining(readIncluded, 64'000'000 + 4 * file.size());
+  return inlining.into(std::move(file), {}).map([&](std::string text) {
+    return InlinedX3d{std::move(text), inlining.bytes()};
+  });
+}
+
 Result<std::string> withGroupsInPlace(std::string file) {
-  constexpr std::string_view kGroups[] = {"Group", "StaticGroup", "Transform", "Switch", "LOD"};
   const auto isGroup = [&](const XmlTag& tag) {
     if (isOneOf(kGroups, tag.name)) return true;
     const auto as = readAs().find(tag.name);
-    return as != readAs().end() && (as->second == "Group" || as->second == "Transform");
+    return as != readAs().end() && isOneOf(kGroups, as->second);
   };
   struct Open {
     std::string_view definition;

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "common/error/error.h"
+#include "common/importer/include_reader.h"
 
 namespace haptics {
 
@@ -17,17 +19,29 @@ struct X3dText {
   std::uint64_t unshown = 0;  ///< Shapes that a Switch, an LOD or visible="false" hides.
 };
 
+struct InlinedX3d {
+  std::string text;
+  std::size_t bytes = 0;  ///< Of the files that it includes.
+};
+
+/// Puts in the place of an Inline the scene of the first X3D file of its url that the reader gives, with names (DEF) and unit of
+/// its own; nothing is taken from a network. An Inline of none stays. Refused: Inlines that make many times the file's bytes.
+/// @param file  As plainXml() makes it.
+[[nodiscard]] Result<InlinedX3d> withInlines(std::string file, const IncludeReader& readIncluded);
+
 /// Puts a copy of a group, Transform or Switch where it is used again: Assimp shows it at the first place alone. Refused: copies
 /// that make many times the file's bytes.
 /// @param file  As plainXml() makes it.
 [[nodiscard]] Result<std::string> withGroupsInPlace(std::string file);
 
-/// Names the groups that Assimp leaves out with all that is in them (Collision, Anchor, LOD, CADPart, HAnimJoint and so on) by
-/// those that it knows, and lines, which it takes for faces, points. Makes faces of the shapes that it builds wrongly
-/// (facesOfX3dShape()), axes of rotations 1 long, gives strips indices, turns faces and triangles of ccw="false", at which it does
-/// not look, and leaves faces without corners out. What cannot be felt and has to be right for it is left out: appearances,
-/// normals, colours, texture coordinates, metadata, proxies of collisions. Refused, naming the field: GeoCoordinate in degrees or
-/// of a map; strips of fewer than three points, or of more than the file can hold; indices and rotations that are none.
+/// Names the groups that Assimp leaves out with all that is in them (Collision, Anchor, CADPart, HAnimJoint and so on), and
+/// StaticGroup, in which it finds no name of outside, by those that it knows, and lines, which it takes for faces, points. Hides
+/// what a Switch or LOD does not show, of which it counts some children only, and puts a Shape into groups of nothing, which it
+/// leaves twice. Makes faces of the shapes that it builds wrongly (facesOfX3dShape()), axes of rotations 1 long, gives strips
+/// indices, turns faces and triangles of ccw="false", at which it does not look, and leaves faces without corners out. What
+/// cannot be felt and has to be right for it is left out: appearances, normals, colours, texture coordinates, metadata, proxies
+/// of collisions. Refused, naming the field: GeoCoordinate in degrees or of a map; strips of fewer than three points, or of
+/// more than the file can hold; indices and rotations that are none.
 [[nodiscard]] Result<X3dText> preparedX3d(std::string_view file);
 
 }  // namespace haptics

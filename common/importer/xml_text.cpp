@@ -93,6 +93,43 @@ void withoutComments(std::string& text) {
   kept.end();
 }
 
+/// A blank, digit or letter that is written as its number ("&#10;") as it is, and CDATA as other text.
+void withoutSpellings(std::string& text) {
+  constexpr std::string_view kData = "<![CDATA[", kDataEnd = "]]>";
+  if (text.find("&#") == text.npos && text.find(kData) == text.npos) return;
+  const auto isPlain = [](std::uint32_t c) {
+    constexpr std::string_view kMeansMore = "<>&\"'";
+    return c == '\t' || c == '\n' || c == '\r' ||
+           (c >= ' ' && c <= '~' && kMeansMore.find(static_cast<char>(c)) == kMeansMore.npos);
+  };
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t next = std::min(text.find_first_of("&<", at), text.size());
+    plain.append(text, at, next - at);
+    at = next;
+    const std::string_view rest = std::string_view(text).substr(at);
+    if (rest.starts_with("&#")) {
+      const bool isHex = rest.substr(2).starts_with('x');
+      std::uint32_t code = 0;
+      const auto [end, error] =
+          std::from_chars(rest.data() + (isHex ? 3 : 2), rest.data() + rest.size(), code, isHex ? 16 : 10);
+      if (error == std::errc() && end != rest.data() + rest.size() && *end == ';' && isPlain(code)) {
+        plain += static_cast<char>(code);
+        at += static_cast<std::size_t>(end - rest.data()) + 1;
+        continue;
+      }
+    } else if (const std::size_t end = rest.find(kDataEnd); rest.starts_with(kData) && end != rest.npos) {
+      for (const char c : rest.substr(kData.size(), end - kData.size())) {
+        plain += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+      }
+      at += end + kDataEnd.size();
+      continue;
+    }
+    if (!rest.empty()) plain += text[at++];
+  }
+  text = std::move(plain);
+}
+
 void withoutFirstPrefix(std::string& text) {
   const auto prefixOf = [&](const XmlTag& tag) {
     const std::size_t from = tag.begin + (tag.ends ? 2 : 1);
@@ -125,6 +162,7 @@ Result<std::string> plainXml(std::string text) {
   }
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
   withoutComments(text);
+  withoutSpellings(text);
   withoutFirstPrefix(text);
   return text;
 }

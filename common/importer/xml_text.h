@@ -59,8 +59,8 @@ void eachTag(std::string_view text, const Take& take) {
   }
 }
 
-/// The text in UTF-8, as one of Assimp's readers takes it: without a byte order mark, comments, and the prefix that its first
-/// element has, if any, of each element that has the same. Refused: UTF-16 that is cut off or damaged.
+/// The text in UTF-8, as one of Assimp's readers takes it: without a byte order mark, comments, CDATA, numbers in place of blanks
+/// ("&#10;"), and the prefix that its first element has, if any, of each element that has the same. Refused: UTF-16 that is cut off or damaged.
 [[nodiscard]] Result<std::string> plainXml(std::string text);
 
 /// How many elements are within one another.
@@ -124,5 +124,11 @@ std::optional<T> numberOf(std::string_view word) {
 
 /// What an attribute says in a tag's XmlTag::inside; empty: it is not there. A name such as ":path" has any prefix.
 [[nodiscard]] std::string_view attributeIn(std::string_view inside, std::string_view name);
+
+/// Whether an attribute is "false", which some write as VRML does, in capitals.
+[[nodiscard]] inline bool isFalse(std::string_view inside, std::string_view name) {
+  const std::string_view word = attributeIn(inside, name);
+  return word == "false" || word == "FALSE";
+}
 
 }  // namespace haptics

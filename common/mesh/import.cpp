@@ -17,13 +17,15 @@ struct FormatName {
   const char* ending;
   MeshFormat format;
 };
-constexpr std::array<FormatName, 15> kFormats{{{"obj", MeshFormat::kObj},
+constexpr std::array<FormatName, 18> kFormats{{{"obj", MeshFormat::kObj},
                                                {"ply", MeshFormat::kPly},
                                                {"stl", MeshFormat::kStl},
                                                {"off", MeshFormat::kOff},
                                                {"om", MeshFormat::kOm},
                                                {"iv", MeshFormat::kInventor},
                                                {"wrl", MeshFormat::kInventor},
+                                               {"vrml", MeshFormat::kInventor},
+                                               {"wrz", MeshFormat::kInventor},  // packed
                                                {"gltf", MeshFormat::kGltf},
                                                {"glb", MeshFormat::kGlb},
                                                {"dae", MeshFormat::kCollada},
@@ -31,7 +33,8 @@ constexpr std::array<FormatName, 15> kFormats{{{"obj", MeshFormat::kObj},
                                                {"3mf", MeshFormat::k3mf},
                                                {"3ds", MeshFormat::k3ds},
                                                {"fbx", MeshFormat::kFbx},
-                                               {"x3d", MeshFormat::kX3d}}};
+                                               {"x3d", MeshFormat::kX3d},
+                                               {"x3dz", MeshFormat::kX3d}}};
 
 Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
   switch (format) {
@@ -96,9 +99,8 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   }
   if (taken == 0 && soup.shapesSkipped > 0) {
     return refused("",
-                   "holds nothing but NURBS, splines, texts, lines, points, unknown nodes or other files (Inline, "
-                   "WWWInline), which "
-                   "are not read");
+                   "holds nothing but NURBS, splines, texts, lines, points, unknown nodes or files that are not below "
+                   "its folder (Inline, WWWInline), which are not read");
   }
   const LeftOut& left = soup.leftOut;
   if (taken == 0 && left.points + left.lines > 0) {

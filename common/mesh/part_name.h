@@ -12,7 +12,7 @@ namespace haptics {
 /// to another.
 class PartName {
  public:
-  static constexpr std::size_t kLongest = 127;  ///< Bytes.
+  static constexpr std::size_t kLongest = 1023;  ///< Bytes; of those that Assimp reads (aiString).
 
   PartName() = default;
   /// Cut off after kLongest.

@@ -23,8 +23,14 @@ using Point = glm::dvec2;
 /// Twice the area of the triangle; > 0 when it turns left.
 double turn(Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
-/// The corners seen along the polygon's normal (Newell's sum), so that the outline runs counter-clockwise.
-std::vector<Point> flattened(std::span<const std::uint32_t> corners, const std::vector<Vec3>& vertices) {
+/// Two of the axes, along which a polygon is seen.
+struct Sides {
+  int u, v;
+  [[nodiscard]] Point of(const Vec3& place) const { return {place[u], place[v]}; }
+};
+
+/// Along the polygon's normal (Newell's sum), so that the outline runs counter-clockwise.
+Sides sidesOf(std::span<const std::uint32_t> corners, const std::vector<Vec3>& vertices) {
   Vec3 normal(0);
   const Vec3 origin = vertices[corners[0]];
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -34,10 +40,73 @@ std::vector<Point> flattened(std::span<const std::uint32_t> corners, const std::
   const int drop = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   int u = (drop + 1) % 3, v = (drop + 2) % 3;
   if (normal[drop] < 0) std::swap(u, v);
+  return {u, v};
+}
+
+std::vector<Point> flattened(std::span<const std::uint32_t> corners, const std::vector<Vec3>& vertices) {
+  const Sides sides = sidesOf(corners, vertices);
   std::vector<Point> flat;
   flat.reserve(corners.size());
-  for (const std::uint32_t corner : corners) flat.emplace_back(vertices[corner][u], vertices[corner][v]);
+  for (const std::uint32_t corner : corners) flat.push_back(sides.of(vertices[corner]));
   return flat;
+}
+
+double areaOf(const std::vector<Point>& outline) {
+  double area = 0;
+  for (std::size_t i = 2; i < outline.size(); ++i) area += turn(outline[0], outline[i - 1], outline[i]);
+  return area;
+}
+
+/// Whether the way from the corner to the point leaves into the outline.
+bool leadsIn(const std::vector<Point>& outline, std::size_t corner, Point point) {
+  const std::size_t n = outline.size();
+  const Point before = outline[(corner + n - 1) % n], at = outline[corner], after = outline[(corner + 1) % n];
+  const bool left = turn(before, at, point) >= 0, right = turn(at, after, point) >= 0;
+  return turn(before, at, after) >= 0 ? left && right : left || right;
+}
+
+/// A corner that sees the point, which is in the outline, to its right (Eberly, Triangulation by Ear Clipping, 2002): of several
+/// in one place any.
+std::size_t placeSeenFrom(const std::vector<Point>& outline, Point from) {
+  const std::size_t n = outline.size();
+  std::size_t seen = n;
+  double wall = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point a = outline[i], b = outline[(i + 1) % n];
+    if (a.y > from.y || b.y < from.y || a.y == b.y) continue;  // of walls to the right, which run upwards
+    const double x = a.x + (b.x - a.x) * ((from.y - a.y) / (b.y - a.y));
+    if (x < from.x || x >= wall) continue;
+    wall = x;
+    seen = b.x > a.x ? (i + 1) % n : i;
+    if (from.y == a.y) seen = i;
+    if (from.y == b.y) seen = (i + 1) % n;
+  }
+  const auto distance2 = [&](std::size_t i) { return glm::dot(outline[i] - from, outline[i] - from); };
+  if (seen == n) {  // the hole is not in it
+    for (std::size_t i = seen = 0; i < n; ++i) seen = distance2(i) < distance2(seen) ? i : seen;
+    return seen;
+  }
+  const Point end = outline[seen], hit(wall, from.y);
+  if (end == hit) return seen;
+  const Point low = end.y < from.y ? end : hit, high = end.y < from.y ? hit : end;
+  double least = std::abs(end.y - from.y) / (end.x - from.x);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point p = outline[i];
+    if (p.x <= from.x || turn(from, low, p) < 0 || turn(low, high, p) < 0 || turn(high, from, p) < 0) continue;
+    const double slope = std::abs(p.y - from.y) / (p.x - from.x);
+    if (slope > least || (slope == least && distance2(i) >= distance2(seen)) || !leadsIn(outline, i, from)) continue;
+    least = slope;
+    seen = i;
+  }
+  return seen;
+}
+
+std::size_t cornerSeenFrom(const std::vector<Point>& outline, Point from) {
+  const std::size_t seen = placeSeenFrom(outline, from);
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    if (outline[i] == outline[seen] && leadsIn(outline, i, from)) return i;
+  }
+  return seen;
 }
 
 /// Whether the triangles from the first corner are the polygon: it is convex, goes round once, and none is without area.
@@ -238,6 +307,33 @@ bool foldsOver(const std::vector<Point>& flat, const std::vector<std::size_t>& l
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> joinedOutline(std::vector<std::uint32_t> outline,
+                                         std::vector<std::vector<std::uint32_t>> holes,
+                                         const std::vector<Vec3>& places) {
+  if (outline.size() < 3) return outline;
+  const Sides sides = sidesOf(outline, places);
+  const auto x = [&](std::uint32_t corner) { return sides.of(places[corner]).x; };
+  std::erase_if(holes, [](const auto& hole) { return hole.size() < 3; });
+  for (auto& hole : holes) {
+    std::vector<Point> flat;
+    for (const std::uint32_t corner : hole) flat.push_back(sides.of(places[corner]));
+    if (areaOf(flat) > 0) std::reverse(hole.begin(), hole.end());
+    std::rotate(hole.begin(), std::ranges::max_element(hole, {}, x), hole.end());
+  }
+  std::ranges::stable_sort(holes, std::greater{}, [&](const auto& hole) { return x(hole.front()); });
+  std::vector<Point> flat = flattened(outline, places);
+  for (const auto& hole : holes) {
+    const std::size_t bridge = cornerSeenFrom(flat, sides.of(places[hole.front()]));
+    std::vector<std::uint32_t> detour(hole);
+    detour.insert(detour.end(), {hole.front(), outline[bridge]});
+    outline.insert(outline.begin() + static_cast<std::ptrdiff_t>(bridge) + 1, detour.begin(), detour.end());
+    std::vector<Point> seen;
+    for (const std::uint32_t corner : detour) seen.push_back(sides.of(places[corner]));
+    flat.insert(flat.begin() + static_cast<std::ptrdiff_t>(bridge) + 1, seen.begin(), seen.end());
+  }
+  return outline;
+}
 
 // Ear clipping (Meisters 1975). Where no ear is left (the outline crosses itself) the rest is cut as a fan.
 void PolygonSoup::addPolygon(std::span<const std::uint32_t> corners) {

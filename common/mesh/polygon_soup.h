@@ -63,4 +63,10 @@ struct PolygonSoup {
   void addPolygon(std::span<const std::uint32_t> corners);
 };
 
+/// The outline of a polygon with holes, as PolygonSoup::addPolygon() takes it: joined by bridges. Its corners and those of the
+/// holes, which run either way, are numbers of `places`. Takes the time of holes times corners.
+[[nodiscard]] std::vector<std::uint32_t> joinedOutline(std::vector<std::uint32_t> outline,
+                                                       std::vector<std::vector<std::uint32_t>> holes,
+                                                       const std::vector<Vec3>& places);
+
 }  // namespace haptics

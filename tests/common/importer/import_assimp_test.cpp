@@ -450,6 +450,14 @@ TEST_F(ImportAssimp, TakesTheMeshThatIsAskedFor) {
   EXPECT_EQ(from("handle").error().field, "part");
   EXPECT_THAT(from("handle").error().reason, HasSubstr(R"(it has 0 "cup", 1 "lid", 2 "1")"));
   EXPECT_EQ(from("3").error().field, "part");
+  const std::string longName(PartName::kLongest - 1, 'n');
+  const auto pair = import("t.glb",
+                           Gltf{.nodes = R"([{"name": ")" + longName + R"(1", "mesh": 0}, {"name": ")" + longName +
+                                         R"(2", "mesh": 0, "translation": [3, 0, 0]}])",
+                                .sceneNodes = "[0, 1]"}
+                               .glb(),
+                           {.part = PartName(longName + "2")});
+  expectBox(pair, {3, 0, 0}, {4, 1, 1});
   EXPECT_EQ(import("t.off", fixture::kTetrahedronOff, {.part = PartName("cup")}).error().field, "part");
 }
 
@@ -492,9 +500,24 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
   EXPECT_EQ(lines->mesh, tetrahedron());
   EXPECT_EQ(lines->report.shapesSkipped, 2U);
 
+  for (const std::string empty : {"<Group/>", "<Transform></Transform>", "<Switch whichChoice='0'/>", "<LOD> </LOD>",
+                                  "<Group><PointLight/></Group>", "<Group visible='false'/>",
+                                  "<Group><MetadataString/></Group>", "<Inline url='other.x3d'/>"}) {
+    for (const std::string& nodes : {empty + shape, shape + empty}) {
+      const auto imported = import("t.x3d", scene("<Transform translation='3 0 0'>" + nodes + "</Transform>"));
+      expectBox(imported, {3, 0, 0}, {4, 1, 1});
+      const auto twice = import("t.x3d", scene(empty + "<Group DEF='a'>" + empty + "</Group><Group USE='a'/>" + shape));
+      ASSERT_TRUE(twice) << empty << ": " << twice.error().text();
+      EXPECT_EQ(twice->mesh, tetrahedron()) << empty;
+    }
+  }
+
   std::string clockwise = R"(<Shape><IndexedFaceSet ccw="false" coordIndex="0 1 2 -1 0 3 1 -1 1 3 2 -1 2 3 0 -1">
 <Coordinate point="0 0 0, 1 0 0, 0 1 0, 0 0 1"/></IndexedFaceSet></Shape>)";
   expectBox(import("t.x3d", scene(clockwise)), {0, 0, 0}, {1, 1, 1});
+  std::string inCapitals = clockwise;
+  inCapitals.replace(inCapitals.find("false"), 5, "FALSE");
+  expectBox(import("t.x3d", scene(inCapitals)), {0, 0, 0}, {1, 1, 1});
   const auto both = import("t.x3d", scene(clockwise + "<Transform translation='4 0 0'>" + shape + "</Transform>"));
   expectBox(both, {0, 0, 0}, {5, 1, 1});
   EXPECT_EQ(both->report.insideOutParts, 0U);
@@ -551,8 +574,63 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
     EXPECT_EQ(imported->mesh, tetrahedron()) << hidden;
     EXPECT_EQ(imported->report.leftOut.unshown, 1U) << hidden;
   }
+  for (const std::string& chosen :
+       {"<Switch whichChoice=' 2 '><DirectionalLight/><ROUTE fromNode='a' fromField='b' toNode='c' toField='d'/>" + far + shape + "</Switch>",
+        "<Switch whichChoice='1'><Viewpoint/>" + shape + "</Switch><Switch>" + far + "</Switch>",
+        "<Shape DEF='s'/><StaticGroup><Shape USE='s'/>" + shape + "</StaticGroup>"}) {
+    const auto imported = import("t.x3d", scene(chosen));
+    ASSERT_TRUE(imported) << chosen << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << chosen;
+  }
   const std::string inches = "<head><unit category='length' name='inch' conversionFactor='0.0254'/></head>";
   EXPECT_NEAR(import("t.x3d", scene(shape, inches))->report.longestSide_m(), 0.0254, 1e-8);
+}
+
+TEST_F(ImportAssimp, PutsTheFilesOfAnX3dInTheirPlaces) {
+  const auto scene = [](const std::string& nodes, const std::string& head = "") {
+    return "<X3D version='3.3' profile='Interchange'>" + head + "<Scene>" + nodes + "</Scene></X3D>";
+  };
+  const std::string points = "<Coordinate DEF='p' point='0 0 0, 1 0 0, 0 1 0, 0 0 1'/>",
+                    far = "<Coordinate DEF='p' point='5 0 0, 6 0 0, 5 1 0, 5 0 1'/>",
+                    faces = "<IndexedFaceSet coordIndex='0 2 1 -1 0 1 3 -1 1 2 3 -1 2 0 3 -1'>",
+                    use = "<Coordinate USE='p'/>", end = "</IndexedFaceSet></Shape>";
+  std::filesystem::create_directory(folder_ / "parts");
+  write("parts/tetra.x3d", scene("<Shape>" + faces + points + end + "<Transform translation='0 3 0'><Shape>" + faces +
+                                 use + end + "</Transform>"));
+  const std::string inner = R"(<Inline url='"http://here.org/x.x3d" "tetra.x3d#top"'/>)";
+  write("parts/two.x3d", "<?xml version='1.0'?>" + scene("<Transform translation='0 0 3'>" + inner +
+                                                         "</Transform><Shape>" + faces + far + end));
+  // Names are each file's own: 5 to 6, and the other's two.
+  expectBox(import("t.x3d", scene("<Inline url='\"parts/two.x3d\"'></Inline>")), {0, 0, 0}, {6, 4, 4});
+  const auto twice = import(
+      "t.x3d",
+      scene("<Inline DEF='i' url='parts/tetra.x3d'/><Transform translation='7 0 0'><Inline USE='i'/></Transform>"));
+  expectBox(twice, {0, 0, 0}, {8, 4, 1});
+  EXPECT_EQ(twice->report.shapesSkipped, 0U);
+  expectBox(import("t.x3d", scene("<Inline url='&quot;parts/tetra.x3d&quot;'/>",
+                                  "<head><unit category='length' name='mm' conversionFactor='0.001'/></head>")),
+            {0, 0, 0}, {1, 4, 1});
+
+  const std::string near = "<Shape>" + faces + points + end;
+  write("ring.x3d",
+        scene("<Transform translation='0 3 0'><Inline url='ring.x3d'/><Inline url='t.x3d'/></Transform>" + near));
+  write("cut.x3d", "<X3D><Scene>" + near);
+  write("0.x3d", scene(near));
+  write("no.wrl", "#VRML V2.0 utf8\nShape { geometry Box {} }");
+  for (const std::string left :
+       {"ring.x3d", "cut.x3d", "no.wrl", "../t.x3d", "/etc/passwd", "http://here.org/tetra.x3d", "missing.x3d"}) {
+    const auto imported = import("t.x3d", scene("<Inline url='\"" + left + "\"'/>" + near));
+    ASSERT_TRUE(imported) << left << ": " << imported.error().text();
+    EXPECT_GE(imported->report.shapesSkipped, 1U) << left;
+  }
+  std::string many = "0.x3d";
+  for (int i = 1; i < 12; ++i) {
+    std::string ten;
+    for (int k = 0; k < 10; ++k) ten += "<Inline url='" + many + "'/>";
+    many = std::to_string(i) + ".x3d";
+    write(many, scene(ten + near));
+  }
+  EXPECT_THAT(refusal("t.x3d", scene("<Inline url='" + many + "'/>")), HasSubstr("has Inlines that make many times"));
 }
 
 /// In UTF-16, with a prefix and comments.
@@ -587,6 +665,24 @@ TEST_F(ImportAssimp, ReadsXmlInAnySpelling) {
   }
 }
 
+TEST_F(ImportAssimp, ReadsXmlWithNumbersOfCharactersAndCdata) {
+  const auto with = [](std::string file, const std::string& part, const std::string& by) {
+    return file.replace(file.find(part), part.size(), by);
+  };
+  const std::string dae = collada("", "<node>" + kInstance + "</node>"), plain = x3d("");
+  for (const auto& [name, file] :
+       {std::pair{"t.dae", with(dae, "0 0 0 1 0 0\n 0 1 0 0 0 1", "0 0 0&#13;\n1 0 0&#x9;0&#32;&#49; 0 0 0 1")},
+        {"t.dae", with(dae, "0 0 0 1 0 0\n 0 1 0 0 0 1", "0 0 0 <![CDATA[1 0 0\n 0 1 0 0 0]]> 1")},
+        {"t.dae", with(dae, "0 2 1 0 1 3", "0 2 1&#xD;\n0 1 3")},
+        {"t.x3d", with(plain, "0 0 0, 1 0 0,", "0 0 0&#10;1 0 0&#xA;")},
+        {"t.x3d", with(plain, "1 -1 0", "1&#10;-1&#10;0")},
+        {"t.x3d", with(plain, "<Shape>", "<Shape><MetadataString DEF='a&#60;&lt;&#39;' value='&#8364;&#;&'/>")}}) {
+    const auto imported = import(name, file);
+    ASSERT_TRUE(imported) << file << ": " << imported.error().text();
+    EXPECT_EQ(imported->mesh, tetrahedron()) << file;
+  }
+}
+
 TEST_F(ImportAssimp, ReadsWhatColladaHasBesideMeshes) {
   const auto placed = [](const std::string& transform, const std::string& instance = kInstance) {
     return "<node>" + transform + instance + "</node>";
@@ -607,6 +703,52 @@ TEST_F(ImportAssimp, ReadsWhatColladaHasBesideMeshes) {
   fans.replace(fans.find(list), list.size(), "<trifans count=\"2\"");
   fans.replace(fans.find(faces), faces.size(), "<p>0 2 1 3 2</p><p>1 2 3</p></trifans>");
   expectTetrahedron(import("t.dae", fans));
+  const std::string params = R"(
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor>)";
+  for (const std::string others :
+       {"</accessor>", "<param type='float'/><param type='float'/><param type='float'/></accessor>",
+        "<param name='x' type='float'/><param name='y' type='float'/><param name='z' type='float'/></accessor>"}) {
+    std::string unnamed = collada("", placed(""));
+    unnamed.replace(unnamed.find(params), params.size(), others);
+    expectTetrahedron(import("t.dae", unnamed));
+  }
+
+  std::string holes = collada("", placed(""));
+  const std::string points = "count=\"12\">0 0 0 1 0 0\n 0 1 0 0 0 1<", four = "count=\"4\" stride";
+  holes.replace(holes.find(points), points.size(),
+                "count=\"48\">0 0 0 4 0 0 4 4 0 0 4 0 1 1 0 3 1 0 3 3 0 1 3 0 "
+                "0 0 1 4 0 1 4 4 1 0 4 1 1 1 1 3 1 1 3 3 1 1 3 1<");
+  holes.replace(holes.find(four), four.size(), "count=\"16\" stride");
+  holes.replace(holes.find(list), list.size(), "<polygons count=\"10\"");
+  const std::size_t place = holes.find(faces);
+  std::string around;
+  for (int i = 0; i < 4; ++i) {
+    const auto side = [&](int a, int b, int c, int d) {
+      for (const int corner : {a, b, c, d})
+        around += (around.ends_with('>') || around.empty() ? "<p>" : " ") + std::to_string(corner);
+      around += "</p>";
+    };
+    side(i, (i + 1) % 4, 8 + (i + 1) % 4, 8 + i);
+    side(4 + i, 12 + i, 12 + (i + 1) % 4, 4 + (i + 1) % 4);
+  }
+  const std::string plates =
+      "<ph><p>8 9 10 11</p><h>12 15 14 13</h></ph><ph><p>0 3 2 1</p><h>4 7 6 5</h></ph></polygons>";
+  holes.replace(place, faces.size(), around + plates);
+  const auto plate = import("t.dae", holes);
+  ASSERT_TRUE(plate) << plate.error().text();
+  EXPECT_TRUE(plate->report.closed());
+  EXPECT_NEAR(volume_m3(plate->mesh), 12, 1e-5);
+  const auto withPlates = [&](const std::string& instead) {
+    std::string file = holes;
+    return file.replace(file.find(plates), plates.size(), instead + "</polygons>");
+  };
+  EXPECT_THAT(refusal("t.dae", withPlates("<ph><h>4 7 6 5</h><p>0 3 2 1</p></ph>")),
+              HasSubstr("has a <ph> that is not one <p>"));
+  EXPECT_THAT(refusal("t.dae", withPlates("<ph><p>0 3 2 1</p><h>4 7 6 99</h></ph>")), HasSubstr("names vertex \"99\""));
+  std::string rings = "<ph><p>0 3 2 1</p>";
+  for (int i = 0; i < 13'000; ++i) rings += "<h>4 7 6</h>";
+  EXPECT_THAT(refusal("t.dae", withPlates(rings + "</ph>")), HasSubstr("so many holes (<h>)"));
+
   std::string corners = std::string(100'000, '0');
   for (int i = 0; i < 1000; ++i) corners += " 1";
   fans.replace(fans.find("0 2 1 3 2"), 9, corners);
@@ -983,6 +1125,13 @@ TEST_F(ImportAssimp, ShowsWhatAGltfShows) {
     EXPECT_EQ(imported->mesh, tetrahedron()) << nodes;
     EXPECT_EQ(imported->report.leftOut.unshown, 1U) << nodes;
   }
+  std::string unscened = Gltf{.nodes = R"([{"mesh": 0}, {"children": [0], "translation": [5, 0, 0]}, {"mesh": 0}])",
+                              .uri = "data:application/octet-stream;base64," + kBase64}
+                             .text();
+  const std::string scenes = R"("scene": 0, "scenes": [{"nodes": [0]}], )";
+  unscened.erase(unscened.find(scenes), scenes.size());
+  expectBox(import("t.gltf", unscened), {0, 0, 0}, {6, 1, 1});
+
   const std::string copied =
       R"([{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}])";
   EXPECT_EQ(import("t.glb", Gltf{.nodes = copied}.glb())->report.leftOut.instances, 4U);

@@ -54,8 +54,23 @@ TEST_F(ImportInventor, SaysWhatFloat32LeavesOfWhatATransformBringsBack) {
 
 TEST_F(ImportInventor, NamesTheInlineOfVrml1AndUtf16) {
   const std::string inner = "#VRML V1.0 ascii\nWWWInline { name \"inner.wrl\" }\n";
-  EXPECT_THAT(refusal("t.wrl", inner), HasSubstr("WWWInline"));
+  EXPECT_THAT(refusal("t.wrl", inner), HasSubstr("not below its folder (Inline, WWWInline)"));
   EXPECT_EQ(import("t.wrl", inner + kTetrahedron)->report.shapesSkipped, 1U);
+  write("inner.wrl", "#VRML V1.0 ascii\n" + kTetrahedron);
+  const auto inlined = import("t.wrl", inner);
+  ASSERT_TRUE(inlined) << inlined.error().text();
+  EXPECT_EQ(inlined->mesh, tetrahedron());
+  EXPECT_EQ(inlined->report.shapesSkipped, 0U);
+  std::filesystem::create_directory(folder_ / "parts");
+  write("parts/part.wrl", "#VRML V2.0 utf8\nShape { geometry Box {} }\nInline { url \"part.wrl\" }\n");
+  write("parts/all.wrl",
+        "#VRML V2.0 utf8\nInline { url [ \"http://here.org/a.wrl\", \"missing.wrl\", \"part.wrl#top\" ] }\n");
+  const auto below =
+      import("t.wrl", "#VRML V2.0 utf8\nTransform { translation 3 0 0 children Inline { url \"parts/all.wrl\" } }\n");
+  ASSERT_TRUE(below) << below.error().text();
+  EXPECT_EQ(below->report.boxMin_m, Vec3(2, -1, -1));
+  EXPECT_EQ(below->report.boxMax_m, Vec3(4, 1, 1));
+  EXPECT_EQ(below->report.shapesSkipped, 1U);  // the ring's end
   std::string wide;
   for (const char c : kHeader + kTetrahedron) wide += {c, '\0'};
   EXPECT_THAT(refusal("t.iv", wide), HasSubstr("UTF-16"));
@@ -296,6 +311,7 @@ TEST_F(ImportInventor, ReadsPackedFilesAndThoseWithAByteOrderMarkOrBlanksFirst) 
   const auto imported = import("t.iv", packed);
   ASSERT_TRUE(imported) << imported.error().text();
   EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_EQ(import("t.WRZ", packed)->mesh, tetrahedron());
   EXPECT_EQ(import("t.iv", gzip(text.substr(0, 40)) + gzip(text.substr(40)))->mesh, tetrahedron()) << "of two parts";
   write("part.iv", packed);
   EXPECT_EQ(import("t.iv", kHeader + "File { name \"part.iv\" }\n")->mesh, tetrahedron());

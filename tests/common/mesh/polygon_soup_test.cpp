@@ -265,5 +265,70 @@ TEST(Polygon, OfTooFewCornersOrWithABadOneIsCounted) {
   EXPECT_TRUE(soup.triangles.empty());
 }
 
+// Stars with squares and diamonds in rows, so that bridges lead along edges and to corners that others lead to, too.
+TEST(Polygon, WithHolesIsCutAroundThem) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int round = 0; round < 200; ++round) {
+    const Quat turned =
+        round % 2 == 0 ? Quat(1, 0, 0, 0) : glm::normalize(Quat(number(random), number(random), number(random), 0.1));
+    std::vector<Vec3> places;
+    double area = 0;
+    const auto put = [&](const std::vector<Vec3>& outline) {
+      std::vector<std::uint32_t> corners;
+      double inside = 0;
+      for (std::size_t i = 0; i < outline.size(); ++i) {
+        inside += glm::cross(outline[i], outline[(i + 1) % outline.size()]).z / 2;
+        corners.push_back(static_cast<std::uint32_t>(places.size()));
+        places.push_back(turned * outline[i]);
+      }
+      area += area == 0 ? inside : -inside;
+      return corners;
+    };
+    std::vector<Vec3> star;
+    for (int i = 0; i < 16; ++i) {
+      const double angle = std::numbers::pi * i / 8, r = 2.5 + number(random);
+      star.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+    }
+    const auto outline = put(star);
+    std::vector<std::vector<std::uint32_t>> holes;
+    for (int i = 0; i < round % 17; ++i) {
+      const double r = 0.05 + 0.04 * number(random);
+      const Vec3 centre(0.4 * (i % 4) - 0.6, 0.4 * (i / 4) - 0.6, 0);
+      const auto at = [&](double x, double y) { return centre + r * Vec3(x, y, 0); };
+      holes.push_back(put(i % 3 == 0 ? std::vector{at(1, 0), at(0, 1), at(-1, 0), at(0, -1)}
+                                     : std::vector{at(1, 1), at(-1, 1), at(-1, -1), at(1, -1)}));
+      if (i % 2 == 0) std::ranges::reverse(holes.back());
+    }
+    const auto joined = joinedOutline(outline, holes, places);
+    EXPECT_EQ(joined.size(), outline.size() + holes.size() * 6);
+    PolygonSoup soup;
+    soup.vertices = places;
+    soup.addPolygon(joined);
+    double covered = 0;
+    for (const TriangleIndices& triangle : soup.triangles) {
+      const double part = glm::dot(areaVector(soup, triangle), turned * Vec3(0, 0, 1));
+      EXPECT_GE(part, -1e-9) << round;
+      covered += part;
+    }
+    EXPECT_NEAR(covered, area, 1e-9) << round;
+  }
+}
+
+TEST(Polygon, JoinsAHoleBetweenTheBridgesOfTwo) {
+  const std::vector<Vec3> places{{0, 0, 0},   {2, 0, 0},     {3, 2, 0},
+                                 {2, 4, 0},   {0, 4, 0},                      // the right corner sees all
+                                 {1.2, 3, 0}, {1, 3.1, 0},   {1, 2.9, 0},     // above
+                                 {1, 1, 0},   {0.8, 1.1, 0}, {0.8, 0.9, 0},   // below
+                                 {0.5, 2, 0}, {0.3, 2.1, 0}, {0.3, 1.9, 0}};  // as high as it
+  EXPECT_EQ(joinedOutline({0, 1, 2, 3, 4}, {{5, 6, 7}, {8, 9, 10}, {11, 12, 13}}, places),
+            (std::vector<std::uint32_t>{0, 1, 2, 8, 10, 9, 8, 2, 11, 13, 12, 11, 2, 5, 7, 6, 5, 2, 3, 4}));
+}
+
+TEST(Polygon, TakesAHoleOutsideForWhatItIs) {
+  const std::vector<Vec3> places{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
+  EXPECT_EQ(joinedOutline({0, 1, 2}, {{3, 4, 5}, {3, 4}}, places).size(), 8U);
+}
+
 }  // namespace
 }  // namespace haptics::polygon_soup_test
