@@ -13,8 +13,10 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <new>
@@ -183,13 +185,14 @@ std::optional<double> positive(std::string text) {
 /// What is known of a file before it is read.
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
-  std::optional<std::uint64_t> triangles = std::nullopt;      ///< Of glTF.
-  std::string positions = {};                                 ///< Likewise.
-  std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
-  std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
-  bool isCutOff = false;                                      ///< Its text.
-  Vec3 centre{0};                                             ///< See moveToOrigin().
-  std::size_t includedBytes = 0;                              ///< Of files that are in the text by now.
+  std::optional<std::uint64_t> triangles = std::nullopt;       ///< Of glTF.
+  std::string positions = {};                                  ///< Likewise.
+  std::optional<std::uint64_t> shapesSkipped = std::nullopt;   ///< Where Assimp does not see them.
+  std::optional<LeftOut> leftOut = std::nullopt;               ///< Where Assimp does not see it.
+  bool isCutOff = false;                                       ///< Its text.
+  Vec3 centre{0};                                              ///< See moveToOrigin().
+  std::size_t includedBytes = 0;                               ///< Of files that are in the text by now.
+  std::map<std::string, std::string, std::less<>> names = {};  ///< That a person gave, by Assimp's.
 };
 
 Result<void> checkUnpacked(const ZipArchive& archive) {
@@ -218,6 +221,20 @@ Result<void> notTooDeep(std::string_view text) {
   return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
 }
 
+/// Names of the elements that have an id, of which Assimp makes a name, behind `prefix`.
+std::map<std::string, std::string, std::less<>> namesIn(std::string_view text,
+                                                        std::initializer_list<std::string_view> elements,
+                                                        const std::string& prefix) {
+  std::map<std::string, std::string, std::less<>> names;
+  eachTag(text, [&](const XmlTag& tag) {
+    if (tag.ends || std::ranges::find(elements, tag.name) == elements.end()) return true;
+    const std::string_view id = attributeIn(tag.inside, "id"), name = attributeIn(tag.inside, "name");
+    if (!id.empty() && !name.empty()) names.emplace(prefix + std::string(id), withoutEntities(name));
+    return true;
+  });
+  return names;
+}
+
 Result<Beforehand> lookAtCollada(std::string& file) {
   if (ZipArchive::isOne(file)) {
     const auto archive = ZipArchive::open(file);
@@ -235,7 +252,8 @@ Result<Beforehand> lookAtCollada(std::string& file) {
         return Beforehand{.unit_m = positive(collada.unit),
                           .shapesSkipped = collada.skipped,
                           .leftOut = collada.leftOut,
-                          .centre = moveToOrigin(file, MeshFormat::kCollada)};
+                          .centre = moveToOrigin(file, MeshFormat::kCollada),
+                          .names = namesIn(file, {"node", "geometry"}, "")};
       });
 }
 
@@ -291,6 +309,7 @@ Result<Beforehand> lookAt3mf(std::string& file) {
   Beforehand known{.leftOut = leftOut};
   known.unit_m = unitOf3mf(attributeOf(*text, "model", "unit"));
   known.centre = moveToOrigin(*text, MeshFormat::k3mf);
+  known.names = namesIn(*text, {"object"}, "Object_");
   std::vector<std::pair<std::string, std::string>> read;
   for (const ZipArchive::Entry& entry : archive->entries()) {
     if (entry.name != "[Content_Types].xml" && !entry.name.ends_with(".rels")) continue;
@@ -408,8 +427,10 @@ bool isNamed(std::string_view name, std::string_view part) {
 class Gathering {
  public:
   /// @param centre  What is added to each position before it is placed.
-  Gathering(const aiScene& scene, std::size_t maxTriangles, const Vec3& centre)
-      : scene_(scene), maxTriangles_(maxTriangles), centre_(centre) {
+  /// @param names  As Beforehand has them.
+  Gathering(const aiScene& scene, std::size_t maxTriangles, const Vec3& centre,
+            const std::map<std::string, std::string, std::less<>>& names)
+      : scene_(scene), maxTriangles_(maxTriangles), centre_(centre), names_(names) {
     found.leftOut.animations = scene.mNumAnimations;
   }
 
@@ -442,21 +463,29 @@ class Gathering {
   const aiScene& scene_;
   const std::size_t maxTriangles_;
   const Vec3 centre_;
+  const std::map<std::string, std::string, std::less<>>& names_;
+
+  /// The one that a person gave, or Assimp's.
+  [[nodiscard]] std::string_view nameOf(const aiString& name) const {
+    const auto given = names_.find(textOf(name));
+    return given != names_.end() ? given->second : textOf(name);
+  }
 
   [[nodiscard]] bool hasName(const aiNode& node, std::string_view part) const {
-    if (textOf(node.mName) == part) return true;
+    if (textOf(node.mName) == part || nameOf(node.mName) == part) return true;
     for (unsigned k = 0; k < node.mNumMeshes; ++k) {
-      if (node.mMeshes[k] < scene_.mNumMeshes && isNamed(textOf(scene_.mMeshes[node.mMeshes[k]]->mName), part))
-        return true;
+      if (node.mMeshes[k] >= scene_.mNumMeshes) continue;
+      const aiString& name = scene_.mMeshes[node.mMeshes[k]]->mName;
+      if (isNamed(textOf(name), part) || isNamed(nameOf(name), part)) return true;
     }
     return false;
   }
 
-  [[nodiscard]] static std::string listOf(const std::vector<Placed>& placed) {
+  [[nodiscard]] std::string listOf(const std::vector<Placed>& placed) {
     if (placed.empty()) return "it has none";
     std::string list = "it has ";
     for (std::size_t i = 0; i < std::min(placed.size(), kMaxNamesSaid); ++i) {
-      list += (i > 0 ? ", " : "") + std::to_string(i) + ' ' + inQuotes(std::string(textOf(placed[i].node->mName)));
+      list += (i > 0 ? ", " : "") + std::to_string(i) + ' ' + inQuotes(nameOf(placed[i].node->mName));
     }
     return list +
            (placed.size() > kMaxNamesSaid ? " and " + std::to_string(placed.size() - kMaxNamesSaid) + " more" : "");
@@ -569,7 +598,7 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
     return refused("", log.leftOut() == 0 ? "holds no mesh that its scene shows"
                                           : "holds no mesh that can be read: Assimp says " + words(log.reason()));
   }
-  Gathering gathering(*scene, most, known->centre);
+  Gathering gathering(*scene, most, known->centre, known->names);
   if (auto ok = gathering.take(*placed, part.text()); !ok) return tl::unexpected(std::move(ok).error());
   gathering.found.unit_m = unit_m;
   gathering.found.shapesSkipped = log.leftOut();

@@ -5,6 +5,7 @@
 #include <Inventor/SoInput.h>
 #include <Inventor/SoInteraction.h>
 #include <Inventor/SoPrimitiveVertex.h>
+#include <Inventor/VRMLnodes/SoVRMLBillboard.h>
 #include <Inventor/VRMLnodes/SoVRMLCone.h>
 #include <Inventor/VRMLnodes/SoVRMLCoordinate.h>
 #include <Inventor/VRMLnodes/SoVRMLCylinder.h>
@@ -21,6 +22,7 @@
 #include <Inventor/errors/SoMemoryError.h>
 #include <Inventor/errors/SoReadError.h>
 #include <Inventor/misc/SoChildList.h>
+#include <Inventor/misc/SoState.h>
 #include <Inventor/nodes/SoArray.h>
 #include <Inventor/nodes/SoCone.h>
 #include <Inventor/nodes/SoCylinder.h>
@@ -147,7 +149,8 @@ bool& opensFiles() {
 /// The files that a file includes.
 struct Included {
   const IncludeReader& read;
-  std::deque<std::string> files = {};  ///< Coin reads them where they are.
+  std::deque<std::string> files = {};               ///< Coin reads them where they are.
+  std::map<std::string, SoSeparator*> scenes = {};  ///< Of Inlines, by path; null: none, or it is being read.
   std::uint64_t leftOut = 0;
   std::size_t bytes = 0;
 
@@ -217,10 +220,15 @@ void fillInlines(SoNode& root, const std::filesystem::path& folder, int deepest,
       name.resize(std::min(name.find('#'), name.size()));
       if (name.empty() || name.find("://") != name.npos) continue;
       const std::filesystem::path path = (folder / name).lexically_normal();
-      const std::string* const text = included.take(path.string(), deepest);
-      filled = text != nullptr ? read(*text, included) : nullptr;
+      const auto [scene, isNew] = included.scenes.try_emplace(path.string());
+      const std::string* const text = isNew ? included.take(path.string(), deepest) : nullptr;
+      if (SoSeparator* const own = text != nullptr ? read(*text, included) : nullptr) {
+        own->ref();
+        fillInlines(*own, path.parent_path(), deepest - deepestNesting(*text) - 1, included);
+        scene->second = own;
+      }
+      filled = scene->second;
       if (filled == nullptr) continue;
-      fillInlines(*filled, path.parent_path(), deepest - deepestNesting(*text) - 1, included);
       if (node.isOfType(SoWWWInline::getClassTypeId())) {
         static_cast<SoWWWInline&>(node).setChildData(filled);
       } else {
@@ -576,6 +584,14 @@ class Walk {
   std::string fault_;
 };
 
+/// As it stands: Coin turns it towards somebody who looks from the front, out of what its parents turn.
+SoCallbackAction::Response takeBillboard(void* /*gathering*/, SoCallbackAction* action, const SoNode* node) {
+  action->getState()->push();
+  node->getChildren()->traverse(action);
+  action->getState()->pop();
+  return SoCallbackAction::PRUNE;
+}
+
 void gather(SoNode* root, Gathering& gathering) {
   SoCallbackAction action;
   action.addTriangleCallback(SoShape::getClassTypeId(), takeTriangle, &gathering);
@@ -595,6 +611,7 @@ void gather(SoNode* root, Gathering& gathering) {
     action.addPreCallback(type, skip, &gathering);
   }
   action.addPreCallback(SoType::fromName("UnknownNode"), countUnknown, &gathering);
+  action.addPreCallback(SoVRMLBillboard::getClassTypeId(), takeBillboard, &gathering);
   action.addPreCallback(SoIndexedFaceSet::getClassTypeId(), takeIndexedFaces, &gathering);
   action.addPreCallback(SoIndexedTriangleStripSet::getClassTypeId(), takeIndexedStrips, &gathering);
   action.addPreCallback(SoFaceSet::getClassTypeId(), takeFaces, &gathering);

@@ -117,11 +117,7 @@ std::string reversed(std::string_view indices) {
 
 /// The names in a url, an MFString or one string without quotes.
 std::vector<std::string> namesIn(std::string_view url) {
-  std::string text(url);
-  for (const auto& [entity, letter] : {std::pair{"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}}) {
-    for (std::size_t at = 0; (at = text.find(entity, at)) != text.npos; ++at)
-      text.replace(at, std::string_view(entity).size(), letter);
-  }
+  const std::string text = withoutEntities(url);
   if (text.find('"') == text.npos) return {text};
   std::vector<std::string> names;
   for (std::size_t at = 0; (at = text.find('"', at)) != text.npos;) {

@@ -250,4 +250,14 @@ std::string_view attributeIn(std::string_view inside, std::string_view name) {
   }
 }
 
+std::string withoutEntities(std::string_view attribute) {
+  std::string text(attribute);
+  for (const auto& [entity, letter] :
+       {std::pair{"&quot;", "\""}, {"&apos;", "'"}, {"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}}) {
+    for (std::size_t at = 0; (at = text.find(entity, at)) != text.npos; ++at)
+      text.replace(at, std::string_view(entity).size(), letter);
+  }
+  return text;
+}
+
 }  // namespace haptics

@@ -125,6 +125,9 @@ std::optional<T> numberOf(std::string_view word) {
 /// What an attribute says in a tag's XmlTag::inside; empty: it is not there. A name such as ":path" has any prefix.
 [[nodiscard]] std::string_view attributeIn(std::string_view inside, std::string_view name);
 
+/// What an attribute means, of which "&quot;" and the like stand for characters.
+[[nodiscard]] std::string withoutEntities(std::string_view attribute);
+
 /// Whether an attribute is "false", which some write as VRML does, in capitals.
 [[nodiscard]] inline bool isFalse(std::string_view inside, std::string_view name) {
   const std::string_view word = attributeIn(inside, name);

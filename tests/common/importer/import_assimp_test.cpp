@@ -450,6 +450,15 @@ TEST_F(ImportAssimp, TakesTheMeshThatIsAskedFor) {
   EXPECT_EQ(from("handle").error().field, "part");
   EXPECT_THAT(from("handle").error().reason, HasSubstr(R"(it has 0 "cup", 1 "lid", 2 "1")"));
   EXPECT_EQ(from("3").error().field, "part");
+  const std::string dae = collada("", "<node id='c_1' name='a &amp; b'>" + kInstance +
+                                          "</node><node id='d'><translate>3 0 0</translate>" + kInstance + "</node>");
+  for (const char* name : {"a & b", "c_1"})
+    expectBox(import("t.dae", dae, {.part = PartName(name)}), {0, 0, 0}, {1, 1, 1});
+  EXPECT_THAT(import("t.dae", dae, {.part = PartName("e")}).error().reason, HasSubstr(R"(it has 0 "a & b", 1 "d")"));
+  std::string printed = model3mf("unit='meter'");
+  printed.replace(printed.find("type=\"model\""), 12, "type=\"model\" name=\"lid\"");
+  expectBox(import("t.3mf", archive3mf({{"3D/3dmodel.model", printed}}), {.part = PartName("lid")}), {0, 0, 0},
+            {1, 1, 1});
   const std::string longName(PartName::kLongest - 1, 'n');
   const auto pair = import("t.glb",
                            Gltf{.nodes = R"([{"name": ")" + longName + R"(1", "mesh": 0}, {"name": ")" + longName +
@@ -575,7 +584,8 @@ TEST_F(ImportAssimp, ReadsAllOfAnX3dThatHasFaces) {
     EXPECT_EQ(imported->report.leftOut.unshown, 1U) << hidden;
   }
   for (const std::string& chosen :
-       {"<Switch whichChoice=' 2 '><DirectionalLight/><ROUTE fromNode='a' fromField='b' toNode='c' toField='d'/>" + far + shape + "</Switch>",
+       {"<Switch whichChoice=' 2 '><DirectionalLight/><ROUTE fromNode='a' fromField='b' toNode='c' toField='d'/>" +
+            far + shape + "</Switch>",
         "<Switch whichChoice='1'><Viewpoint/>" + shape + "</Switch><Switch>" + far + "</Switch>",
         "<Shape DEF='s'/><StaticGroup><Shape USE='s'/>" + shape + "</StaticGroup>"}) {
     const auto imported = import("t.x3d", scene(chosen));

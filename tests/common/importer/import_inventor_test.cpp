@@ -71,6 +71,11 @@ TEST_F(ImportInventor, NamesTheInlineOfVrml1AndUtf16) {
   EXPECT_EQ(below->report.boxMin_m, Vec3(2, -1, -1));
   EXPECT_EQ(below->report.boxMax_m, Vec3(4, 1, 1));
   EXPECT_EQ(below->report.shapesSkipped, 1U);  // the ring's end
+  std::string many = "#VRML V2.0 utf8\n";
+  for (int i = 0; i < 200; ++i)
+    many += "Transform { translation 0 " + std::to_string(3 * i) + " 0 children Inline { url \"box.wrl\" } }\n";
+  write("box.wrl", "#VRML V2.0 utf8\nShape { geometry Box {} }\n");
+  EXPECT_EQ(import("t.wrl", many)->report.closedParts, 200U);
   std::string wide;
   for (const char c : kHeader + kTetrahedron) wide += {c, '\0'};
   EXPECT_THAT(refusal("t.iv", wide), HasSubstr("UTF-16"));
@@ -113,6 +118,15 @@ TEST_F(ImportInventor, ClosesTheSeamsOfRoundShapes) {
       }
     }
   }
+}
+
+TEST_F(ImportInventor, TakesABillboardAsItStands) {
+  const auto imported =
+      import("t.wrl",
+             "#VRML V2.0 utf8\nTransform { rotation 0 0 1 1.5707963 translation 5 0 0 children Billboard { "
+             "children Transform { translation 1 0 0 children Shape { geometry Box {} } } } }\n");
+  ASSERT_TRUE(imported) << imported.error().text();
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(imported->report.boxMax_m[axis], Vec3(6, 2, 1)[axis], 1e-5) << axis;
 }
 
 TEST_F(ImportInventor, CountsWhatIsNotShown) {
