@@ -592,6 +592,15 @@ SoCallbackAction::Response takeBillboard(void* /*gathering*/, SoCallbackAction* 
   return SoCallbackAction::PRUNE;
 }
 
+/// The finest level: Coin takes one by the distance from the origin.
+SoCallbackAction::Response takeFinest(void* /*gathering*/, SoCallbackAction* action, const SoNode* node) {
+  const bool isOfVrml = node->isOfType(SoVRMLLOD::getClassTypeId());  // what else is in it holds for what follows, too
+  if (isOfVrml) action->getState()->push();
+  if (node->getChildren()->getLength() > 0) node->getChildren()->traverse(action, 0);
+  if (isOfVrml) action->getState()->pop();
+  return SoCallbackAction::PRUNE;
+}
+
 void gather(SoNode* root, Gathering& gathering) {
   SoCallbackAction action;
   action.addTriangleCallback(SoShape::getClassTypeId(), takeTriangle, &gathering);
@@ -612,6 +621,9 @@ void gather(SoNode* root, Gathering& gathering) {
   }
   action.addPreCallback(SoType::fromName("UnknownNode"), countUnknown, &gathering);
   action.addPreCallback(SoVRMLBillboard::getClassTypeId(), takeBillboard, &gathering);
+  for (const SoType type : {SoLOD::getClassTypeId(), SoLevelOfDetail::getClassTypeId(), SoVRMLLOD::getClassTypeId()}) {
+    action.addPreCallback(type, takeFinest, &gathering);
+  }
   action.addPreCallback(SoIndexedFaceSet::getClassTypeId(), takeIndexedFaces, &gathering);
   action.addPreCallback(SoIndexedTriangleStripSet::getClassTypeId(), takeIndexedStrips, &gathering);
   action.addPreCallback(SoFaceSet::getClassTypeId(), takeFaces, &gathering);

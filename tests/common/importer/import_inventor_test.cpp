@@ -129,6 +129,26 @@ TEST_F(ImportInventor, TakesABillboardAsItStands) {
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(imported->report.boxMax_m[axis], Vec3(6, 2, 1)[axis], 1e-5) << axis;
 }
 
+TEST_F(ImportInventor, TakesTheFinestLevelHoweverFarAway) {
+  const std::string far = "Translation { translation 50 0 0 }\n",
+                    levels = "{ Separator { Cube {} } Separator { Cube { width 9 } } }\n";
+  for (const std::string& file :
+       {kHeader + far + "LOD { range [ 5 ] " + levels.substr(1),
+        kHeader + far + "LevelOfDetail { screenArea [ 5 ] " + levels.substr(1),
+        std::string(
+            "#VRML V2.0 utf8\nTransform { translation 50 0 0 children LOD { range 5 level [ Shape { geometry Box {} } "
+            "Shape { geometry Box { size 9 2 2 } } ] } }\n")}) {
+    const auto imported = import("t.wrl", file);
+    ASSERT_TRUE(imported) << file << imported.error().text();
+    EXPECT_EQ(imported->report.boxMin_m, Vec3(49, -1, -1)) << file;
+    EXPECT_EQ(imported->report.boxMax_m, Vec3(51, 1, 1)) << file;
+    EXPECT_EQ(imported->report.leftOut.unshown, 1U) << file;
+  }
+  const auto after =
+      import("t.iv", kHeader + "LOD { range [ 5 ] Translation { translation 3 0 0 } Separator {} }\nCube {}\n");
+  EXPECT_EQ(after->report.boxMax_m, Vec3(4, 1, 1));
+}
+
 TEST_F(ImportInventor, CountsWhatIsNotShown) {
   const auto imported =
       import("t.iv", kHeader + "Separator { DrawStyle { style INVISIBLE } Cube { width 9 } }\n" + kTetrahedron +
