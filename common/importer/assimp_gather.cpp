@@ -331,7 +331,7 @@ Result<Beforehand> lookAtX3d(std::string& file, const IncludeReader& readInclude
     return bytes || plain == name ? std::move(bytes) : readIncluded(plain);
   };
   return plainXml(std::move(file))
-      .and_then([&](std::string text) { return withInlines(std::move(text), read); })
+      .and_then([&](const std::string& text) { return withInlines(text, read); })
       .and_then([&](InlinedX3d inlined) {
         includedBytes = inlined.bytes;
         return withGroupsInPlace(std::move(inlined.text));

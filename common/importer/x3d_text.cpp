@@ -145,7 +145,7 @@ class Inlining {
   Inlining(const IncludeReader& readIncluded, std::size_t most) : readIncluded_(readIncluded), left_(most) {}
 
   /// @param folder  Of the file, in that of the one that is imported.
-  Result<std::string> into(std::string file, const std::filesystem::path& folder) {
+  Result<std::string> into(const std::string& file, const std::filesystem::path& folder) {
     const double metres = metresOf(file);
     XmlRewriting rewriting(file);
     std::string endName;  // of an Inline that holds something
@@ -209,8 +209,8 @@ class Inlining {
     if (!bytes || deep_ >= kDeepest) return std::nullopt;
     bytes_ += bytes->size();
     ++deep_;
-    auto text = unpacked(*std::move(bytes)).and_then(plainXml).and_then([&](std::string file) {
-      return into(std::move(file), std::filesystem::path(path).parent_path());
+    auto text = unpacked(*std::move(bytes)).and_then(plainXml).and_then([&](const std::string& file) {
+      return into(file, std::filesystem::path(path).parent_path());
     });
     --deep_;
     auto nodes = text ? nodesOf(*text, "inline" + std::to_string(number) + ".") : std::nullopt;
@@ -500,11 +500,9 @@ class X3dPreparing {
 
 }  // namespace
 
-Result<InlinedX3d> withInlines(std::string file, const IncludeReader& readIncluded) {
+Result<InlinedX3d> withInlines(const std::string& file, const IncludeReader& readIncluded) {
   Inlining inlining(readIncluded, 64'000'000 + 4 * file.size());
-  return inlining.into(std::move(file), {}).map([&](std::string text) {
-    return InlinedX3d{std::move(text), inlining.bytes()};
-  });
+  return inlining.into(file, {}).map([&](std::string text) { return InlinedX3d{std::move(text), inlining.bytes()}; });
 }
 
 Result<std::string> withGroupsInPlace(std::string file) {

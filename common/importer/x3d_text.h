@@ -27,7 +27,7 @@ struct InlinedX3d {
 /// Puts in the place of an Inline the scene of the first X3D file of its url that the reader gives, with names (DEF) and unit of
 /// its own; nothing is taken from a network. An Inline of none stays. Refused: Inlines that make many times the file's bytes.
 /// @param file  As plainXml() makes it.
-[[nodiscard]] Result<InlinedX3d> withInlines(std::string file, const IncludeReader& readIncluded);
+[[nodiscard]] Result<InlinedX3d> withInlines(const std::string& file, const IncludeReader& readIncluded);
 
 /// Puts a copy of a group, Transform or Switch where it is used again: Assimp shows it at the first place alone. Refused: copies
 /// that make many times the file's bytes.

@@ -43,8 +43,8 @@ Sides sidesOf(std::span<const std::uint32_t> corners, const std::vector<Vec3>& v
   return {u, v};
 }
 
-std::vector<Point> flattened(std::span<const std::uint32_t> corners, const std::vector<Vec3>& vertices) {
-  const Sides sides = sidesOf(corners, vertices);
+std::vector<Point> flattened(std::span<const std::uint32_t> corners, const std::vector<Vec3>& vertices,
+                             const Sides& sides) {
   std::vector<Point> flat;
   flat.reserve(corners.size());
   for (const std::uint32_t corner : corners) flat.push_back(sides.of(vertices[corner]));
@@ -316,20 +316,17 @@ std::vector<std::uint32_t> joinedOutline(std::vector<std::uint32_t> outline,
   const auto x = [&](std::uint32_t corner) { return sides.of(places[corner]).x; };
   std::erase_if(holes, [](const auto& hole) { return hole.size() < 3; });
   for (auto& hole : holes) {
-    std::vector<Point> flat;
-    for (const std::uint32_t corner : hole) flat.push_back(sides.of(places[corner]));
-    if (areaOf(flat) > 0) std::reverse(hole.begin(), hole.end());
+    if (areaOf(flattened(hole, places, sides)) > 0) std::reverse(hole.begin(), hole.end());
     std::rotate(hole.begin(), std::ranges::max_element(hole, {}, x), hole.end());
   }
   std::ranges::stable_sort(holes, std::greater{}, [&](const auto& hole) { return x(hole.front()); });
-  std::vector<Point> flat = flattened(outline, places);
+  std::vector<Point> flat = flattened(outline, places, sides);
   for (const auto& hole : holes) {
     const std::size_t bridge = cornerSeenFrom(flat, sides.of(places[hole.front()]));
     std::vector<std::uint32_t> detour(hole);
     detour.insert(detour.end(), {hole.front(), outline[bridge]});
     outline.insert(outline.begin() + static_cast<std::ptrdiff_t>(bridge) + 1, detour.begin(), detour.end());
-    std::vector<Point> seen;
-    for (const std::uint32_t corner : detour) seen.push_back(sides.of(places[corner]));
+    const std::vector<Point> seen = flattened(detour, places, sides);
     flat.insert(flat.begin() + static_cast<std::ptrdiff_t>(bridge) + 1, seen.begin(), seen.end());
   }
   return outline;
@@ -351,7 +348,7 @@ void PolygonSoup::addPolygon(std::span<const std::uint32_t> corners) {
   std::vector<std::size_t> left(n);
   std::iota(left.begin(), left.end(), std::size_t{0});
   if (n > 3) {
-    const std::vector<Point> flat = flattened(corners, vertices);
+    const std::vector<Point> flat = flattened(corners, vertices, sidesOf(corners, vertices));
     if (!isFan(flat)) {
       Outline outline(flat);
       for (std::size_t cut = 0; cut + 3 < n; ++cut) {
