@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/importer/gltf_numbers.h"
 #include "common/importer/xml_text.h"
 #include "common/maths/vec.h"
 #include "common/mesh/polygon_soup.h"
@@ -242,8 +243,11 @@ class ColladaPreparing {
     } else if (tag.name == "instance_geometry" || tag.name == "instance_controller") {
       place(tag);
     } else if (tag.name == "instance_node") {
-      const std::string_view id = idIn(attributeIn(tag.inside, "url"));
-      if (!id.empty() && nodes_.contains(id)) return;
+      const std::string_view written = idIn(attributeIn(tag.inside, "url")), id = asKnown(written, nodes_);
+      if (!id.empty() && nodes_.contains(id)) {
+        if (id != written) rewriting_.replaceElement(tag, "<instance_node url=\"#" + std::string(id) + "\"/>");
+        return;
+      }
       ++prepared_.skipped;
       rewriting_.replaceElement(tag, "");
     } else if (tag.name == "skew") {
@@ -458,10 +462,17 @@ class ColladaPreparing {
     return last;
   }
 
+  /// As the file's ids have it, which a url may spell with percents.
+  static std::string_view asKnown(std::string_view id, const std::set<std::string_view>& ids) {
+    if (ids.contains(id)) return id;
+    const auto other = ids.find(withoutPercents(std::string(id)));
+    return other != ids.end() ? *other : id;
+  }
+
   /// The mesh that an instance leads to, as it is stored.
   void place(const XmlTag& tag) {
     const std::string_view url = idIn(attributeIn(tag.inside, "url"));
-    const Source source = tag.name == "instance_controller" ? lastSource(url) : Source{url};
+    const Source source = tag.name == "instance_controller" ? lastSource(url) : Source{asKnown(url, meshes_)};
     if (source.id.empty() || !meshes_.contains(source.id)) {
       ++prepared_.skipped;
       rewriting_.replaceElement(tag, "");

@@ -713,6 +713,13 @@ TEST_F(ImportAssimp, ReadsWhatColladaHasBesideMeshes) {
   fans.replace(fans.find(list), list.size(), "<trifans count=\"2\"");
   fans.replace(fans.find(faces), faces.size(), "<p>0 2 1 3 2</p><p>1 2 3</p></trifans>");
   expectTetrahedron(import("t.dae", fans));
+  const std::string inPercents =
+      collada("",
+              "<node><instance_node url='#n%201'/></node></visual_scene></library_visual_scenes>"
+              "<library_nodes><node id='n 1'><instance_geometry url='#%67'/></node></library_nodes>"
+              "<library_visual_scenes><visual_scene id='other'>");
+  expectTetrahedron(import("t.dae", inPercents));
+
   const std::string params = R"(
 <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor>)";
   for (const std::string others :
