@@ -88,6 +88,20 @@ void Mover::move() noexcept {
   turned_rad_ += steps_.step_s * angular_;
 }
 
+double Mover::energy_J() const noexcept {
+  if (state_ == nullptr) return 0;
+  if (freedom_ != Freedom::kFree) return rate_ * rate_ / (2 * perAlong_);
+  const Vec3 turning = glm::conjugate(state_->axes) * angular_;
+  return 0.5 * (squaredLength(linear_) / perMass_ + glm::dot(body_->mass.moments * turning, turning));
+}
+
+void Mover::slow(double part) noexcept {
+  if (state_ == nullptr) return;
+  if (freedom_ != Freedom::kFree) return setRate(part * rate_);
+  linear_ *= part;
+  angular_ *= part;
+}
+
 void Mover::push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept {
   if (state_ == nullptr) return;
   if (freedom_ == Freedom::kHinge) return setRate(rate_ + glm::dot(axis_, turn_rad_per_s));

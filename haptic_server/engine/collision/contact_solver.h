@@ -53,6 +53,10 @@ class Mover {
   void push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept;
   /// By a step.
   void move() noexcept;
+  /// Kinetic; of what stands still, or moves whatever acts on it, 0.
+  [[nodiscard]] double energy_J() const noexcept;
+  /// Leaves so much of its velocity.
+  void slow(double part) noexcept;
   /// The state after the tick's steps.
   void give() noexcept;
 

@@ -1,6 +1,7 @@
 #include "haptic_server/engine/collision/moving_together.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -30,6 +31,9 @@ constexpr std::int64_t kContact = 200;       ///< all else that a contact costs.
 [[nodiscard]] constexpr std::int64_t leastOfContact(int steps) noexcept { return kContact + 2 * steps * kContactRound; }
 /// Nearer than that bodies touch, m: they sleep and wake together.
 constexpr double kTouching_m = 2e-5;
+/// Where they are deeper than kTouching_m, contacts add nothing to what they have of kinetic energy: what too few rounds leave of the
+/// push out of each other would throw them about. Deeper than this they have been put, and are pushed apart, m.
+constexpr double kPut_m = 3e-4;
 
 /// Where a pair's contact is now: its plane goes along with one body, its point with the other. World.
 struct Place {
@@ -194,16 +198,33 @@ class Contacts {
   void move(int maxRounds, Allowance& rounds) noexcept {
     const auto contacts = static_cast<int>(solver_.size());
     const int relaxRounds = std::clamp(kRelaxedContacts / std::max(contacts, 1), kRelaxRounds, kMaxRelaxRounds);
+    std::array<bool, kMaxMovingBodies + 1> met{};
+    double deepest_m = 0;
+    for (std::uint32_t i = 0; i < solver_.size(); ++i) {
+      const ContactConstraint& contact = solver_.contact(i);
+      met[contact.a] = met[contact.b] = true;
+      deepest_m = std::max(deepest_m, -contact.gap_m);
+    }
+    const bool isBounded =
+        deepest_m > kTouching_m && deepest_m < kPut_m && std::ranges::none_of(bodies_, &Collider::isDriven);
+    const auto energy_J = [&] {
+      double sum_J = 0;
+      for (std::uint16_t m = 0; m < moverCount_; ++m) sum_J += met[m] ? movers_[m].energy_J() : 0;
+      return sum_J;
+    };
     for (int step = 0; step < steps_.count && contacts > 0; ++step) {
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].drive();
+      const double most_J = isBounded ? energy_J() : 0;
       solver_.warmStart();
       solve(true, maxRounds, rounds);
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].move();
       solver_.moved();
       solve(false, relaxRounds, rounds);
+      if (!isBounded) continue;
+      if (const double now_J = energy_J(); now_J > most_J) {
+        for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].slow(met[m] ? std::sqrt(most_J / now_J) : 1);
+      }
     }
-    std::array<bool, kMaxMovingBodies + 1> met{};
-    for (std::uint32_t i = 0; i < solver_.size(); ++i) met[solver_.contact(i).a] = met[solver_.contact(i).b] = true;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (!isAwake(bodies_[i])) continue;
       if (mover_[i] != kGround && met[mover_[i]]) {
