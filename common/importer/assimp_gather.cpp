@@ -182,17 +182,19 @@ std::optional<double> positive(std::string text) {
   return value;
 }
 
+using Names = std::map<std::string, std::string, std::less<>>;
+
 /// What is known of a file before it is read.
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
-  std::optional<std::uint64_t> triangles = std::nullopt;       ///< Of glTF.
-  std::string positions = {};                                  ///< Likewise.
-  std::optional<std::uint64_t> shapesSkipped = std::nullopt;   ///< Where Assimp does not see them.
-  std::optional<LeftOut> leftOut = std::nullopt;               ///< Where Assimp does not see it.
-  bool isCutOff = false;                                       ///< Its text.
-  Vec3 centre{0};                                              ///< See moveToOrigin().
-  std::size_t includedBytes = 0;                               ///< Of files that are in the text by now.
-  std::map<std::string, std::string, std::less<>> names = {};  ///< That a person gave, by Assimp's.
+  std::optional<std::uint64_t> triangles = std::nullopt;      ///< Of glTF.
+  std::string positions = {};                                 ///< Likewise.
+  std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
+  std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
+  bool isCutOff = false;                                      ///< Its text.
+  Vec3 centre{0};                                             ///< See moveToOrigin().
+  std::size_t includedBytes = 0;                              ///< Of files that are in the text by now.
+  Names names = {};                                           ///< That a person gave, by Assimp's.
 };
 
 Result<void> checkUnpacked(const ZipArchive& archive) {
@@ -222,10 +224,8 @@ Result<void> notTooDeep(std::string_view text) {
 }
 
 /// Names of the elements that have an id, of which Assimp makes a name, behind `prefix`.
-std::map<std::string, std::string, std::less<>> namesIn(std::string_view text,
-                                                        std::initializer_list<std::string_view> elements,
-                                                        const std::string& prefix) {
-  std::map<std::string, std::string, std::less<>> names;
+Names namesIn(std::string_view text, std::initializer_list<std::string_view> elements, const std::string& prefix) {
+  Names names;
   eachTag(text, [&](const XmlTag& tag) {
     if (tag.ends || std::ranges::find(elements, tag.name) == elements.end()) return true;
     const std::string_view id = attributeIn(tag.inside, "id"), name = attributeIn(tag.inside, "name");
@@ -428,8 +428,7 @@ class Gathering {
  public:
   /// @param centre  What is added to each position before it is placed.
   /// @param names  As Beforehand has them.
-  Gathering(const aiScene& scene, std::size_t maxTriangles, const Vec3& centre,
-            const std::map<std::string, std::string, std::less<>>& names)
+  Gathering(const aiScene& scene, std::size_t maxTriangles, const Vec3& centre, const Names& names)
       : scene_(scene), maxTriangles_(maxTriangles), centre_(centre), names_(names) {
     found.leftOut.animations = scene.mNumAnimations;
   }
@@ -463,7 +462,7 @@ class Gathering {
   const aiScene& scene_;
   const std::size_t maxTriangles_;
   const Vec3 centre_;
-  const std::map<std::string, std::string, std::less<>>& names_;
+  const Names& names_;
 
   /// The one that a person gave, or Assimp's.
   [[nodiscard]] std::string_view nameOf(const aiString& name) const {

@@ -166,8 +166,8 @@ class ColladaPreparing {
   std::map<std::string_view, Accessor> accessors_;            ///< By the id of their source.
   std::map<std::string_view, std::string_view> positionsOf_;  ///< The source, by the id of <vertices>.
   std::optional<Corners> corners_;                            ///< Of the primitive that has begun.
-  std::set<std::string_view>
-      unnamed_;  ///< Sources of points whose coordinates have no names: they are the first three.
+  /// Sources of points whose coordinates have no names: they are the first three.
+  std::set<std::string_view> unnamed_;
   std::string_view source_;
   bool isOfVertices_ = false, isOfConvex_ = false;
 

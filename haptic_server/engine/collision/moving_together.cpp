@@ -222,7 +222,10 @@ class Contacts {
       solve(false, relaxRounds, rounds);
       if (!isBounded) continue;
       if (const double now_J = energy_J(); now_J > most_J) {
-        for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].slow(met[m] ? std::sqrt(most_J / now_J) : 1);
+        const double part = std::sqrt(most_J / now_J);
+        for (std::uint16_t m = 0; m < moverCount_; ++m) {
+          if (met[m]) movers_[m].slow(part);
+        }
       }
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
