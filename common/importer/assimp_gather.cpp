@@ -42,10 +42,6 @@ namespace {
 
 using Matrix = glm::dmat4;
 
-/// A file's bytes that repeat meshes make no more triangles, and lead to no more nodes, than this and one for each byte. So
-/// many are imported within 1 GB.
-constexpr std::size_t kMaxOfFewBytes = 2'000'000;
-
 /// Text in an archive that is read within 1 GB.
 constexpr std::uint64_t kMaxUnpacked_bytes = 200'000'000;
 

@@ -83,10 +83,6 @@ namespace {
 /// models nest below 50.
 constexpr int kDeepestNesting = 500;
 
-/// A file's bytes that repeat shapes (USE, Array, MultipleCopy), or ask for round ones, make no more triangles, and lead
-/// to no more nodes, than this and one for each byte. So many are imported within 1 GB.
-constexpr std::size_t kMaxOfFewBytes = 2'000'000;
-
 /// Messages of Coin while it reads a file, which would go to stderr: the first one, and the last of what it cannot read, at
 /// which it ends. That a picture is missing ends nothing.
 struct Said {

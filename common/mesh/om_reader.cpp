@@ -15,7 +15,7 @@ struct OmHeader {
   std::uint8_t version = 0;
   std::uint64_t vertices = 0, faces = 0, edges = 0;
 };
-constexpr std::size_t kHeaderSize = 16;
+constexpr std::size_t kOmHeaderSize = 16;
 
 constexpr std::uint8_t versionNumber(unsigned major, unsigned minor) {
   return static_cast<std::uint8_t>(major << 5 | minor);
@@ -61,7 +61,7 @@ std::optional<T> take(std::string_view& rest) {
 tl::unexpected<Error> cutOff() { return refused("", "is cut off: the OM file ends inside a chunk"); }
 
 Result<OmHeader> readOmHeader(std::string_view& rest) {
-  if (rest.size() < kHeaderSize || !rest.starts_with("OM")) return refused("", "does not begin with \"OM\"");
+  if (rest.size() < kOmHeaderSize || !rest.starts_with("OM")) return refused("", "does not begin with \"OM\"");
   OmHeader header;
   header.meshKind = rest[2];
   header.version = static_cast<std::uint8_t>(rest[3]);

@@ -126,11 +126,11 @@ void describeEdges(const TriMesh& mesh, MeshReport& report) {
 }
 
 /// A sliver's longest side is this many times as long as it is high.
-constexpr double kSliver = 1000;
+constexpr double kNeedle = 1000;
 
 bool isSliver(Vec3 a, Vec3 b, Vec3 c) {
   const double longest2 = std::max({squaredLength(b - a), squaredLength(c - b), squaredLength(a - c)});
-  return glm::length(glm::cross(b - a, c - a)) * kSliver < longest2;
+  return glm::length(glm::cross(b - a, c - a)) * kNeedle < longest2;
 }
 
 void describeFaces(const TriMesh& mesh, MeshReport& report) {

@@ -17,7 +17,7 @@
 namespace haptics {
 namespace {
 
-constexpr int kBar_px = 160;
+constexpr int kProgress_px = 160;
 /// Of a film, at most: what one core draws and encodes beside the window's own pictures.
 constexpr double kFilm_Hz = 20;
 constexpr int kVideo_Hz = 25;
@@ -40,7 +40,7 @@ PictureFiles::PictureFiles(ViewWidget* view, SceneView& scene,
                            std::function<std::shared_ptr<const RecordedSession>()> session)
     : view_(view), scene_(scene), session_(std::move(session)), what_(new QLabel), progress_(new QProgressBar) {
   setObjectName("video");
-  progress_->setFixedWidth(kBar_px);
+  progress_->setFixedWidth(kProgress_px);
   auto* cancelling = new QPushButton("Cancel");
   cancelling->setObjectName("cancel video");
   cancelling->setToolTip("Ends the video, of which no file stays");

@@ -9,16 +9,16 @@
 namespace haptics {
 namespace {
 
-constexpr int kRingPieces = 64;
+constexpr int kDrawnPieces = 64;
 constexpr float kRingLine_px = 3;
 constexpr double kShaft_px = 2, kTipLength_px = 20, kTipRadius_px = 7;
 
 /// About the x axis, radius 1.
 vtkSmartPointer<vtkPolyData> unitRing() {
   std::vector<Vec3> ends;
-  for (int i = 0; i < kRingPieces; ++i) {
+  for (int i = 0; i < kDrawnPieces; ++i) {
     for (const int end : {i, i + 1}) {
-      const double angle = 2 * std::numbers::pi * end / kRingPieces;
+      const double angle = 2 * std::numbers::pi * end / kDrawnPieces;
       ends.emplace_back(0, std::cos(angle), std::sin(angle));
     }
   }

@@ -15,7 +15,7 @@ namespace {
 /// Fractions of a picture's share of the run: it is taken between the two.
 constexpr double kEarliest = 0.3, kLatest = 0.95;
 /// Between two pictures, white.
-constexpr int kGap_px = 6;
+constexpr int kPicturesGap_px = 6;
 
 vtkSmartPointer<vtkImageData> appended(const std::vector<vtkSmartPointer<vtkImageData>>& pictures, int axis) {
   vtkNew<vtkImageAppend> append;
@@ -41,7 +41,7 @@ void PictureSheet::add(vtkImageData* picture) {
   resize->SetOutputDimensions(kPictureWidth_px, height_px, 1);
   vtkNew<vtkImageConstantPad> pad;
   pad->SetInputConnection(resize->GetOutputPort());
-  pad->SetOutputWholeExtent(0, kPictureWidth_px + kGap_px - 1, 0, height_px + kGap_px - 1, 0, 0);
+  pad->SetOutputWholeExtent(0, kPictureWidth_px + kPicturesGap_px - 1, 0, height_px + kPicturesGap_px - 1, 0, 0);
   pad->SetConstant(255);
   pad->Update();
   pictures_.emplace_back(pad->GetOutput());
