@@ -1,5 +1,7 @@
 #include "graphics_client/ros2/dds.h"
 
+#include <dds/version.h>
+
 #include <algorithm>
 #include <array>
 #include <set>
@@ -18,6 +20,10 @@ constexpr const char* kMaxFirst = "65536";
 constexpr const char* kMaxAgain = "16384 B";
 constexpr const char* kMaxPacket = "14720 B";  // of what is sent again; of all else it is so by default
 
+// Ticks that come together are sent together. Cyclone DDS 0.10.5 has a policy for that, and warns of the setting.
+#define HAPTICS_BATCHING_IS_A_POLICY (DDS_VERSION_MAJOR > 0 || DDS_VERSION_MINOR > 10 || DDS_VERSION_PATCH >= 5)
+constexpr const char* kBatching = HAPTICS_BATCHING_IS_A_POLICY ? "" : "<WriteBatch>true</WriteBatch>";
+
 /// How often readers are asked what they lack. More often: what is on its way is sent again, and they are overrun for good.
 constexpr const char* kAsking =
     "<HeartbeatInterval min=\"50ms\" minsched=\"50ms\" max=\"1s\">100ms</HeartbeatInterval>";
@@ -29,11 +35,9 @@ std::string configuration(const std::string& settings) {
 /// Of interface, discovery and writing.
 /// @param interface  Has been checked: it quotes nothing.
 std::string settings(const std::string& interface, const std::string& users) {
-  // Ticks that come together are sent together.
   const std::string writing = std::string("<General><MaxRexmitMessageSize>") + kMaxPacket +
-                              "</MaxRexmitMessageSize></General><Internal>" + kAsking +
-                              "<WriteBatch>true</WriteBatch><BurstSize><MaxInitTransmit>" + kMaxFirst +
-                              "</MaxInitTransmit><MaxRexmit>" + kMaxAgain +
+                              "</MaxRexmitMessageSize></General><Internal>" + kAsking + kBatching +
+                              "<BurstSize><MaxInitTransmit>" + kMaxFirst + "</MaxInitTransmit><MaxRexmit>" + kMaxAgain +
                               "</MaxRexmit></BurstSize><Watermarks><WhcAdaptive>false</WhcAdaptive><WhcHigh>" +
                               kMaxUnacknowledged + "</WhcHigh></Watermarks></Internal>";
   if (!users.empty()) return configuration(writing) + "," + users;
@@ -64,6 +68,9 @@ std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)> settings(const Qos& qos) {
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
   dds_data_representation_id_t plainCdr = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(made.get(), 1, &plainCdr);
+#if HAPTICS_BATCHING_IS_A_POLICY
+  dds_qset_writer_batching(made.get(), true);
+#endif
   return made;
 }
 

@@ -298,7 +298,8 @@ class Story {
 
   /// A message of the fuzzer's own.
   void sendAny() {
-    const std::size_t size = std::min<std::size_t>(byte(), input_.size());
+    const std::size_t wanted = byte();
+    const std::size_t size = std::min(wanted, input_.size());
     v1::Envelope envelope;
     if (!envelope.ParseFromArray(input_.data(), static_cast<int>(size))) return;
     input_ = input_.subspan(size);

@@ -16,6 +16,7 @@ namespace {
 using fixture::raw;
 using fixture::tetrahedron;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 using ImportAssimp = fixture::FileImports;
@@ -934,7 +935,8 @@ TEST_F(ImportAssimp, RefusesColladaWhoseIndicesLeadBeyondItsNumbers) {
   EXPECT_THAT(with("0 2 1 0", "0 2 -1 0"), HasSubstr("names vertex \"-1\""));
   EXPECT_THAT(with("count=\"12\"", "count=\"13\""),
               HasSubstr("has a <float_array> of count 13 with 12 numbers, in the <source> \"p\""));
-  EXPECT_EQ(with("count=\"4\" stride", "count=\"4000\" stride"), "loaded") << "nobody names those";
+  EXPECT_THAT(with("count=\"4\" stride", "count=\"4000\" stride"), AnyOf("loaded", HasSubstr("Not enough data")))
+      << "nobody names those; Assimp 5.4 minds";
   // What is no point is left out, wrong or not.
   std::string beside = sound;
   const std::string input = "<input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>",
@@ -1232,8 +1234,7 @@ TEST_F(ImportAssimp, RefusesFewBytesThatRepeatThemselves) {
     library += "<node id='n" + std::to_string(i) + "'>" + below + below + "</node>";
   }
   const std::string bomb = collada("", "<node><instance_node url='#n39'/></node>", library + "</library_nodes>");
-  EXPECT_THAT(refusal("t.dae", bomb),
-              ::testing::AnyOf(HasSubstr("memory than a file of its size"), HasSubstr("too long")));
+  EXPECT_THAT(refusal("t.dae", bomb), AnyOf(HasSubstr("memory than a file of its size"), HasSubstr("too long")));
 }
 
 TEST_F(ImportAssimp, GivesTheReadersWords) {
