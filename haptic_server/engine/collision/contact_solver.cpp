@@ -11,6 +11,8 @@
 namespace haptics {
 namespace {
 
+using Two = ContactConstraint::Two;
+
 // The spring that pushes overlapping bodies apart (Catto 2024): stiffer ones overshoot, softer ones let bodies at rest sink
 // in by more. At 1 kHz a body lies 4 um deep.
 constexpr double kStepsOfSpring = 2;  ///< Of its period; fewer cannot be followed.
@@ -102,12 +104,29 @@ void Mover::slow(double part) noexcept {
   angular_ *= part;
 }
 
-void Mover::push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept {
-  if (state_ == nullptr) return;
-  if (freedom_ == Freedom::kHinge) return setRate(rate_ + glm::dot(axis_, turn_rad_per_s));
-  if (freedom_ == Freedom::kSlider) return setRate(rate_ + perAlong_ * glm::dot(axis_, impulse_Ns));
-  linear_ += perMass_ * impulse_Ns;
-  angular_ += turn_rad_per_s;
+void Mover::pushOnJoint(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept {
+  setRate(rate_ +
+          (freedom_ == Freedom::kHinge ? glm::dot(axis_, turn_rad_per_s) : perAlong_ * glm::dot(axis_, impulse_Ns)));
+}
+
+void Mover::beginRounds() noexcept {
+  linearBefore_ = linear_;
+  angularBefore_ = angular_;
+}
+
+void Mover::goOn(double part) noexcept {
+  const bool goesOn = part > 0;
+  const Vec3 linear = goesOn ? part * linearConjugate_ : Vec3(0), angular = goesOn ? part * angularConjugate_ : Vec3(0);
+  linearConjugate_ = linear + (linear_ - linearBefore_);
+  angularConjugate_ = angular + (angular_ - angularBefore_);
+  if (freedom_ == Freedom::kFree) {
+    linear_ += linear;
+    angular_ += angular;
+  } else {
+    setRate(rate_ + glm::dot(axis_, linear + angular));
+  }
+  linearBefore_ = linear_;
+  angularBefore_ = angular_;
 }
 
 void Mover::give() noexcept {
@@ -138,6 +157,7 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   ContactConstraint& c = contacts_[count_++];
   c.a = a;
   c.b = b;
+  moverCount_ = std::max<std::size_t>(moverCount_, 1U + std::max(a, b));
   c.gap_m = gap_m;
   c.friction = friction;
   c.rolling_m = rolling_m;
@@ -146,21 +166,24 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   c.axes[1].along = glm::normalize(glm::cross(normal, aside));
   c.axes[2].along = glm::cross(normal, c.axes[1].along);
   const Mover &first = movers_[a], &second = movers_[b];
-  const glm::dmat3 perInertiaA = first.perInertia(), perInertiaB = second.perInertia();
+  const glm::dmat3 &perInertiaA = first.perInertia(), &perInertiaB = second.perInertia();
   const Vec3 armA = place - first.pivot(), armB = place - second.pivot();
   for (ContactConstraint::Axis& axis : c.axes) {
-    axis.armA = glm::cross(armA, axis.along);
-    axis.armB = glm::cross(armB, axis.along);
-    axis.turnA = perInertiaA * axis.armA;
-    axis.turnB = perInertiaB * axis.armB;
+    const Vec3 firstArm = glm::cross(armA, axis.along), secondArm = -glm::cross(armB, axis.along);
+    const Vec3 firstTurn = perInertiaA * firstArm, secondTurn = perInertiaB * secondArm;
+    for (int i = 0; i < 3; ++i) {
+      axis.arms_m[i] = Two{firstArm[i], secondArm[i]};
+      axis.turns[i] = Two{firstTurn[i], secondTurn[i]};
+    }
   }
   const auto response = [&](const ContactConstraint::Axis& to, const ContactConstraint::Axis& from) {
-    return glm::dot(to.along, first.perImpulse(from.along) + second.perImpulse(from.along)) +
-           glm::dot(to.armA, from.turnA) + glm::dot(to.armB, from.turnB);
+    const Two turning = to.arms_m[0] * from.turns[0] + to.arms_m[1] * from.turns[1] + to.arms_m[2] * from.turns[2];
+    return glm::dot(to.along, first.perImpulse(from.along) + second.perImpulse(from.along)) + turning[0] + turning[1];
   };
   for (ContactConstraint::Axis& axis : c.axes) {
     const double perMass = response(axis, axis);
     axis.mass_kg = perMass > 0 ? 1 / perMass : 0;
+    axis.perMass_1_kg = perMass;
     axis.impulse_Ns = glm::dot(lastImpulse_Ns, axis.along);
   }
   for (int k = 0; k < 2; ++k) c.across_1_kg[k] = response(c.axes[k + 1], c.axes[0]);
@@ -180,7 +203,8 @@ void ContactSolver::addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexce
   const glm::dmat3 perInertia = movers_[a].perInertia() + movers_[b].perInertia();
   const double determinant = glm::determinant(perInertia);
   if (!(std::abs(determinant) > 0)) return;  // on a joint
-  rolling_[rollingCount_++] = {a, b, begin, count_, glm::inverse(perInertia), lastTurning_Nms};
+  rolling_[rollingCount_++] = {a,       b,       begin,  count_, glm::inverse(perInertia), lastTurning_Nms,
+                               Vec3(0), Vec3(0), Vec3(0)};
 }
 
 void ContactConstraint::guess(double step_s) noexcept {
@@ -192,29 +216,72 @@ void ContactConstraint::guess(double step_s) noexcept {
   before_Ns = pressing_Ns;
 }
 
-void ContactSolver::push(const ContactConstraint& c, const double (&impulse_Ns)[3]) noexcept {
-  Vec3 sum(0), turnA(0), turnB(0);
-  for (int k = 0; k < 3; ++k) {
-    if (impulse_Ns[k] == 0) continue;
-    sum += impulse_Ns[k] * c.axes[k].along;
-    turnA += impulse_Ns[k] * c.axes[k].turnA;
-    turnB += impulse_Ns[k] * c.axes[k].turnB;
-  }
-  movers_[c.a].push(sum, turnA);
-  movers_[c.b].push(-sum, -turnB);
+[[gnu::always_inline]] inline void ContactSolver::push(const ContactConstraint& c, double out_Ns, double left_Ns,
+                                                       double right_Ns) noexcept {
+  const auto& [out, left, right] = c.axes;
+  const Vec3 impulse = out_Ns * out.along + left_Ns * left.along + right_Ns * right.along;
+  Two turns[3];
+  for (int i = 0; i < 3; ++i) turns[i] = out_Ns * out.turns[i] + left_Ns * left.turns[i] + right_Ns * right.turns[i];
+  movers_[c.a].push(impulse, {turns[0][0], turns[1][0], turns[2][0]});
+  movers_[c.b].push(-impulse, {turns[0][1], turns[1][1], turns[2][1]});
 }
 
 void ContactSolver::warmStart() noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
-    contacts_[i].guess(step_s_);
-    const auto& axes = contacts_[i].axes;
-    push(contacts_[i], {axes[0].impulse_Ns, axes[1].impulse_Ns, axes[2].impulse_Ns});
+    ContactConstraint& c = contacts_[i];
+    c.guess(step_s_);
+    push(c, c.axes[0].impulse_Ns, c.axes[1].impulse_Ns, c.axes[2].impulse_Ns);
+    for (auto& axis : c.axes) axis.begun_Ns = axis.impulse_Ns;
   }
-  for (std::uint32_t i = 0; i < rollingCount_; ++i) turn(rolling_[i], rolling_[i].turning_Nms);
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) {
+    RollingConstraint& r = rolling_[i];
+    turn(r, r.turning_Nms);
+    r.begun_Nms = r.turning_Nms;
+  }
+}
+
+void ContactSolver::goBack() noexcept {
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    for (auto& axis : contacts_[i].axes) axis.change_Ns = axis.begun_Ns - axis.impulse_Ns;
+  }
+  for (std::uint32_t i = 0; i < rollingCount_; ++i)
+    rolling_[i].change_Nms = rolling_[i].begun_Nms - rolling_[i].turning_Nms;
+  const double here_J = slope_J();
+  if (!(here_J < 0)) return;
+  change(1);
+  if (const double there_J = slope_J(); there_J > 0) change(here_J / (here_J - there_J) - 1);
+}
+
+double ContactSolver::slope_J() const noexcept {
+  double sum_J = 0;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    const ContactConstraint& c = contacts_[i];
+    const Parting parting = partingOf(c);
+    for (const auto& axis : c.axes) sum_J += axis.change_Ns * parting.along(axis);
+    if (c.gap_m > 0) sum_J += c.axes[0].change_Ns * c.gap_m / step_s_;
+  }
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) {
+    const RollingConstraint& r = rolling_[i];
+    sum_J += glm::dot(r.change_Nms, movers_[r.a].angular() - movers_[r.b].angular());
+  }
+  return sum_J;
+}
+
+void ContactSolver::change(double part) noexcept {
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    auto& [out, left, right] = contacts_[i].axes;
+    push(contacts_[i], part * out.change_Ns, part * left.change_Ns, part * right.change_Ns);
+    for (auto& axis : contacts_[i].axes) axis.impulse_Ns += part * axis.change_Ns;
+  }
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) {
+    turn(rolling_[i], part * rolling_[i].change_Nms);
+    rolling_[i].turning_Nms += part * rolling_[i].change_Nms;
+  }
 }
 
 double ContactSolver::solve(bool soft) noexcept {
   double change = 0, pressing = 0;
+  change_J_ = 0;
   for (std::uint32_t i = 0; i < count_; ++i) {
     change += solve(contacts_[i], soft);
     pressing += contacts_[i].pressing_Ns();
@@ -223,26 +290,29 @@ double ContactSolver::solve(bool soft) noexcept {
   return pressing > 0 ? change / pressing : 0;
 }
 
+void ContactSolver::beginRounds() noexcept {
+  before_J_ = 0;
+  for (std::size_t m = 0; m < moverCount_; ++m) movers_[m].beginRounds();
+}
+
 void ContactSolver::accelerate() noexcept {
-  double squared_J = 0;
+  const bool goesOn = before_J_ > 0 && change_J_ <= before_J_;
+  const double part = goesOn ? change_J_ / before_J_ : 0;
+  before_J_ = change_J_;
   for (std::uint32_t i = 0; i < count_; ++i) {
-    for (const auto& axis : contacts_[i].axes) {
-      if (axis.mass_kg > 0) squared_J += axis.change_Ns * axis.change_Ns / axis.mass_kg;
+    for (auto& axis : contacts_[i].axes) {
+      const double more = goesOn ? part * axis.conjugate_Ns : 0;
+      axis.conjugate_Ns = more + axis.change_Ns;
+      axis.impulse_Ns += more;
     }
   }
-  const double part = squared_J_ > 0 ? squared_J / squared_J_ : 2;
-  const bool goesOn = part <= 1;
-  squared_J_ = squared_J;
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    double more[3];
-    for (int k = 0; k < 3; ++k) {
-      ContactConstraint::Axis& axis = contacts_[i].axes[k];
-      more[k] = goesOn ? part * axis.conjugate_Ns : 0;
-      axis.conjugate_Ns = more[k] + axis.change_Ns;
-      axis.impulse_Ns += more[k];
-    }
-    if (more[0] != 0 || more[1] != 0 || more[2] != 0) push(contacts_[i], more);
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) {
+    RollingConstraint& r = rolling_[i];
+    const Vec3 more = goesOn ? part * r.conjugate_Nms : Vec3(0);
+    r.conjugate_Nms = more + r.change_Nms;
+    r.turning_Nms += more;
   }
+  for (std::size_t m = 0; m < moverCount_; ++m) movers_[m].goOn(part);
 }
 
 double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
@@ -254,30 +324,28 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
     massScale = spring_.massScale;
     impulseScale = spring_.impulseScale;
   }
-  ContactConstraint::Axis& out = c.axes[0];
-  const double approach = velocity(c, out) + closing_m_per_s;
-  const double pressing =
-      std::max(out.impulse_Ns - out.mass_kg * massScale * approach - impulseScale * out.impulse_Ns, 0.0);
-  double change[3] = {pressing - out.impulse_Ns, 0, 0};
-  if (pressing != 0 || c.axes[1].impulse_Ns != 0 || c.axes[2].impulse_Ns != 0) {
-    double rubbing[2];
-    for (int k = 0; k < 2; ++k) {
-      const ContactConstraint::Axis& across = c.axes[k + 1];
-      const double sliding = velocity(c, across) + change[0] * c.across_1_kg[k];
-      rubbing[k] = across.impulse_Ns - across.mass_kg * sliding;
-    }
+  const Parting parting = partingOf(c);
+  ContactConstraint::Axis &out = c.axes[0], &left = c.axes[1], &right = c.axes[2];
+  const double pressing = std::max(
+      out.impulse_Ns - out.mass_kg * massScale * (parting.along(out) + closing_m_per_s) - impulseScale * out.impulse_Ns,
+      0.0);
+  out.change_Ns = pressing - out.impulse_Ns;
+  left.change_Ns = right.change_Ns = 0;
+  if (pressing != 0 || left.impulse_Ns != 0 || right.impulse_Ns != 0) {
+    double rubbing[2] = {left.impulse_Ns - left.mass_kg * (parting.along(left) + out.change_Ns * c.across_1_kg[0]),
+                         right.impulse_Ns - right.mass_kg * (parting.along(right) + out.change_Ns * c.across_1_kg[1])};
     shorten(rubbing, c.friction * pressing);
-    for (int k = 0; k < 2; ++k) change[k + 1] = rubbing[k] - c.axes[k + 1].impulse_Ns;
-  }
-  double sum = 0;
-  for (int k = 0; k < 3; ++k) {
-    c.axes[k].impulse_Ns += change[k];
-    c.axes[k].change_Ns = change[k];
-    sum += std::abs(change[k]);
+    left.change_Ns = rubbing[0] - left.impulse_Ns;
+    right.change_Ns = rubbing[1] - right.impulse_Ns;
+  } else if (out.change_Ns == 0) {
+    return 0;
   }
   out.impulse_Ns = pressing;
-  if (sum > 0) push(c, change);
-  return sum;
+  left.impulse_Ns += left.change_Ns;
+  right.impulse_Ns += right.change_Ns;
+  push(c, out.change_Ns, left.change_Ns, right.change_Ns);
+  for (const auto& axis : c.axes) change_J_ += axis.change_Ns * axis.change_Ns * axis.perMass_1_kg;
+  return std::abs(out.change_Ns) + std::abs(left.change_Ns) + std::abs(right.change_Ns);
 }
 
 void ContactSolver::solve(RollingConstraint& r) noexcept {
@@ -285,22 +353,16 @@ void ContactSolver::solve(RollingConstraint& r) noexcept {
   for (std::uint32_t i = r.begin; i < r.end; ++i) most += contacts_[i].rolling_m * contacts_[i].pressing_Ns();
   const Vec3 spin = movers_[r.a].angular() - movers_[r.b].angular();
   const Vec3 wanted = r.turning_Nms - r.inertia * spin;
-  const double size = glm::length(wanted);
-  const Vec3 given = size > most ? most / size * wanted : wanted;
-  turn(r, given - r.turning_Nms);
+  const double squared = squaredLength(wanted);
+  const Vec3 given = squared > most * most ? most / std::sqrt(squared) * wanted : wanted;
+  r.change_Nms = given - r.turning_Nms;
+  turn(r, r.change_Nms);
   r.turning_Nms = given;
 }
 
-void ContactSolver::turn(const RollingConstraint& r, Vec3 impulse_Nms) noexcept {
-  movers_[r.a].push(Vec3(0), movers_[r.a].perInertia() * impulse_Nms);
-  movers_[r.b].push(Vec3(0), -(movers_[r.b].perInertia() * impulse_Nms));
-}
-
 void ContactSolver::moved() noexcept {
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    ContactConstraint& c = contacts_[i];
-    c.gap_m += step_s_ * velocity(c, c.axes[0]);
-  }
+  for (std::uint32_t i = 0; i < count_; ++i)
+    contacts_[i].gap_m += step_s_ * partingOf(contacts_[i]).along(contacts_[i].axes[0]);
 }
 
 }  // namespace haptics

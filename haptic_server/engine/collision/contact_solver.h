@@ -46,11 +46,25 @@ class Mover {
     return freedom_ == Freedom::kSlider ? perAlong_ * glm::dot(axis_, along) * axis_ : perMass_ * along;
   }
   /// What an impulsive torque adds to angular(), 1 / kg m^2.
-  [[nodiscard]] glm::dmat3 perInertia() const noexcept { return perInertia_; }
+  [[nodiscard]] const glm::dmat3& perInertia() const noexcept { return perInertia_; }
   /// A step's part of the forces.
   void drive() noexcept;
   /// @param turn_rad_per_s  perInertia() times the impulse's torque about the pivot.
-  void push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept;
+  void push(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept {
+    if (freedom_ != Freedom::kFree) return pushOnJoint(impulse_Ns, turn_rad_per_s);
+    linear_ += perMass_ * impulse_Ns;
+    angular_ += turn_rad_per_s;
+  }
+  void turn(Vec3 impulse_Nms) noexcept {
+    if (state_ == nullptr) return;
+    const Vec3 turn_rad_per_s = perInertia_ * impulse_Nms;
+    if (freedom_ != Freedom::kFree) return pushOnJoint(Vec3(0), turn_rad_per_s);
+    angular_ += turn_rad_per_s;
+  }
+  /// Rounds begin.
+  void beginRounds() noexcept;
+  /// After a round: goes on as it went in it and before, by so much of the last direction of search.
+  void goOn(double part) noexcept;
   /// By a step.
   void move() noexcept;
   /// Kinetic; of what stands still, or moves whatever acts on it, 0.
@@ -66,7 +80,9 @@ class Mover {
   Freedom freedom_;
   TickSteps steps_;
   Vec3 pivot_, linear_, angular_;
-  Vec3 linearOfStep_, angularOfStep_;  // what forces add
+  Vec3 linearOfStep_, angularOfStep_;        // what forces add
+  Vec3 linearBefore_, angularBefore_;        // the round
+  Vec3 linearConjugate_, angularConjugate_;  // the direction of search
   Vec3 moved_m_, turned_rad_;
   double perMass_;
   glm::dmat3 perInertia_;
@@ -74,6 +90,7 @@ class Mover {
   Vec3 axis_;
   double perAlong_, rate_, rateOfStep_, coordinate_;
 
+  void pushOnJoint(Vec3 impulse_Ns, Vec3 turn_rad_per_s) noexcept;
   /// Of a joint: no farther than its limits in a step.
   void setRate(double rate_per_s) noexcept;
 };
@@ -81,15 +98,19 @@ class Mover {
 /// One point at which a body is pushed away from another; impulses are those of a step. Arrays of them are filled as far as
 /// they are used.
 struct ContactConstraint {
-  /// A direction, and what an impulse of 1 Ns along it does.
+  /// Of the mover that is pushed along the normal, and of the other.
+  using Two = double __attribute__((vector_size(16)));
+  /// A direction, and what an impulse of 1 Ns along it does to the first and against it to the second.
   struct Axis {
-    Vec3 along;         ///< Unit.
-    Vec3 armA, armB;    ///< Of its torques about the movers' pivots, m.
-    Vec3 turnA, turnB;  ///< What those add to the angular velocities, rad/s.
-    double mass_kg;     ///< Effective; 0: neither of the two can go there.
+    Vec3 along;      ///< Unit.
+    Two arms_m[3];   ///< Of its torques about the movers' pivots,
+    Two turns[3];    ///< and what those add to the angular velocities, rad/s.
+    double mass_kg;  ///< Effective; 0: neither of the two can go there.
+    double perMass_1_kg;
     double impulse_Ns;
     double change_Ns;     ///< Of the last round.
     double conjugate_Ns;  ///< The direction of search.
+    double begun_Ns;      ///< The step's first guess.
   };
 
   std::uint16_t a, b;  ///< Movers: pushed along the normal, and against it.
@@ -117,6 +138,7 @@ struct RollingConstraint {
   std::uint32_t begin, end;  ///< Of the contacts that press.
   glm::dmat3 inertia;        ///< Effective.
   Vec3 turning_Nms;
+  Vec3 change_Nms, conjugate_Nms, begun_Nms;
 };
 
 /// The spring that pushes overlapping bodies apart.
@@ -143,14 +165,17 @@ class ContactSolver {
   }
   /// The movers get it.
   void warmStart() noexcept;
+  /// Impulses go towards the step's first guess, as far as that takes energy without the spring: what has pushed bodies apart is
+  /// not what holds them.
+  void goBack() noexcept;
   /// Rounds of another kind follow.
-  void beginRounds() noexcept { squared_J_ = 0; }
+  void beginRounds() noexcept;
   /// @param soft  Overlap is pushed apart.
   /// @return How much the impulses changed, of what presses.
   double solve(bool soft) noexcept;
   /// Goes on between two rounds as they went before: the nonsmooth nonlinear conjugate gradient method (Silcowitz-Hansen,
-  /// Niebe and Erleben 2010), in the norm of energy. A body on which one of
-  /// R times its mass lies takes some sqrt(R) rounds in place of R.
+  /// Niebe and Erleben 2010), in the norm of energy. A body on which one of R times its mass lies takes some sqrt(R) rounds in place
+  /// of R.
   void accelerate() noexcept;
   /// The bodies have moved by a step at the speeds that they have.
   void moved() noexcept;
@@ -161,25 +186,44 @@ class ContactSolver {
   [[nodiscard]] const RollingConstraint& rolling(std::uint32_t i) const noexcept { return rolling_[i]; }
 
  private:
+  using Two = ContactConstraint::Two;
+
   std::span<Mover> movers_;
   double step_s_;
   ContactSpring spring_;
   std::array<ContactConstraint, kMaxContacts> contacts_;
   std::array<RollingConstraint, kMaxRolling> rolling_;
   std::uint32_t count_ = 0, rollingCount_ = 0;
-  double squared_J_ = 0;  ///< Of the last round's change; 0: it was the first.
+  std::size_t moverCount_ = 0;  ///< Those beyond touch nothing.
+  double change_J_ = 0,
+         before_J_ = 0;  ///< The last round's change, squared, and that of the one before it; 0: there was none.
 
-  /// At which the two part there, m/s.
-  [[nodiscard]] double velocity(const ContactConstraint& c, const ContactConstraint::Axis& axis) const noexcept {
+  /// How the two that meet move.
+  struct Parting {
+    Vec3 linear;
+    Two angular[3];
+
+    /// At which they part, m/s.
+    [[nodiscard]] double along(const ContactConstraint::Axis& axis) const noexcept {
+      const Two turned = axis.arms_m[0] * angular[0] + axis.arms_m[1] * angular[1] + axis.arms_m[2] * angular[2];
+      return glm::dot(axis.along, linear) + (turned[0] + turned[1]);
+    }
+  };
+  [[nodiscard]] Parting partingOf(const ContactConstraint& c) const noexcept {
     const Mover &a = movers_[c.a], &b = movers_[c.b];
-    return glm::dot(axis.along, a.linear() - b.linear()) + glm::dot(axis.armA, a.angular()) -
-           glm::dot(axis.armB, b.angular());
+    const Vec3 first = a.angular(), second = b.angular();
+    return {a.linear() - b.linear(), {Two{first.x, second.x}, Two{first.y, second.y}, Two{first.z, second.z}}};
   }
-  /// @param impulse_Ns  Along each axis.
-  void push(const ContactConstraint& c, const double (&impulse_Ns)[3]) noexcept;
+  void push(const ContactConstraint& c, double out_Ns, double left_Ns, double right_Ns) noexcept;
+  /// Of the energy, by the part of each constraint's change.
+  [[nodiscard]] double slope_J() const noexcept;
+  void change(double part) noexcept;
   double solve(ContactConstraint& c, bool soft) noexcept;
   void solve(RollingConstraint& r) noexcept;
-  void turn(const RollingConstraint& r, Vec3 impulse_Nms) noexcept;
+  void turn(const RollingConstraint& r, Vec3 impulse_Nms) noexcept {
+    movers_[r.a].turn(impulse_Nms);
+    movers_[r.b].turn(-impulse_Nms);
+  }
 };
 
 }  // namespace haptics

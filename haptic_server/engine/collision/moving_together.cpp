@@ -12,27 +12,30 @@
 namespace haptics {
 namespace {
 
-/// Rounds of a step with the spring, at most: where a body bears more than kLoaded times its own weight at one place, and
-/// elsewhere. More lets stacks stand stiffer, and takes longer; eight let a brick of 30 times the weight creep off.
-constexpr double kLoaded = 3;
-constexpr int kLoadedRounds = 24, kRounds = 8;
-/// Likewise without it. Where contacts are few, more rounds take what little speed is left of what was pushed apart.
-constexpr int kRelaxRounds = 4, kMaxRelaxRounds = 60, kRelaxedContacts = 400;
+/// Rounds of a step, times the contacts, at most; with the spring and without it. More lets stacks stand stiffer and takes what
+/// little speed is left of what was pushed apart, and takes longer.
+constexpr int kContactRounds = 400;
+struct Rounds {
+  int fewest, most;
+};
+constexpr Rounds kSoftRounds{8, 24}, kRelaxRounds{4, 60};
 /// Rounds end when they change the impulses by less than this part.
-constexpr double kSettled = 1e-4;
+constexpr double kSettled = 2e-4;
 /// Steps of a tick, at least and at most; a body bears so many times its own weight at one place before there are twice as
 /// many. Twice as many let it sink a quarter as deep.
 constexpr int kSteps = 2, kMaxSteps = 16;
-constexpr double kWeights = 50, kGravity_m_per_s2 = 9.81;
+constexpr double kWeights = 25, kGravity_m_per_s2 = 9.81;
 // Units (Allowance).
-constexpr std::int64_t kContactRound = 120;  ///< A round, of a contact;
-constexpr std::int64_t kContact = 200;       ///< all else that a contact costs.
+constexpr std::int64_t kContactRound = 80;  ///< A round, of a contact;
+constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
 /// A round with the spring and one without it in each step.
 [[nodiscard]] constexpr std::int64_t leastOfContact(int steps) noexcept { return kContact + 2 * steps * kContactRound; }
 /// Nearer than that bodies touch, m: they sleep and wake together.
 constexpr double kTouching_m = 2e-5;
-/// Where they are deeper than kTouching_m, contacts add nothing to what they have of kinetic energy: what too few rounds leave of the
-/// push out of each other would throw them about. Deeper than this they have been put, and are pushed apart, m.
+/// Deeper than kTouching_m bodies are pushed apart. Where none bears so many of its weights, the push is all that they feel.
+constexpr double kBorne = 1;
+/// Where they are deeper than kTouching_m, or a tick has more steps than kSteps, contacts add nothing to what they have of kinetic
+/// energy: what too few rounds leave would throw them about. Deeper than this they have been put, m.
 constexpr double kPut_m = 3e-4;
 
 /// Where a pair's contact is now: its plane goes along with one body, its point with the other. World.
@@ -195,9 +198,8 @@ class Contacts {
   }
 
   /// Bodies without contacts move by a whole tick.
-  void move(int maxRounds, Allowance& rounds) noexcept {
+  void move(Allowance& rounds) noexcept {
     const auto contacts = static_cast<int>(solver_.size());
-    const int relaxRounds = std::clamp(kRelaxedContacts / std::max(contacts, 1), kRelaxRounds, kMaxRelaxRounds);
     std::array<bool, kMaxMovingBodies + 1> met{};
     double deepest_m = 0;
     for (std::uint32_t i = 0; i < solver_.size(); ++i) {
@@ -205,8 +207,9 @@ class Contacts {
       met[contact.a] = met[contact.b] = true;
       deepest_m = std::max(deepest_m, -contact.gap_m);
     }
-    const bool isBounded =
-        deepest_m > kTouching_m && deepest_m < kPut_m && std::ranges::none_of(bodies_, &Collider::isDriven);
+    const bool isPushed = deepest_m > kTouching_m && pairs_.heaviestLoad < kBorne;
+    const bool isBounded = (deepest_m > kTouching_m || steps_.count > kSteps) && deepest_m < kPut_m &&
+                           std::ranges::none_of(bodies_, &Collider::isDriven);
     const auto energy_J = [&] {
       double sum_J = 0;
       for (std::uint16_t m = 0; m < moverCount_; ++m) sum_J += met[m] ? movers_[m].energy_J() : 0;
@@ -216,10 +219,11 @@ class Contacts {
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].drive();
       const double most_J = isBounded ? energy_J() : 0;
       solver_.warmStart();
-      solve(true, maxRounds, rounds);
+      solve(true, 2 * (steps_.count - step), rounds);
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].move();
       solver_.moved();
-      solve(false, relaxRounds, rounds);
+      if (isPushed) solver_.goBack();
+      solve(false, 2 * (steps_.count - step) - 1, rounds);
       if (!isBounded) continue;
       if (const double now_J = energy_J(); now_J > most_J) {
         const double part = std::sqrt(most_J / now_J);
@@ -274,12 +278,17 @@ class Contacts {
   TickSteps steps_;
   ContactSolver solver_;
 
-  void solve(bool soft, int most, Allowance& allowance) noexcept {
+  /// @param parts  One of so many equal parts of the allowance is for it.
+  void solve(bool soft, int parts, Allowance& allowance) noexcept {
+    const std::int64_t ofOthers = allowance.left() - allowance.left() / parts;
+    const auto contacts = static_cast<int>(solver_.size());
+    const Rounds rounds = soft ? kSoftRounds : kRelaxRounds;
+    const int most = std::clamp(kContactRounds / contacts, rounds.fewest, rounds.most);
     solver_.beginRounds();
     for (int round = 0; round < most; ++round) {
       if (round > 0) {
-        if (allowance.isSpent()) return;
-        allowance.spend(kContactRound * static_cast<std::int64_t>(solver_.size()));
+        if (allowance.left() < ofOthers) return;
+        allowance.spend(kContactRound * contacts);
         solver_.accelerate();
       }
       if (solver_.solve(soft) <= kSettled) return;
@@ -393,7 +402,7 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   Contacts contacts(bodies, before, pairs, stepsOf(load, period_s));
   contacts.add(allowance.motion.least);
   Allowance rounds(std::max(allowance.motion.rounds.left(), ahead.left()));
-  contacts.move(load > kLoaded ? kLoadedRounds : kRounds, rounds);
+  contacts.move(rounds);
   contacts.keep();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].rigidBody, *bodies[i].state, before[i].place));
