@@ -31,8 +31,9 @@ enum class HandAction : std::uint8_t {
   kGrasp = 2,     ///< It holds the body that it touched on pressing.
   kMark = 4,      ///< The recording is marked.
   kNextTool = 8,  ///< On pressing it takes the scene's next tool.
+  kNoOther = 16,  ///< All of the pressed buttons are bound: none is left to trigger an effect.
 };
-inline constexpr std::uint8_t kAllHandActions = 15;
+inline constexpr std::uint8_t kAllHandActions = 31;
 
 /// A device's own account of itself, as of one reading. A device that exists only in memory has nothing to report.
 struct DeviceStatus {

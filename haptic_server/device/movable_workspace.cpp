@@ -38,6 +38,8 @@ DeviceReading MovableWorkspace::read(std::uint64_t tick) noexcept {
   reading.status.set(HandAction::kGrasp, (pressed & graspButtons_) != 0);
   reading.status.set(HandAction::kMark, (pressed & markButtons_) != 0);
   reading.status.set(HandAction::kNextTool, (pressed & nextToolButtons_) != 0);
+  const std::uint32_t bound = clutchButtons_ | graspButtons_ | markButtons_ | nextToolButtons_;
+  reading.status.set(HandAction::kNoOther, pressed != 0 && (pressed & ~bound) == 0);
   reading.handle.velocity = scale_ * (rotation_ * reading.handle.velocity);
   reading.handle.appliedForce_N = shrink() * (rotation_ * reading.handle.appliedForce_N);
   return reading;

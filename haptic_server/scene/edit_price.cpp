@@ -275,6 +275,13 @@ Price priceOf(const Texture& texture) noexcept {
   return {.time_s = kValues * timeOfValue_s(texture.family), .kept_bytes = 8e6};
 }
 
+Price priceOf(const std::vector<Effect>& effects) noexcept {
+  double models = 0;
+  for (const Effect& effect : effects)
+    models += static_cast<double>(effect.speeds_m_per_s.size() * effect.forces_N.size());
+  return {.time_s = 1.5e-3 * models, .kept_bytes = 1e3 * models, .working_bytes = models > 0 ? 1e5 : 0};
+}
+
 Price priceOfDeciding(std::size_t operations, std::size_t objects) noexcept {
   const auto n = static_cast<double>(operations), all = static_cast<double>(objects);
   return {.time_s = 0.1 + 5e-5 * n + 1e-7 * n * all + 1e-5 * all, .kept_bytes = 64e6 + 1e4 * n};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/importer/mesh_recipe.h"
@@ -63,6 +64,8 @@ struct MeshNumbers {
 [[nodiscard]] Price priceOfSharpPoints(const MeshNumbers& mesh) noexcept;
 /// To look for the steepest place of a texture.
 [[nodiscard]] Price priceOf(const Texture& texture) noexcept;
+/// To convert the models of recorded textures to the servo's rate.
+[[nodiscard]] Price priceOf(const std::vector<Effect>& effects) noexcept;
 /// Of any edit with so many operations, in a scene of so many objects.
 [[nodiscard]] Price priceOfDeciding(std::size_t operations, std::size_t objects) noexcept;
 

@@ -27,6 +27,8 @@ Price SceneDraft::priceOf(AssetResolver& resolver) const {
     const auto& texture = record.material.surface.texture;
     const auto given = fieldPaths_.find(record.id);
     if (texture && (given != fieldPaths_.end() || stiffened_.contains(record.id))) price += haptics::priceOf(*texture);
+    const bool newBody = given != fieldPaths_.end() && !(given->second.mesh.empty() && given->second.motion.empty());
+    if (newBody || effectsGiven_.contains(record.id)) price += haptics::priceOf(record.effects);
     if (given != fieldPaths_.end()) price += priceOfParts(record, given->second, meshes[record.id]);
   }
   return price += priceOfSharpPoints(meshes);

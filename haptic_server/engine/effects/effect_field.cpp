@@ -187,7 +187,15 @@ EffectField::Felt EffectField::inRegion(EffectMemory& memory, double weight, Vec
   memory.velocity = reached;
   memory.target += period_s * reached;
   if (effect_.limit_N > 0) memory.target = hip + limited(k * (memory.target - hip)) / k;  // beyond it the mass slips
+  memory.hip = hip;
   return felt;
+}
+
+void EffectField::takeOver(const EffectField& before, EffectMemory& memory) const noexcept {
+  if (effect_.kind != Kind::kInertia) return;
+  memory.velocity *= std::min(1.0, before.effect_.mass_kg / effect_.mass_kg);
+  const double shorter = std::min(1.0, before.effect_.stiffness_N_per_m / effect_.stiffness_N_per_m);
+  memory.target = memory.hip + shorter * (memory.target - memory.hip);
 }
 
 /// By the mean of so many places in the tick, a sample apart at most: of what is faster than ticks, the mean is felt. What ends

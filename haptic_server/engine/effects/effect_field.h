@@ -24,9 +24,10 @@ struct EffectMemory {
   Vec3 hip{0}, target{0};  ///< In the last tick, in the effect's frame. Of inertia: where the mass is,
   Vec3 velocity{0};        ///< and its velocity.
   Vec3 force_N{0};         ///< Likewise, on the hand; world.
+  Vec3 rest_N{0};          ///< What it has of the rest of EditSlew; likewise.
 
   HAPTICS_FIELDS(self.object, self.number, self.holds, self.segment, self.part, self.turns, self.hip, self.target,
-                 self.velocity, self.force_N);
+                 self.velocity, self.force_N, self.rest_N);
 };
 
 /// A field of force over position and velocity (README.md), ready for the servo. noexcept, no allocation once it is made.
@@ -44,6 +45,9 @@ class EffectField {
     return effect_.kind == other.effect_.kind && effect_.path_m == other.effect_.path_m &&
            (effect_.kind != Effect::Kind::kInertia || effect_.frame == other.effect_.frame);
   }
+  /// Of one that goesOnFrom() another: what its mass has more is at rest, and a stiffer spring is stretched less, so that the edit
+  /// gives no energy.
+  void takeOver(const EffectField& before, EffectMemory& memory) const noexcept;
   /// Whether it is felt by what of its object's mesh is near().
   [[nodiscard]] bool isOfMesh() const noexcept { return isOfMesh_; }
   /// That, in the effect's frame. One query or two of the mesh; where they spend the allowance, what they find means nothing.

@@ -36,6 +36,11 @@ class EditSlew {
     remaining_s_ = kSettled_s;
   }
   [[nodiscard]] bool active() const noexcept { return remaining_s_ > 0; }
+  /// The next follow() goes on from a rest that there is.
+  [[nodiscard]] bool goesOn() const noexcept { return active() && !fresh_; }
+  /// Of the last follow(): the part of the change that the rest has taken, and the part of the rest that was left then.
+  [[nodiscard]] double taken() const noexcept { return taken_; }
+  [[nodiscard]] double left() const noexcept { return left_; }
 
   /// @param before  The force of the last tick, N.
   /// @param felt  What is felt in this one, N.
@@ -67,19 +72,21 @@ class EditSlew {
     hip_ = hip;
     remaining_s_ -= period_s;
     const double length_N = glm::length(change_N);
-    if (length_N > own_N) {
-      rest_N_ -= change_N * (1 - own_N / length_N);
+    taken_ = length_N > own_N ? 1 - own_N / length_N : 0;
+    if (taken_ > 0) {
+      rest_N_ -= change_N * taken_;
       remaining_s_ = kSettled_s;
     }
     const double rest_N = glm::length(rest_N_);
     const double let_N = kRate_N_per_s * period_s;
     if (rest_N > let_N) remaining_s_ = kSettled_s;
-    rest_N_ = rest_N > let_N ? rest_N_ * (1 - let_N / rest_N) : Vec3(0);
+    left_ = rest_N > let_N ? 1 - let_N / rest_N : 0;
+    rest_N_ = left_ > 0 ? rest_N_ * left_ : Vec3(0);
     return felt + rest_N_;
   }
 
   HAPTICS_FIELDS(self.fresh_, self.remaining_s_, self.felt_N_, self.rest_N_, self.measured_, self.hip_, self.resting_s_,
-                 self.way_m_, self.k_);
+                 self.way_m_, self.k_, self.taken_, self.left_);
 
  private:
   Word<bool> fresh_ = false;
@@ -91,6 +98,7 @@ class EditSlew {
   double resting_s_ = 0;
   double way_m_ = 0;
   Stiffness k_;
+  double taken_ = 0, left_ = 0;
 };
 
 /// The force shortened to at most `limit_N`, its direction kept.

@@ -1,6 +1,7 @@
 #include "haptic_server/engine/step/effect_forces.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "haptic_server/engine/step/separation_speed.h"
 #include "haptic_server/engine/step/tap.h"
@@ -13,6 +14,11 @@ constexpr NearMesh kNoMesh;
 /// By which the effects' frame moves the place (world) in this tick.
 [[nodiscard]] Vec3 carriedWay(const Body& body, Vec3 place) noexcept {
   return body.moving ? place - toWorld(body.previous, toLocal(body.current, place)) : Vec3(0);
+}
+
+/// What was written, or is, of each effect's force.
+[[nodiscard]] double writtenPart(const HapticState& state, Vec3 written_N) noexcept {
+  return state.limits.within * writtenFraction(written_N, state.limits.unlimited_N);
 }
 
 /// What the last force of each gave the hand on the way to here is its object's.
@@ -28,7 +34,7 @@ void accountEnergy(HapticState& state, double part, Vec3 way) noexcept {
     case Effect::Trigger::kTouch:
       return contact.touching && static_cast<std::size_t>(contact.body) == effect.body;
     case Effect::Trigger::kButton:
-      return input.device.status.buttons != 0;
+      return input.device.status.buttons != 0 && !input.device.status.does(HandAction::kNoOther);
   }
   return true;
 }
@@ -51,8 +57,10 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
       if (its.object != memory.object || its.number != memory.number) continue;
       const EffectField& before = *state.scene->effects[i].field;
       memory.force_N = its.force_N;
+      memory.rest_N = its.rest_N;
       if (!effect.field->goesOnFrom(before)) continue;
       memory = its;
+      effect.field->takeOver(before, memory);
       const int origin = origins[effect.body].before;
       const bool stays =
           effect.field->isInWorld() ||
@@ -68,16 +76,18 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
 
 void addEffectForces(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
                      ForceResult& result) noexcept {
-  const double part = writtenFraction(state.energy.written_N(), state.limits.unlimited_N);
+  const double part = writtenPart(state, state.energy.written_N());
   const Vec3 way = input.device.position - state.estimate.measured;
   accountEnergy(state, part, way);
   const Vec3 hip = state.estimate.hip;
   const Vec3 velocity = state.estimate.velocity.velocity();
   EffectsFelt all;
   if (state.features.taps) all = feelTap(scene, state, config, result.contact, part, way);
+  all.withinBefore = std::exchange(state.limits.within, 1);
   for (std::size_t i = 0; i < state.effects.count; ++i) {
     EffectMemory& memory = state.effects[i];
     const ServoEffect& effect = scene.effects[i];
+    state.effectsBefore_N[i] = memory.force_N;
     EffectField::Felt felt;
     if (!isOn(effect, input, result.contact)) {
       felt.jumped = memory.force_N != Vec3(0);
@@ -117,13 +127,25 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
   result.force.contact += all.force_N;
 }
 
-Push pushOfEffects(const HapticState& state, std::size_t body) noexcept {
+void shareRest(HapticState& state, double withinBefore) noexcept {
+  const EditSlew& slew = state.limits.slew;
+  for (std::size_t i = 0; i < state.effects.count; ++i) {
+    EffectMemory& memory = state.effects[i];
+    const Vec3 change_N = state.limits.within * memory.force_N - withinBefore * state.effectsBefore_N[i];
+    memory.rest_N = slew.left() * (memory.rest_N - slew.taken() * change_N);
+  }
+}
+
+Push pushOfEffects(const HapticState& state, std::size_t body, Vec3 written_N) noexcept {
   Push push;
   if (!state.features.effects || state.supervision.fault != Fault::kNone) return push;
   push.place_m = state.estimate.hip;
+  const double part = writtenPart(state, written_N),
+               rests = writtenFraction(written_N, state.limits.unlimited_N);
   for (std::size_t i = 0; i < state.effects.count; ++i) {
     const ServoEffect& effect = state.scene->effects[i];
-    if (effect.body == body && !effect.field->isInWorld()) push.force_N -= state.effects[i].force_N;
+    if (effect.body != body || effect.field->isInWorld()) continue;
+    push.force_N -= part * state.effects[i].force_N + rests * state.effects[i].rest_N;
   }
   return push;
 }

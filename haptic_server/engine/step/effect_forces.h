@@ -21,7 +21,11 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
   return state.features.effects ? result.force.contact - state.effectsFelt.force_N : result.force.contact;
 }
 
-/// What the effects in the frame of a body push it with.
-[[nodiscard]] Push pushOfEffects(const HapticState& state, std::size_t body) noexcept;
+/// What each effect has of what the slew limit lets in or out in this tick.
+/// @param withinBefore  What was left, likewise, of what was felt in the tick before.
+void shareRest(HapticState& state, double withinBefore) noexcept;
+
+/// What the effects in the frame of a body push it with: the opposite of what the hand has of them, after every limit.
+[[nodiscard]] Push pushOfEffects(const HapticState& state, std::size_t body, Vec3 written_N) noexcept;
 
 }  // namespace haptics

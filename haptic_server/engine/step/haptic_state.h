@@ -104,9 +104,11 @@ struct ContactReport {
 struct ForceLimits {
   EditSlew slew;
   Vec3 unlimited_N{0};          ///< Before fault ramp and, unless an edit is felt, limit.
+  /// Where there are effects: what device or clutch leave of what is felt, before the slew; 1 where that did nothing.
+  double within = 1;
   Word<bool> clutched = false;  ///< In this tick: nothing is felt.
 
-  HAPTICS_FIELDS(self.slew, self.unlimited_N, self.clutched);
+  HAPTICS_FIELDS(self.slew, self.unlimited_N, self.within, self.clutched);
 };
 
 /// How the bodies in StateFields::moving are moved.
@@ -316,6 +318,7 @@ struct EffectsFelt {
   Stiffness stiffness;   ///< The sum of all, felt or not.
   double carried_m = 0;  ///< The longest way by which a frame moved by itself, where the HIP was.
   double byTime_N = 0;   ///< EffectField::Felt::byTime_N of all.
+  double withinBefore = 1;  ///< ForceLimits::within of the tick before.
 };
 
 /// What is so in this tick only: false before adoptScene(), and again at the tick's end.
@@ -391,6 +394,7 @@ struct HapticState : StateFields {
   TickEvents now;
   DeformedContact deformedContact;
   EffectsFelt effectsFelt;
+  std::array<Vec3, kMaxEffects> effectsBefore_N;  ///< EffectMemory::force_N of the tick before. Of addEffectForces().
   OtherHand otherHand;
   ToolResult toolFelt;
   Vec3 graspTorque_Nm{0};  ///< On the hand, of what it holds.

@@ -159,12 +159,18 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
     if (state.limits.slew.active()) {
       const Stiffness touched = touchedStiffness(state, result.contact);
       const EffectsFelt& effects = state.effectsFelt;
+      const Vec3 before = limitMagnitude(state.limits.unlimited_N, config.maxForce_N);
+      const double withinBefore =
+          state.limits.slew.goesOn() ? effects.withinBefore : writtenFraction(before, state.limits.unlimited_N);
+      const Vec3 felt = limitMagnitude(force, config.maxForce_N);
+      state.limits.within = state.limits.clutched ? 0 : writtenFraction(felt, force);
       force = state.limits.slew.follow(
-          limitMagnitude(state.limits.unlimited_N, config.maxForce_N), limitMagnitude(force, config.maxForce_N),
+          before, felt,
           input.device.position, state.estimate.hip, std::max(carried_m(state, result.contact), effects.carried_m),
           {touched.spring_N_per_m + effects.stiffness.spring_N_per_m,
            touched.damping_Ns_per_m + effects.stiffness.damping_Ns_per_m},
           jumps, config.period_s, effects.byTime_N + (result.adds ? EditSlew::kRate_N_per_s * config.period_s : 0));
+      if (state.features.effects) shareRest(state, withinBefore);
     }
     state.limits.unlimited_N = force;
     if (input.device.status.does(HandAction::kGrasp)) state.features.grasp = state.features.extras = true;

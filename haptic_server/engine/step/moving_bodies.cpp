@@ -22,28 +22,43 @@ namespace {
   return {a.force_N + b.force_N, a.place_m, a.torque_Nm + b.torque_Nm + glm::cross(b.place_m - a.place_m, b.force_N)};
 }
 
-/// What one body is given of a force (N, world) on the hand; nothing in a fault, in which that may be no number.
+/// Of the contact's force: that was written.
+[[nodiscard]] double writtenPart(const HapticState& state, const ForceResult& result) noexcept {
+  return writtenFraction(result.force.written, result.adds ? state.limits.unlimited_N : result.force.contact);
+}
+
+/// What one body is given of the force on the hand; nothing in a fault, in which that may be no number.
 class Reaction {
  public:
-  Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
+  Reaction(const HapticState& state, const ForceResult& result) noexcept
       : state_(state),
-        contact_(contact),
-        touches_(contact.touching && state.supervision.fault == Fault::kNone),
-        force_N_(touches_ ? force_N : Vec3(0)),
+        contact_(result.contact),
+        written_N_(result.force.written),
+        touches_(contact_.touching && state.supervision.fault == Fault::kNone),
+        force_N_(touches_ ? contactForce_N(state, result) : Vec3(0)),
+        part_(touches_ ? writtenPart(state, result) : 1),
         any_(touches_ || state.features.effects) {}
 
-  [[nodiscard]] Push on(std::size_t body) const noexcept {
-    if (!any_) return {};
-    const Push touch = ofTouch(body);
-    return state_.features.effects ? sum(touch, pushOfEffects(state_, body)) : touch;
-  }
+  [[nodiscard]] Push on(std::size_t body) const noexcept { return withTouch(body, 1); }
+  /// What of it the hand feels.
+  [[nodiscard]] Push felt(std::size_t body) const noexcept { return withTouch(body, part_); }
 
  private:
   const HapticState& state_;
   const ContactResult& contact_;
+  Vec3 written_N_;
   bool touches_;
   Vec3 force_N_;
+  double part_;
   bool any_;
+
+  [[nodiscard]] Push withTouch(std::size_t body, double part) const noexcept {
+    if (!any_) return {};
+    Push touch = ofTouch(body);
+    touch.force_N *= part;
+    touch.torque_Nm *= part;
+    return state_.features.effects ? sum(touch, pushOfEffects(state_, body, written_N_)) : touch;
+  }
 
   [[nodiscard]] Push ofTouch(std::size_t body) const noexcept {
     if (!touches_) return {};
@@ -91,11 +106,11 @@ void forEachShared(const HapticState& a, const HapticState& b, Pair pair) noexce
 
 /// After a body's motion: attributes the work that it does on the hand with the force that is held meanwhile. One that is
 /// stopped for good fades from under the hand.
-void endMotion(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
+void endMotion(HapticState& state, const MovingBody& moving, const Push& push) noexcept {
   if (push.any()) {
     const Pose& now = state.bodies[moving.body].current;
     const Vec3 way = toWorld(poseOf(state.rigidBody(moving), moving.state), toLocal(now, push.place_m)) - push.place_m;
-    state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+    state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -glm::dot(push.force_N, way));
   }
   if (isStopped(moving.state.condition)) state.makeUntouchable(moving.body);
 }
@@ -127,7 +142,7 @@ void endMotion(HapticState& state, const MovingBody& moving, const Push& push, d
 }
 
 /// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.
-bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
+bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction,
                          const MotionAllowance& motion) noexcept {
   // Not initialised: to clear room for 256 takes longer than a few bodies do.
   union Room {
@@ -145,14 +160,9 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
     moving.moved = !(poseOf(*colliders[i].rigidBody, moving.state) == colliders[i].pose);
-    endMotion(state, moving, reaction.on(moving.body), part);
+    endMotion(state, moving, reaction.felt(moving.body));
   }
   return isWhole;
-}
-
-/// Of the contact's force: that was written.
-[[nodiscard]] double writtenPart(const HapticState& state, const ForceResult& result) noexcept {
-  return writtenFraction(result.force.written, result.adds ? state.limits.unlimited_N : result.force.contact);
 }
 
 }  // namespace
@@ -183,11 +193,10 @@ std::int64_t unitsOfMotion(const HapticState& state) noexcept {
 void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
   if (state.motion.follows) return;
   const ContactResult& contact = result.contact;
-  const Reaction reaction(state, contact, contactForce_N(state, result));
+  const Reaction reaction(state, result);
   const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
-  const double part = writtenPart(state, result);
-  if (state.collidingCount > 0 && !moveCollidingBodies(state, config, reaction, part, allowance) &&
+  if (state.collidingCount > 0 && !moveCollidingBodies(state, config, reaction, allowance) &&
       !contact.work.allowanceSpent)
     ++state.report.allowanceSpent;
   std::size_t next = 0;
@@ -210,7 +219,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
                   allowance);
     moving.waited = 0;
     moving.moved = true;
-    endMotion(state, moving, reaction.on(moving.body), part);
+    endMotion(state, moving, reaction.felt(moving.body));
   }
   state.motion.next = next;
   state.otherHand.any = false;
@@ -222,7 +231,7 @@ void takePushes(HapticState& first, const HapticState& second, const ForceResult
   other.any = true;
   std::fill_n(other.push.begin(), first.moving.count, Push{});
   std::fill_n(other.awaits.begin(), first.moving.count, false);
-  const Reaction reaction(second, secondResult.contact, contactForce_N(second, secondResult));
+  const Reaction reaction(second, secondResult);
   forEachShared(first, second, [&](std::size_t i, std::size_t k) {
     const ObjectState& own = first.objects[first.moving[i].body];
     const ObjectState& its = second.objects[second.moving[k].body];
@@ -232,8 +241,7 @@ void takePushes(HapticState& first, const HapticState& second, const ForceResult
 }
 
 void followMovedBodies(const HapticState& first, HapticState& second, const ForceResult& secondResult) noexcept {
-  const Reaction reaction(second, secondResult.contact, contactForce_N(second, secondResult));
-  const double part = writtenPart(second, secondResult);
+  const Reaction reaction(second, secondResult);
   for (std::size_t k = 0; k < second.moving.count; ++k) second.moving[k].moved = false;
   forEachShared(first, second, [&](std::size_t i, std::size_t k) {
     const MovingBody& leads = first.moving[i];
@@ -243,7 +251,7 @@ void followMovedBodies(const HapticState& first, HapticState& second, const Forc
     if (isEdited || &first.rigidBody(leads) != &second.rigidBody(follows)) return;
     follows.state = leads.state;
     follows.moved = !(poseOf(second.rigidBody(follows), follows.state) == second.bodies[follows.body].current);
-    endMotion(second, follows, follows.moved ? reaction.on(follows.body) : Push{}, part);
+    endMotion(second, follows, follows.moved ? reaction.felt(follows.body) : Push{});
   });
 }
 

@@ -116,20 +116,24 @@ std::shared_ptr<const RigidBody> Slider::body(const TriMesh& mesh) const {
   return std::make_shared<const RigidBody>(orThrow(rigidBodyFrom(properties, mesh)));
 }
 
-void SliderReference::follow(const Pose& pose, Vec3 onHand_N) {
+void SliderReference::follow(const Pose& pose, Vec3 onHand_N, bool isJudged) {
   constexpr int kParts = 20;
-  if (!begun_) start_ = pose;
+  const bool begins = !begun_;
+  if (begins) start_ = pose;
   begun_ = true;
   const Vec3 axis = start_.rotation * slider_.axis;
-  const double measured_m = glm::dot(pose.position - start_.position, axis);
-  farthest_m_ = std::max(farthest_m_, std::abs(measured_m - place_m_));
-  longest_m_ = std::max(longest_m_, std::abs(place_m_));
   const double push_N = -glm::dot(onHand_N, axis);
-  for (int i = 0; i < kParts; ++i) {
-    const double force_N = push_N - slider_.spring_N_per_m * place_m_ - slider_.damping_Ns_per_m * speed_m_per_s_;
+  for (int i = 0; i < kParts && !begins; ++i) {
+    const double pushed_N = std::lerp(push_N_, push_N, (i + 0.5) / kParts);
+    const double force_N = pushed_N - slider_.spring_N_per_m * place_m_ - slider_.damping_Ns_per_m * speed_m_per_s_;
     speed_m_per_s_ += force_N / slider_.mass_kg * kTick_s / kParts;
     place_m_ += speed_m_per_s_ * kTick_s / kParts;
   }
+  push_N_ = push_N;
+  if (!isJudged) return;
+  const double measured_m = glm::dot(pose.position - start_.position, axis);
+  farthest_m_ = std::max(farthest_m_, std::abs(measured_m - place_m_));
+  longest_m_ = std::max(longest_m_, std::abs(place_m_));
 }
 
 }  // namespace haptics::eval

@@ -50,13 +50,14 @@ struct Pulls {
 };
 [[nodiscard]] Pulls randomPulls(Random& random);
 
-/// Newton's law for a slider under a force that is held for each tick.
+/// Newton's law for a slider under a force that goes straight from what it is in each tick to what it is in the next: held for a tick,
+/// it would come half a tick late.
 class SliderReference {
  public:
   explicit SliderReference(const Slider& slider) : slider_(slider) {}
 
-  /// @param pose  In this tick. @param onHand_N  What the body is given is the opposite.
-  void follow(const Pose& pose, Vec3 onHand_N);
+  /// @param pose  In this tick. @param onHand_N  What the body is given is the opposite. @param isJudged  By deviation().
+  void follow(const Pose& pose, Vec3 onHand_N, bool isJudged = true);
   /// Largest difference from the poses, over the largest displacement.
   [[nodiscard]] double deviation() const { return longest_m_ > 0 ? farthest_m_ / longest_m_ : 0; }
 
@@ -64,7 +65,7 @@ class SliderReference {
   Slider slider_;
   bool begun_ = false;
   Pose start_;
-  double place_m_ = 0, speed_m_per_s_ = 0;
+  double place_m_ = 0, speed_m_per_s_ = 0, push_N_ = 0;
   double farthest_m_ = 0, longest_m_ = 0;
 };
 

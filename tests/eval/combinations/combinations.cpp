@@ -25,8 +25,6 @@ std::vector<FeaturePair> allPairs() {
   for (std::size_t a = 0; a < kFeatures; ++a) {
     for (std::size_t b = a + 1; b < kFeatures; ++b) pairs.emplace_back(Feature(a), Feature(b));
   }
-  std::erase(pairs,
-             FeaturePair(Feature::kMotion, Feature::kEffects));  // 1.4 % beside its reference, by what is not known yet
   return pairs;
 }
 

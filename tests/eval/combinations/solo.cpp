@@ -165,6 +165,10 @@ class Solo {
     return static_cast<int>((kBeforeStroke_s + stroke_s) / kTick_s);
   }
 
+  /// Ticks in which effects are let in, at 30 N/s, and a body comes to rest in their pull: faster than any stroke, for which the step of
+  /// first order is meant.
+  static constexpr int kLetIn = 500;
+
   /// The exact shape's answer to a HIP in the body's frame.
   struct Answer {
     DeformedShape::Point point;
@@ -205,7 +209,8 @@ class Solo {
     SliderReference body(slider_);
     Vec3 material = start_;
     double deepestYield_m = 0;
-    for (int i = 0; i < strokeTicks(); ++i) {
+    const int before = has(Feature::kMotion) && has(Feature::kEffects) ? kLetIn : 0;
+    for (int i = -before; i < strokeTicks(); ++i) {
       const Way way = wayAt(i);
       const auto at = shape.at(shape.walked(start_, along_ * way.along_m));
       const Vec3 hip = at.place - at.normal * way.depth_m;
@@ -228,7 +233,7 @@ class Solo {
         expected.friction_N = -heading * (skin_.muDynamic * skin_.factor(material) * right.pressing_N);
       }
       comparison.add(felt, expected);
-      if (has(Feature::kMotion)) body.follow(pose, felt.force.contact);
+      if (has(Feature::kMotion)) body.follow(pose, felt.force.written, i >= 0);
     }
     comparison.addTo(result, has(Feature::kFriction), has(Feature::kTexture));
     if (has(Feature::kMotion)) result.worst(Measure::kTrajectory, body.deviation());

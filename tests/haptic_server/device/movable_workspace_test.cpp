@@ -64,11 +64,14 @@ TEST_F(MovableWorkspaceTest, SaysWhatThePressedButtonsAreBoundTo) {
   };
   const auto bit = [](HandAction action) { return static_cast<std::uint8_t>(action); };
   EXPECT_EQ(actions(0b1000), 0);
-  EXPECT_EQ(actions(0b0010), bit(HandAction::kGrasp));
-  EXPECT_EQ(actions(0b0100), bit(HandAction::kGrasp) | bit(HandAction::kMark));
-  EXPECT_EQ(actions(0b0001), bit(HandAction::kClutch));
-  move({.graspButtons = 0});
+  EXPECT_EQ(actions(0b1010), bit(HandAction::kGrasp)) << "and one that is free";
+  EXPECT_EQ(actions(0b0010), bit(HandAction::kGrasp) | bit(HandAction::kNoOther));
+  EXPECT_EQ(actions(0b0100), bit(HandAction::kGrasp) | bit(HandAction::kMark) | bit(HandAction::kNoOther));
+  EXPECT_EQ(actions(0b0001), bit(HandAction::kClutch) | bit(HandAction::kNoOther));
+  move({.graspButtons = 0, .nextToolButtons = 0b1000});
   EXPECT_EQ(actions(0b0110), bit(HandAction::kMark)) << "what is left out stays as it is";
+  EXPECT_EQ(actions(0b1000), bit(HandAction::kNextTool) | bit(HandAction::kNoOther));
+  EXPECT_EQ(actions(0), 0);
 }
 
 /// 20 mm outside, in a workspace that is turned by a quarter and three times as large.

@@ -174,11 +174,61 @@ TEST(EffectForces, GiveTheirBodyWhatTheyTakeFromTheHand) {
     const auto along = [&](std::uint64_t tick) { return Vec3(start_m + step_m * static_cast<double>(tick), 0, 0); };
     VirtualServo servo(along, kWide, carrying(1, floatingBox(0.2, 0), {spring, inWorld}));
     Vec3 given(0);
-    for (int i = 0; i < 80; ++i) given -= kPeriod_s * (servo.step().force.contact - Vec3(0, 0, 1));
+    for (int i = 0; i < 80; ++i) given -= kPeriod_s * servo.step().force.written;
+    given.z = 0;
     const RigidState& body = servo.state().moving[0].state;
-    EXPECT_GT(glm::length(body.momentum_Ns), 0.01);
+    EXPECT_GT(glm::length(body.momentum_Ns), 0.005);
     EXPECT_LT(glm::distance(body.momentum_Ns, given), 1e-9);
     EXPECT_LT(body.angularMomentum_Nms.z, 0) << "pulled at the hand's place, beside its centre";
+  }
+}
+
+/// What is slewed as it takes hold and lets go, and what passes the device's limit, reaches neither hand nor body.
+TEST(EffectForces, GiveTheirBodyNoMoreThanTheHandFeels) {
+  StepConfig weak = kWide;
+  weak.maxForce_N = 1.5;
+  weak.rise_s = 0.1;
+  const Effect snap{.kind = Kind::kSpringToPoint, .stiffness_N_per_m = 100, .reach_m = 0.03, .release_m = 0.04};
+  const Effect aside{.kind = Kind::kConstant, .direction = Vec3(0, 1, 0), .amplitude_N = 1};
+  const Effect inWorld{
+      .kind = Kind::kConstant, .frame = Effect::Frame::kWorld, .direction = Vec3(0, 0, 1), .amplitude_N = 1};
+  for (const bool isPulledByTheWorld : {false, true}) {
+    std::vector<Effect> effects{snap, aside};
+    if (isPulledByTheWorld) effects.push_back(inWorld);
+    const ServoObject box = floatingBox(5000, 0);  // it stays where it is
+    const auto there = [](std::uint64_t tick) {
+      return Vec3(0.03 + 0.015 * std::sin(3e-3 * static_cast<double>(tick)), 0, 0);
+    };
+    DeviceReading reading;
+    VirtualServo servo({}, weak, carrying(1, box, effects));
+    Vec3 given(0);
+    int held = 0, limited = 0;
+    for (int i = 0; i < 4000; ++i) {
+      if (i == 1000 || i == 1700) {
+        effects[1].amplitude_N = i == 1000 ? 0.1 : 0.7;
+        servo.adopt(carrying(static_cast<std::uint64_t>(i), box, effects));
+      }
+      reading.position = there(servo.tick());
+      reading.state = DeviceState::kReady;
+      reading.status.set(HandAction::kClutch, i > 2600 && i < 2900);
+      const TelemetrySample sample = servo.stepWith(reading);
+      ASSERT_EQ(sample.object, 0U);
+      given -= kPeriod_s * sample.force.written;
+      held += servo.state().effects[0].holds ? 1 : 0;
+      limited += glm::length(sample.force.written) > 1.4999 ? 1 : 0;
+      const Vec3 has = servo.state().moving[0].state.momentum_Ns;
+      ASSERT_LT(glm::length(has), 10);
+      if (isPulledByTheWorld) {
+        ASSERT_NEAR(has.x, given.x, 1e-9) << i;
+        ASSERT_NEAR(has.y, given.y, 1e-9) << i;
+        ASSERT_NEAR(has.z, 0, 1e-12) << i;
+      } else {
+        ASSERT_LT(glm::distance(has, given), 1e-9) << i;
+      }
+    }
+    EXPECT_GT(held, 500);
+    EXPECT_LT(held, 3500);
+    EXPECT_GT(limited, 100);
   }
 }
 
@@ -232,6 +282,33 @@ TEST(EffectForces, EditsUnderTheHandComeAtTheRateOfThoseOfSurfaces) {
   EXPECT_LE(largest_N, kRate_N * 1.001);
   EXPECT_GT(reached_N, 0.5);
   EXPECT_LT(glm::distance(servo.run(3000).force.written, servo.step().force.contact), 1e-9) << "and does come";
+}
+
+/// It gets heavier while it moves, and is braked so; its spring gets stiffer while it is stretched.
+TEST(EffectForces, AMassThatIsEditedGivesNoMoreThanItWasGiven) {
+  const Effect light{.kind = Kind::kInertia,
+                     .frame = Effect::Frame::kWorld,
+                     .stiffness_N_per_m = 50,
+                     .damping_Ns_per_m = 0.5,
+                     .mass_kg = 0.1};
+  Effect heavy = light, stiff = light;
+  heavy.mass_kg = 2;
+  stiff.stiffness_N_per_m = 1000;
+  for (const Effect& edited : {heavy, stiff}) {
+    Vec3 hand(0);
+    VirtualServo servo([&](std::uint64_t) { return hand; }, kWide, carrying(1, away(), {light}));
+    double given_J = 0, speed_m_per_s = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 way(kPeriod_s * speed_m_per_s, 0, 0);
+      given_J += glm::dot(servo.state().effects[0].force_N, way);
+      ASSERT_LE(given_J, 0) << i;
+      hand += way;
+      speed_m_per_s += i < 500 ? 4e-4 : -4e-4;
+      static_cast<void>(servo.step());
+      if (i == 499) servo.adopt(carrying(2, away(), {edited}));
+    }
+    EXPECT_LT(given_J, 0);
+  }
 }
 
 /// What the mass remembers of its place is of the frame that it was carried in.
@@ -295,6 +372,24 @@ TEST(EffectForces, ATriggerLetsThemInWhileItIsOn) {
       EXPECT_EQ(glm::length(before) < 1e-9, !isOn) << part;
     }
   }
+}
+
+/// What a pressed button is bound to takes its place.
+TEST(EffectForces, AButtonThatIsBoundTriggersNothing) {
+  const Effect push{
+      .kind = Kind::kConstant, .direction = Vec3(1, 0, 0), .amplitude_N = 0.5, .trigger = Effect::Trigger::kButton};
+  VirtualServo servo({}, kWide, carrying(1, away(), {push}));
+  const auto felt_N = [&](std::uint32_t buttons, std::initializer_list<HandAction> actions) {
+    DeviceReading reading{Vec3(0), DeviceState::kReady, {}};
+    reading.status.buttons = buttons;
+    for (const HandAction action : actions) reading.status.set(action, true);
+    TelemetrySample sample;
+    for (int i = 0; i < 100; ++i) sample = servo.stepWith(reading);
+    return sample.force.written.x;
+  };
+  EXPECT_EQ(felt_N(0b10, {}), 0.5);
+  EXPECT_EQ(felt_N(0b01, {HandAction::kMark, HandAction::kNoOther}), 0) << "the one for marks";
+  EXPECT_EQ(felt_N(0b11, {HandAction::kMark}), 0.5);
 }
 
 ServoObject featured(int feature) {
@@ -432,23 +527,24 @@ struct Bounded {
   }
 };
 
-/// How far the device goes yet along x in the last of four seconds, m.
+/// How far the device goes yet along x in the last of so many seconds, m.
 double unrest_m(const DevicePreset& preset, const char* handName, HandIntent& hand, const StepConfig& config,
-                std::unique_ptr<ServoScene> scene) {
+                std::unique_ptr<ServoScene> scene, std::uint64_t seconds = 4) {
   SimulatedDevice device({preset, findHandPreset(handName).value(), kPeriod_s}, hand);
   VirtualServo servo({}, config, std::move(scene));
   double least = 1, most = -1;
-  for (std::uint64_t tick = 0; tick < 4000; ++tick) {
+  for (std::uint64_t tick = 0; tick < 1000 * seconds; ++tick) {
     const Vec3 at = device.read(tick).position;
     device.write(servo.stepAt(at, DeviceState::kReady).force.written);
-    if (tick < 3000) continue;
+    if (tick < 1000 * (seconds - 1)) continue;
     least = std::min(least, at.x);
     most = std::max(most, at.x);
   }
   return most - least;
 }
 
-/// As stiff and as damped as they are felt at most, from 15 mm beside, 5 mm with a soft and damped spring where they have no rest of their own:
+/// As stiff and as damped as they are felt at most, from 15 mm beside; what has no rest of its own, with a soft and damped spring, on which
+/// a kilogram takes some 6 s:
 /// asked for without damping, with so much that all of the stiffness is felt, and with as much as there is.
 TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
   for (const DevicePreset& preset : devicePresets()) {
@@ -457,7 +553,7 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
       for (const double dampedTicks : {0.0, 1.0, 1e6}) {
         for (const Held& held : eachKind()) {
           Resting hand;
-          hand.beside_m = held.drags ? 0.005 : 0.015;
+          hand.beside_m = 0.015;
           Effect asked = held.effect;
           asked.stiffness_N_per_m = 1e5;
           asked.damping_Ns_per_m = dampedTicks * kPeriod_s * bounds.stiffest_N_per_m;
@@ -472,7 +568,7 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
           }
           effects = stableEffects(effects, std::nullopt, bounds);
           for (const char* name : {"none", "light"}) {
-            EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects)),
+            EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects), held.effect.mass_kg >= 1 ? 8 : 4),
                       std::max(2 * preset.resolution_m, 20e-6) * 1.001)
                 << preset.name << ' ' << name << ' ' << held.name << ' ' << dampedTicks << " observed " << observed;
           }
