@@ -14,6 +14,8 @@ void registerPhases(std::span<const std::uint32_t> sizes);
 void registerPeers(std::span<const std::uint32_t> sizes);
 /// From the device's position to the force in the server's loop, which sleeps between ticks; with and without the cache warmer.
 void registerServo(std::span<const std::uint32_t> sizes);
+/// What an effect adds to the step in the open.
+void registerEffects();
 /// Tools of many points, ours and a point shell over a distance field.
 void registerTools();
 /// The database's build, and its size.

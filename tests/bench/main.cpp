@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
   bench::registerPhases(sizes);
   bench::registerPeers(sizes);
   bench::registerServo(sizes);
+  bench::registerEffects();
   bench::registerTools();
   bench::registerBuild(sizes);
   bench::registerProtocol();

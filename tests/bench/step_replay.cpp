@@ -1,6 +1,7 @@
 #include "tests/bench/step_replay.h"
 
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "common/mesh/generators.h"
@@ -84,9 +85,10 @@ void collide(ServoObject& object, RigidBody body) {
   object.motion = std::make_shared<const RigidBody>(std::move(body));
 }
 
-StepReplay withEffect(Effect::Kind kind) {
+StepReplay withEffect(std::optional<Effect::Kind> chosen) {
   constexpr int kPoints = 1000, kTurns = 3;
   constexpr double kBeside_m = 0.002, kCircle_m = 0.01;
+  const Effect::Kind kind = chosen.value_or(Effect::Kind::kSpringToPoint);
   Effect effect{.kind = kind, .stiffness_N_per_m = 300, .damping_Ns_per_m = 0.5, .limit_N = 3, .reach_m = 0.1};
   for (int i = 0; i < kPoints && kind != Effect::Kind::kSpringToPoint; ++i) {
     const double angle = 2 * std::numbers::pi * kTurns * i / (kPoints - 1);
@@ -95,7 +97,7 @@ StepReplay withEffect(Effect::Kind kind) {
   ServoScene scene = sceneOf({boxAt(1, Vec3(0.1), 1, {0, 0, -1})});
   for (Vec3& point : effect.path_m) point.z += 1;
   effect.point_m.z = 1;
-  scene.effects.push_back({0, 0, std::make_shared<const EffectField>(effect)});
+  if (chosen) scene.effects.push_back({0, 0, std::make_shared<const EffectField>(effect)});
   std::vector<Vec3> path = circle({0, 0, kBeside_m}, {0, 0, 1}, kCircle_m);
   return {std::move(scene), {}, wayTo(path.front(), {0, 0, 0.05}), std::move(path)};
 }
@@ -128,6 +130,7 @@ StepReplay heldTool() {
   return {sceneOf({std::move(table), std::move(bar)}), {}, wayTo(path.front(), {0, 0, 0.02}), std::move(path)};
 }
 
+StepReplay inTheOpen() { return withEffect(std::nullopt); }
 StepReplay springToPoint() { return withEffect(Effect::Kind::kSpringToPoint); }
 StepReplay springToPath() { return withEffect(Effect::Kind::kSpringToPath); }
 StepReplay guide() { return withEffect(Effect::Kind::kGuide); }

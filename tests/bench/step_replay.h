@@ -75,6 +75,7 @@ class StepReplay {
 [[nodiscard]] StepReplay slidingBodies();
 /// In the open, with one effect in an object's frame: a spring to a point, one to the nearest place of a path of 1,000 points
 /// that goes round three times, and a guide along it.
+[[nodiscard]] StepReplay inTheOpen();  ///< The same without.
 [[nodiscard]] StepReplay springToPoint();
 [[nodiscard]] StepReplay springToPath();
 [[nodiscard]] StepReplay guide();

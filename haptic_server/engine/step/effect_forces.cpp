@@ -140,8 +140,7 @@ Push pushOfEffects(const HapticState& state, std::size_t body, Vec3 written_N) n
   Push push;
   if (!state.features.effects || state.supervision.fault != Fault::kNone) return push;
   push.place_m = state.estimate.hip;
-  const double part = writtenPart(state, written_N),
-               rests = writtenFraction(written_N, state.limits.unlimited_N);
+  const double part = writtenPart(state, written_N), rests = writtenFraction(written_N, state.limits.unlimited_N);
   for (std::size_t i = 0; i < state.effects.count; ++i) {
     const ServoEffect& effect = state.scene->effects[i];
     if (effect.body != body || effect.field->isInWorld()) continue;

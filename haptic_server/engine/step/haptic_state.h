@@ -103,7 +103,7 @@ struct ContactReport {
 
 struct ForceLimits {
   EditSlew slew;
-  Vec3 unlimited_N{0};          ///< Before fault ramp and, unless an edit is felt, limit.
+  Vec3 unlimited_N{0};  ///< Before fault ramp and, unless an edit is felt, limit.
   /// Where there are effects: what device or clutch leave of what is felt, before the slew; 1 where that did nothing.
   double within = 1;
   Word<bool> clutched = false;  ///< In this tick: nothing is felt.
@@ -314,10 +314,10 @@ struct DeformedContact {
 
 /// All effects together, in the last tick that felt them; nothing where there are none.
 struct EffectsFelt {
-  Vec3 force_N{0};       ///< On the hand; world.
-  Stiffness stiffness;   ///< The sum of all, felt or not.
-  double carried_m = 0;  ///< The longest way by which a frame moved by itself, where the HIP was.
-  double byTime_N = 0;   ///< EffectField::Felt::byTime_N of all.
+  Vec3 force_N{0};          ///< On the hand; world.
+  Stiffness stiffness;      ///< The sum of all, felt or not.
+  double carried_m = 0;     ///< The longest way by which a frame moved by itself, where the HIP was.
+  double byTime_N = 0;      ///< EffectField::Felt::byTime_N of all.
   double withinBefore = 1;  ///< ForceLimits::within of the tick before.
 };
 

@@ -165,8 +165,8 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
       const Vec3 felt = limitMagnitude(force, config.maxForce_N);
       state.limits.within = state.limits.clutched ? 0 : writtenFraction(felt, force);
       force = state.limits.slew.follow(
-          before, felt,
-          input.device.position, state.estimate.hip, std::max(carried_m(state, result.contact), effects.carried_m),
+          before, felt, input.device.position, state.estimate.hip,
+          std::max(carried_m(state, result.contact), effects.carried_m),
           {touched.spring_N_per_m + effects.stiffness.spring_N_per_m,
            touched.damping_Ns_per_m + effects.stiffness.damping_Ns_per_m},
           jumps, config.period_s, effects.byTime_N + (result.adds ? EditSlew::kRate_N_per_s * config.period_s : 0));

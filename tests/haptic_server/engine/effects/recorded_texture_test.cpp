@@ -146,7 +146,10 @@ TEST(RecordedTexture, SoundsAsItsModelFrom20To400Hz) {
   for (const double rate_Hz : {1000.0, 4000.0}) {
     for (const double recorded_Hz : {1000.0, 2000.0, 10'000.0}) {
       for (int i = 0; i < 2; ++i) {
-        const auto poles = randomPoles(recorded_Hz > 5000 ? 9 : recorded_Hz > 1000 ? 5 : 4 + 4 * i, recorded_Hz, random);
+        const auto poles = randomPoles(recorded_Hz > 5000   ? 9
+                                       : recorded_Hz > 1000 ? 5
+                                                            : 4 + 4 * i,
+                                       recorded_Hz, random);
         const Effect effect = textureOf(reflectionOf(polynomialOf(poles)), recorded_Hz);
         const auto felt = feltDensity(RecordedTexture(effect, 1 / rate_Hz), rate_Hz, frequencies_Hz);
         const Density asked(poles, recorded_Hz);

@@ -476,6 +476,7 @@ struct Held {
   Effect effect;
   ServoObject object = away();
   bool drags = false;  ///< It has no rest of its own.
+  double apart_m = 0;  ///< Another one like it pulls from the other side.
 };
 
 std::vector<Held> eachKind() {
@@ -491,6 +492,7 @@ std::vector<Held> eachKind() {
   const auto ofMesh = [](Kind kind) { return Effect{.kind = kind, .reach_m = 0.02}; };
   return {
       {"point", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}},
+      {"two points", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}, away(), false, 0.005},
       {"line", {.kind = Kind::kSpringToLine, .frame = world, .point_m = rest, .direction = Vec3(0, 1, 0)}},
       {"plane", {.kind = Kind::kSpringToPlane, .frame = world, .point_m = rest, .direction = x}},
       {"path", {.kind = Kind::kSpringToPath, .frame = world, .path_m = path}},
@@ -559,6 +561,11 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
           asked.damping_Ns_per_m = dampedTicks * kPeriod_s * bounds.stiffest_N_per_m;
           if (asked.kind == Kind::kForbiddenSide) asked.point_m.x = hand.beside_m + 0.0005;
           std::vector<Effect> effects{asked};
+          if (held.apart_m > 0) {
+            effects[0].point_m.x -= held.apart_m;
+            effects.push_back(effects[0]);
+            effects[1].point_m.x += 2 * held.apart_m;
+          }
           if (held.drags) {
             effects.push_back({.kind = Kind::kSpringToPoint,
                                .frame = Effect::Frame::kWorld,
@@ -568,7 +575,8 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
           }
           effects = stableEffects(effects, std::nullopt, bounds);
           for (const char* name : {"none", "light"}) {
-            EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects), held.effect.mass_kg >= 1 ? 8 : 4),
+            EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects),
+                               held.effect.mass_kg >= 1 ? 8 : 4),
                       std::max(2 * preset.resolution_m, 20e-6) * 1.001)
                 << preset.name << ' ' << name << ' ' << held.name << ' ' << dampedTicks << " observed " << observed;
           }
