@@ -33,10 +33,21 @@ double steepness_Ns_per_m(const Effect& texture) {
 /// (0.8 of it is too much).
 constexpr double kUndampedShare = 0.2, kDampedShare = 0.5;
 
+/// It pulls from both sides, wherever the hand is.
+[[nodiscard]] bool pullsEverywhere(const Effect& effect) noexcept {
+  return effect.stiffness_N_per_m > 0 && effect.kind != Effect::Kind::kForbiddenSide && effect.reach_m == 0 &&
+         effect.region == Effect::Region::kEverywhere;
+}
+
 /// No stiffer and no more damped than the device bears.
-void limit(Effect& effect, const DeviceLimits& device) {
+/// @param together  So many pull everywhere.
+void limit(Effect& effect, const DeviceLimits& device, double together) {
   double stiffest_N_per_m = device.stiffest_N_per_m, maxDamping_Ns_per_m = device.maxDamping_Ns_per_m;
   if (!device.observed && effect.kind != Effect::Kind::kForbiddenSide) {
+    if (pullsEverywhere(effect)) {
+      stiffest_N_per_m /= together;
+      maxDamping_Ns_per_m /= together;
+    }
     maxDamping_Ns_per_m *= kDampedShare;
     stiffest_N_per_m =
         std::clamp(effect.damping_Ns_per_m / device.period_s, kUndampedShare * stiffest_N_per_m, stiffest_N_per_m);
@@ -50,8 +61,9 @@ void limit(Effect& effect, const DeviceLimits& device) {
 std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<double> apparentMass_kg,
                                   const DeviceLimits& device) {
   double stiffness_N_per_m = 0, damping_Ns_per_m = 0;  // of the body's
+  const auto together = static_cast<double>(std::ranges::count_if(effects, pullsEverywhere));
   for (Effect& effect : effects) {
-    limit(effect, device);
+    limit(effect, device, together);
     if (effect.kind == Effect::Kind::kRecordedTexture) {
       const double steepness = steepness_Ns_per_m(effect);
       if (steepness > device.maxDamping_Ns_per_m) effect.amplitude_N *= device.maxDamping_Ns_per_m / steepness;

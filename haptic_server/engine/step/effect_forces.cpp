@@ -11,9 +11,9 @@ namespace {
 
 constexpr NearMesh kNoMesh;
 
-/// By which the effects' frame moves the place (world) in this tick.
+/// By which the frame of a body that moves carries the place (world) in this tick.
 [[nodiscard]] Vec3 carriedWay(const Body& body, Vec3 place) noexcept {
-  return body.moving ? place - toWorld(body.previous, toLocal(body.current, place)) : Vec3(0);
+  return place - toWorld(body.previous, toLocal(body.current, place));
 }
 
 /// What was written, or is, of each effect's force.
@@ -97,11 +97,15 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
     } else {
       const Body& body = state.bodies[effect.body];
       const Quat toFrame = glm::conjugate(body.current.rotation);
-      const Vec3 carried = carriedWay(body, hip);
-      all.carried_m = std::max(all.carried_m, glm::length(carried));
+      Vec3 onFrame = velocity;
+      if (body.moving) {
+        const Vec3 carried = carriedWay(body, hip);
+        all.carried_m = std::max(all.carried_m, glm::length(carried));
+        onFrame -= carried / config.period_s;
+      }
       const Vec3 here = toLocal(body.current, hip);
       Allowance& allowance = result.contact.work.allowance;
-      const Vec3 relative = toFrame * (velocity - carried / config.period_s);
+      const Vec3 relative = toFrame * onFrame;
       if (!effect.field->isOfMesh()) {
         felt = effect.field->felt(memory, here, relative, config.period_s, kNoMesh);
       } else if (effect.field->isTexture()) {
