@@ -156,8 +156,9 @@ struct PairNow {
   [[nodiscard]] bool isKnown(const BodyPair& pair) const noexcept {
     if (pair.range_m < 0) return false;
     const double moved_m = movedSince(pair.relative);
-    const bool isFresh = !haveFewFaces() || pair.contacts.count == 0 || moved_m <= range_m();
-    return isFresh && moved_m <= pair.range_m;
+    // A pair keeps few contacts: of those within the range of a higher speed not the ones that it comes to rest on.
+    const bool isFresh = haveFewFaces() ? moved_m <= range_m() : pair.range_m <= kTicksOfRange * range_m();
+    return (isFresh || pair.contacts.count == 0) && moved_m <= pair.range_m;
   }
   /// Within which points are contacts.
   [[nodiscard]] double range_m() const noexcept {
