@@ -64,11 +64,14 @@ namespace {
 
 [[nodiscard]] bool isTool(const HapticState& state) {
   const ToolMemory& tool = state.tool.memory;
+  const auto& jaws = state.toolScratch.tool->jaws;
   const std::size_t all = tool.clearTo.count + tool.sharpClearTo.count;
   const auto isTouch = [&](const ToolTouch& touch) {
-    if (touch.ofBody > 1 || touch.body >= tool.bodies.count || (touch.side != 1 && touch.side != -1)) return false;
+    if (touch.ofBody > (jaws ? 2 : 1) || touch.body >= tool.bodies.count || (touch.side != 1 && touch.side != -1))
+      return false;
     const ServoObject& object = state.scene->objects[touch.body];
-    const CollisionMesh& surface = touch.ofBody != 0 ? *state.toolScratch.tool->surface : *object.surface;
+    const CollisionMesh& own = touch.ofBody == 2 ? *jaws->lower : *state.toolScratch.tool->surface;
+    const CollisionMesh& surface = touch.ofBody != 0 ? own : *object.surface;
     const std::size_t points =
         touch.ofBody != 0 ? state.toolScratch.sharp[touch.body].points.size() : tool.clearTo.count;
     return touch.triangle < surface.triangleCount() && touch.point < points && isWithinWorld(touch.place) &&
@@ -76,11 +79,12 @@ namespace {
   };
   const auto isObstacle = [](const ToolObstacleState& body) { return isPose(body.at) && isAmount(body.travelled); };
   const auto isNumber = [](double value) { return std::isfinite(value); };
-  return tool.cursor < all && isPose(tool.proxy) && tool.wayTested <= all && isPose(tool.way) && isAmount(tool.moved) &&
-         isAmount(tool.travelled) && isAmount(tool.skin) && tool.bodiesPart > 0 && tool.bodiesPart <= 1 &&
-         isAmount(tool.testCost) && tool.testCost > 0 && std::ranges::all_of(tool.bodies.all(), isObstacle) &&
-         std::ranges::all_of(tool.touches.all(), isTouch) && std::ranges::all_of(tool.clearTo.all(), isNumber) &&
-         std::ranges::all_of(tool.sharpClearTo.all(), isNumber);
+  const auto isToolPose = [](const ToolPose& pose) { return isPose(pose) && isAmount(pose.opening_rad); };
+  return tool.cursor < all && isToolPose(tool.proxy) && tool.wayTested <= all && isToolPose(tool.way) &&
+         isAmount(tool.moved) && isAmount(tool.travelled) && isAmount(tool.skin) && tool.bodiesPart > 0 &&
+         tool.bodiesPart <= 1 && isAmount(tool.testCost) && tool.testCost > 0 &&
+         std::ranges::all_of(tool.bodies.all(), isObstacle) && std::ranges::all_of(tool.touches.all(), isTouch) &&
+         std::ranges::all_of(tool.clearTo.all(), isNumber) && std::ranges::all_of(tool.sharpClearTo.all(), isNumber);
 }
 
 [[nodiscard]] bool isGrasp(const HapticState& state) {

@@ -7,7 +7,8 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kRows = 7;
+/// A normal with its offset.
+template <std::size_t kRows>
 using Column = std::array<double, kRows>;
 
 /// Squared lengths that are smaller, of columns of length 1 and more, are rounding.
@@ -16,13 +17,15 @@ constexpr double kDependent = 1e-18;
 constexpr double kOptimal = 1e-11;
 constexpr int kMaxDistanceRounds = 64;
 
-[[nodiscard]] double dot(const Column& a, const Column& b) noexcept {
+template <std::size_t kRows>
+[[nodiscard]] double dot(const Column<kRows>& a, const Column<kRows>& b) noexcept {
   double sum = 0;
   for (std::size_t i = 0; i < kRows; ++i) sum += a[i] * b[i];
   return sum;
 }
 
 /// Columns of which a right side is made up, with factors that are not negative.
+template <std::size_t kRows>
 class PassiveSet {
  public:
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
@@ -34,7 +37,7 @@ class PassiveSet {
   }
 
   /// False: it depends on those that are in it.
-  [[nodiscard]] bool add(std::uint32_t index, const Column& column) noexcept {
+  [[nodiscard]] bool add(std::uint32_t index, const Column<kRows>& column) noexcept {
     if (count_ == kRows) return false;
     index_[count_] = index;
     column_[count_] = column;
@@ -65,8 +68,8 @@ class PassiveSet {
   }
 
   /// (0, ..., 0, 1) without what the columns make up.
-  [[nodiscard]] Column rest() const noexcept {
-    Column rest{};
+  [[nodiscard]] Column<kRows> rest() const noexcept {
+    Column<kRows> rest{};
     rest[kRows - 1] = 1;
     for (std::size_t i = 0; i < count_; ++i) {
       for (std::size_t k = 0; k < kRows; ++k) rest[k] -= factor_[i] * column_[i][k];
@@ -77,14 +80,14 @@ class PassiveSet {
  private:
   std::size_t count_ = 0;
   std::array<std::uint32_t, kRows> index_{};
-  std::array<Column, kRows> column_{};
-  std::array<Column, kRows> unit_{};  // orthonormal
+  std::array<Column<kRows>, kRows> column_{};
+  std::array<Column<kRows>, kRows> unit_{};  // orthonormal
   std::array<std::array<double, kRows>, kRows>
       coefficient_{};  // column j = sum over i <= j of coefficient_[j][i] unit i
   std::array<double, kRows> factor_{};
 
   [[nodiscard]] bool orthogonalise(std::size_t j) noexcept {
-    Column v = column_[j];
+    Column<kRows> v = column_[j];
     coefficient_[j] = {};
     const double whole = dot(v, v);
     for (int pass = 0; pass < 2; ++pass) {  // twice is enough (Kahan)
@@ -124,28 +127,30 @@ class PassiveSet {
 
 }  // namespace
 
-LeastDistance leastDistance(std::span<const HalfSpace6> halfSpaces) noexcept {
+template <std::size_t kFreedoms>
+LeastDistance leastDistance(std::span<const HalfSpace> halfSpaces) noexcept {
+  constexpr std::size_t kRows = kFreedoms + 1;
   if (halfSpaces.size() > kMaxHalfSpaces) halfSpaces = halfSpaces.first(kMaxHalfSpaces);
   // In units in which the farthest boundary is at a distance of 1.
   std::array<double, kMaxHalfSpaces> perLength;
   double farthest = 0;
   for (std::size_t i = 0; i < halfSpaces.size(); ++i) {
     double square = 0;
-    for (const double c : halfSpaces[i].normal) square += c * c;
+    for (std::size_t k = 0; k < kFreedoms; ++k) square += halfSpaces[i].normal[k] * halfSpaces[i].normal[k];
     perLength[i] = 1 / std::sqrt(square);
     farthest = std::max(farthest, halfSpaces[i].offset * perLength[i]);
   }
   LeastDistance nearest;
   if (farthest <= 0) return nearest;
   const auto column = [&](std::size_t i) noexcept {
-    Column c;
-    for (std::size_t k = 0; k < 6; ++k) c[k] = halfSpaces[i].normal[k] * perLength[i];
-    c[6] = halfSpaces[i].offset * perLength[i] / farthest;
+    Column<kRows> c;
+    for (std::size_t k = 0; k < kFreedoms; ++k) c[k] = halfSpaces[i].normal[k] * perLength[i];
+    c[kFreedoms] = halfSpaces[i].offset * perLength[i] / farthest;
     return c;
   };
-  PassiveSet passive;
+  PassiveSet<kRows> passive;
   for (int round = 0; round < kMaxDistanceRounds; ++round) {
-    const Column rest = passive.rest();
+    const Column<kRows> rest = passive.rest();
     double most = kOptimal;
     std::size_t next = halfSpaces.size();
     for (std::size_t i = 0; i < halfSpaces.size(); ++i) {
@@ -158,19 +163,22 @@ LeastDistance leastDistance(std::span<const HalfSpace6> halfSpaces) noexcept {
     if (next == halfSpaces.size() || !passive.add(static_cast<std::uint32_t>(next), column(next))) break;
     passive.fit();
   }
-  const Column rest = passive.rest();
+  const Column<kRows> rest = passive.rest();
   constexpr double kNothingLeft = 1e-9;
   if (dot(rest, rest) < kNothingLeft * kNothingLeft) {
     nearest.exists = false;
     return nearest;
   }
-  for (std::size_t k = 0; k < 6; ++k) nearest.x[k] = -farthest * rest[k] / rest[6];
+  for (std::size_t k = 0; k < kFreedoms; ++k) nearest.x[k] = -farthest * rest[k] / rest[kFreedoms];
   nearest.tightCount = static_cast<int>(passive.size());
   for (std::size_t i = 0; i < passive.size(); ++i) {
     nearest.tight[i] = passive.index(i);
-    nearest.multiplier[i] = farthest * passive.factor(i) * perLength[passive.index(i)] / rest[6];
+    nearest.multiplier[i] = farthest * passive.factor(i) * perLength[passive.index(i)] / rest[kFreedoms];
   }
   return nearest;
 }
+
+template LeastDistance leastDistance<6>(std::span<const HalfSpace>) noexcept;
+template LeastDistance leastDistance<7>(std::span<const HalfSpace>) noexcept;
 
 }  // namespace haptics

@@ -43,10 +43,16 @@ constexpr double kDescent = 0.8;
 /// So many skins farther from the device a pose may be than that: planes lift the points by a skin.
 constexpr double kLifts = 16;
 
-/// Twice the energy of both springs, J.
-[[nodiscard]] double energy(const Pose& proxy, const Pose& device, const ToolCoupling& coupling) noexcept {
+/// Twice the energy of all springs, J.
+[[nodiscard]] double energy(const ToolPose& proxy, const ToolPose& device, const ToolCoupling& coupling) noexcept {
+  const double opened = proxy.opening_rad - device.opening_rad;
   return coupling.stiffness_N_per_m * squaredLength(proxy.position - device.position) +
-         coupling.torsion_Nm_per_rad * squaredLength(rotationVector(proxy.rotation * glm::conjugate(device.rotation)));
+         coupling.torsion_Nm_per_rad * squaredLength(rotationVector(proxy.rotation * glm::conjugate(device.rotation))) +
+         coupling.grip_Nm_per_rad * opened * opened;
+}
+
+[[nodiscard]] ToolPose between(const ToolPose& a, const ToolPose& b, double part) noexcept {
+  return {interpolate(a, b, part), glm::mix(a.opening_rad, b.opening_rad, part)};
 }
 
 /// How far a rotation takes a place that is a metre from its axis at most.
@@ -102,6 +108,25 @@ void ToolMemory::clear() noexcept {
   touches.count = bodies.count = clearTo.count = sharpClearTo.count = 0;
 }
 
+ToolPose ToolContact::Step::from(const ToolPose& pose, double part) const noexcept {
+  return {glm::normalize(rotationBy(part * turn) * pose.rotation), pose.position + part * move,
+          std::max(0.0, pose.opening_rad + part * open)};
+}
+
+Pose ToolContact::jawPose(const ToolPose& tool, std::size_t jaw) const noexcept {
+  if (!scratch_.tool->jaws) return tool;
+  const ToolJaws& jaws = *scratch_.tool->jaws;
+  const Quat opened = rotationBy((jaw == 0 ? 0.5 : -0.5) * tool.opening_rad * jaws.axis);
+  return {tool.rotation * opened, toWorld(tool, jaws.hinge_m - opened * jaws.hinge_m)};
+}
+
+ToolContact::Frames ToolContact::framesAt(const ToolPose& tool) const noexcept {
+  Frames frames;
+  frames.origin = tool.position;
+  for (std::size_t jaw = 0; jaw < jawCount(); ++jaw) frames.jaw[jaw] = Frame(jawPose(tool, jaw));
+  return frames;
+}
+
 void ToolContact::hold(const Tool& tool) noexcept {
   scratch_.tool = &tool;
   memory_.clear();
@@ -152,7 +177,7 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
   forgetClearances();
 }
 
-void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexcept {
+void ToolContact::reset(const ToolPose& device, std::span<const Body> bodies) noexcept {
   memory_.proxy = device;
   memory_.touches.count = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) memory_.bodies[b].at = bodies[b].current;
@@ -168,9 +193,9 @@ void ToolContact::forgetClearances() noexcept {
   for (ToolObstacleState& body : memory_.bodies.all()) body.travelled = 0;
 }
 
-ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+ToolResult ToolContact::follow(std::span<const Body> bodies, const ToolPose& device, const ToolCoupling& coupling,
                                Allowance allowance) noexcept {
-  const Pose start = memory_.proxy;
+  const ToolPose start = memory_.proxy;
   const double startEnergy = energy(start, device, coupling);
   gather(bodies, device);
   const bool bodiesRest = memory_.moved == 0;
@@ -191,15 +216,15 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     if (round == 0) forgetHighTouches();
-    Pose next = memory_.proxy;
+    ToolPose next = memory_.proxy;
     if (!solve(device, coupling, next, result, allowance)) break;
     double bound = farthestMove(next);
-    const Pose end = next;
+    const ToolPose end = next;
     double part = 1;
     bool isThere = canTest(bound, allowance);
     while (!isThere && part > kMinPart) {
       part /= 2;
-      next = interpolate(memory_.proxy, end, part);
+      next = between(memory_.proxy, end, part);
       if (!canTest(farthestMove(next), allowance) || !keepAbovePlanes(coupling, next, allowance)) continue;
       bound = farthestMove(next);
       isThere = canTest(bound, allowance);
@@ -225,7 +250,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     } else if (!addHits()) {
       // Half of the way to the hit, unless it is there already: so near to a surface rounding would take it through.
       if (scratch_.lowestHit < memory_.skin / 2) break;
-      const Pose before = interpolate(memory_.proxy, next, scratch_.firstHit / 2);
+      const ToolPose before = between(memory_.proxy, next, scratch_.firstHit / 2);
       const double partly = farthestMove(before);
       if (!isClear(bodies, before, partly, allowance)) break;
       moveTo(bodies, before, partly, allowance);
@@ -239,6 +264,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   result.force_N = coupling.stiffness_N_per_m * (memory_.proxy.position - device.position);
   result.torque_Nm =
       coupling.torsion_Nm_per_rad * rotationVector(memory_.proxy.rotation * glm::conjugate(device.rotation));
+  result.grip_Nm = coupling.grip_Nm_per_rad * (memory_.proxy.opening_rad - device.opening_rad);
   memory_.bodiesPart =
       memory_.moved == 0 ? std::min(1.0, 2 * memory_.bodiesPart) : std::max(kMinPart, memory_.bodiesPart / 2);
   result.waits = !settled || !arrived;
@@ -249,13 +275,13 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
 }
 
 int ToolContact::touching() const noexcept {
-  const Frame tool(memory_.proxy);
+  const Frames tool = framesAt(memory_.proxy);
   return static_cast<int>(std::ranges::count_if(
       touches(), [&](const Touch& touch) { return height(touch, tool) < kTouchMargin * memory_.skin; }));
 }
 
 /// Continues the test of a way that the last tick did not come to the end of, if it is one that the device still pulls to.
-void ToolContact::continueWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+void ToolContact::continueWay(std::span<const Body> bodies, const ToolPose& device, const ToolCoupling& coupling,
                               Allowance& allowance) noexcept {
   const double bound = farthestMove(memory_.way);
   memory_.isOnWay = descends(memory_.way, device, coupling);
@@ -273,7 +299,7 @@ void ToolContact::continueWay(std::span<const Body> bodies, const Pose& device, 
 }
 
 /// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
-void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexcept {
+void ToolContact::gather(std::span<const Body> bodies, const ToolPose& device) noexcept {
   double extent =
       std::max(glm::length(device.position), glm::length(memory_.proxy.position)) + scratch_.tool->shell.radius_m;
   memory_.moved = farthestMove(bodies);
@@ -322,7 +348,7 @@ std::span<const Body> ToolContact::takePartOfTheWay(std::span<const Body> bodies
 /// Follows the points that touch over the surfaces, and takes their planes. Those that are farther than the tool can come
 /// are let go of.
 void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept {
-  const Frame tool(memory_.proxy);
+  const Frames tool = framesAt(memory_.proxy);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < memory_.touches.count; ++i) {
     Touch touch = memory_.touches[i];
@@ -342,7 +368,7 @@ void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, All
 /// Keeps no more than kMaxPlanes. A point that is forgotten hits its plane again before it passes it.
 void ToolContact::forgetHighTouches() noexcept {
   if (memory_.touches.count <= kMaxPlanes) return;
-  const Frame tool(memory_.proxy);
+  const Frames tool = framesAt(memory_.proxy);
   std::array<double, kMaxHalfSpaces> heights;
   for (std::size_t i = 0; i < memory_.touches.count; ++i) heights[i] = height(memory_.touches[i], tool);
   const auto heightsEnd = heights.begin() + static_cast<std::ptrdiff_t>(memory_.touches.count);
@@ -353,11 +379,13 @@ void ToolContact::forgetHighTouches() noexcept {
   memory_.touches.count = static_cast<std::size_t>(end - touches().begin());
 }
 
-void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept {
-  const CollisionMesh& surface = touch.ofBody ? *scratch_.tool->surface : *body.surface;
+void ToolContact::refreshTouch(const Body& body, const Frames& tool, Touch& touch,
+                               Allowance& allowance) const noexcept {
+  const std::size_t jaw = jawOf(touch);
+  const CollisionMesh& surface = touch.ofBody ? jawSurface(jaw) : *body.surface;
   if (touch.ofBody) touch.place = body.frame.toWorld(scratch_.sharp[touch.body].points[touch.point]);
-  const Vec3 at =
-      touch.ofBody ? toLocal(memory_.proxy, touch.place) : body.frame.toLocal(tool.toWorld(point(touch.point)));
+  const Vec3 at = touch.ofBody ? toLocal(jawPose(memory_.proxy, jaw), touch.place)
+                               : body.frame.toLocal(tool.jaw[jaw].toWorld(point(touch.point)));
   const std::int64_t affordable = 1 + allowance.left() / Allowance::kNearTriangle;
   SearchRun run{.budget = static_cast<int>(std::min<std::int64_t>(kTouchBudget, affordable))};
   const ClosestPoint foot = touch.hitIn == memory_.search ? onPlaneOf(surface, touch.triangle, at)
@@ -378,18 +406,19 @@ void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch
 }
 
 /// Of the point above its plane, with the tool there; m.
-double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept {
-  const Vec3 at = touch.ofBody ? tool.toLocal(touch.place) : tool.toWorld(point(touch.point));
+double ToolContact::height(const Touch& touch, const Frames& tool) const noexcept {
+  const Frame& jaw = tool.jaw[jawOf(touch)];
+  const Vec3 at = touch.ofBody ? jaw.toLocal(touch.place) : jaw.toWorld(point(touch.point));
   return glm::dot(touch.normal, at) - touch.offset;
 }
 
 /// The pose nearest to the device's in which all that touch are a skin above their planes, or one on the way to it, and the
 /// points that hold it there. False: there is none, or it was not found.
-bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
+bool ToolContact::solve(const ToolPose& device, const ToolCoupling& coupling, ToolPose& next, ToolResult& result,
                         Allowance& allowance) noexcept {
   LeastDistance held;
   bool lifts = true;
-  Pose first = memory_.proxy;
+  ToolPose first = memory_.proxy;
   double lastBend = std::numeric_limits<double>::infinity();
   for (int turn = 0;; ++turn) {
     Step step = stepTowards(device, coupling, next, lifts, allowance);
@@ -398,14 +427,14 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
       step = stepTowards(device, coupling, next, lifts, allowance);
     }
     if (!step.nearest.exists) return false;
-    const double angle = glm::length(step.turn);
+    const double angle = step.angle_rad();
     const double part = std::min(1.0, kMaxTurn_rad / angle);
     const double bend = bendOf(part * angle);
     const bool converges = bend <= kConverging * lastBend;
     bool ends = false;
     if (converges) {
       held = step.nearest;
-      next = {glm::normalize(rotationBy(part * step.turn) * next.rotation), next.position + part * step.move};
+      next = step.from(next, part);
       if (turn == 0) first = next;
       ends = bend < kConstraintTolerance * memory_.skin;
     }
@@ -414,7 +443,7 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
     if (!ends && converges && part == 1 && turn + 1 < kMaxTurns) continue;
     double whole = 1;
     while (!keepAbovePlanes(coupling, next, allowance) || !descends(next, device, coupling)) {
-      next = whole < kMinPart ? memory_.proxy : interpolate(memory_.proxy, first, whole);
+      next = whole < kMinPart ? memory_.proxy : between(memory_.proxy, first, whole);
       if (whole < kMinPart) {
         if (memory_.moved > 0) return false;
         break;  // it is where it can be
@@ -430,7 +459,7 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
 /// Is the pose nearer to the device's than the proxy, by the energy, and no farther away than it has to be? Only bodies that
 /// move push the tool away from where the device pulls it. Far from the device the first order may, or take it across a flat
 /// valley of the energy.
-bool ToolContact::descends(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept {
+bool ToolContact::descends(const ToolPose& next, const ToolPose& device, const ToolCoupling& coupling) const noexcept {
   if (memory_.moved > 0) return true;
   const double most = std::sqrt(energy(memory_.proxy, device, coupling)) +
                       kLifts * memory_.skin * std::sqrt(coupling.stiffness_N_per_m);
@@ -439,14 +468,14 @@ bool ToolContact::descends(const Pose& next, const Pose& device, const ToolCoupl
 
 /// Moves a pose as little as brings all that touch a skin above their planes, or as high as they are now. False: that was not
 /// found.
-bool ToolContact::keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept {
-  const Pose target = pose;
+bool ToolContact::keepAbovePlanes(const ToolCoupling& coupling, ToolPose& pose, Allowance& allowance) noexcept {
+  const ToolPose target = pose;
   double lastBend = std::numeric_limits<double>::infinity();
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Step step = stepTowards(target, coupling, pose, false, allowance);
-    const double bend = bendOf(glm::length(step.turn));
+    const double bend = bendOf(step.angle_rad());
     if (!step.nearest.exists || bend > kConverging * lastBend) return false;
-    pose = {glm::normalize(rotationBy(step.turn) * pose.rotation), pose.position + step.move};
+    pose = step.from(pose);
     if (bend < kConstraintTolerance * memory_.skin) return true;
     lastBend = bend;
   }
@@ -456,7 +485,7 @@ bool ToolContact::keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allo
 /// From a pose to the one nearest to the target's, by the coupling's energy, that is above all planes: to first order.
 /// @param lifts  By a skin; else by no more than the proxy is.
 /// @return None, too, where the allowance does not last for it.
-ToolContact::Step ToolContact::stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose,
+ToolContact::Step ToolContact::stepTowards(const ToolPose& target, const ToolCoupling& coupling, const ToolPose& pose,
                                            bool lifts, Allowance& allowance) noexcept {
   const std::int64_t units = kStepUnits + kStepUnitsOfPlane * static_cast<std::int64_t>(memory_.touches.count);
   if (units > allowance.left()) return {{.exists = false}, Vec3(0), Vec3(0)};
@@ -465,40 +494,73 @@ ToolContact::Step ToolContact::stepTowards(const Pose& target, const ToolCouplin
   const double perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad);
   const Vec3 move = target.position - pose.position;
   const Vec3 turn = rotationVector(target.rotation * glm::conjugate(pose.rotation));
-  const Frame frame(pose), now(memory_.proxy);
+  const Frames frames = framesAt(pose), now = framesAt(memory_.proxy);
   for (std::size_t i = 0; i < memory_.touches.count; ++i) {
     const Touch& touch = memory_.touches[i];
-    const Vec3 arm = touch.ofBody ? touch.place - pose.position : frame.rotate(point(touch.point));
+    const Frame& frame = frames.jaw[jawOf(touch)];
+    const Vec3 arm =
+        touch.ofBody ? touch.place - frames.origin : frame.rotate(point(touch.point)) + (frame.origin - frames.origin);
     const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;  // on the tool
     const Vec3 lever = glm::cross(arm, push);
     const Vec3 a = push * perMove, b = lever * perTurn;
     const double least = lifts ? memory_.skin : std::min(memory_.skin, height(touch, now));
-    scratch_.halfSpaces[i] = {{a.x, a.y, a.z, b.x, b.y, b.z},
-                              least - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, turn)};
+    scratch_.halfSpaces[i] = {{a.x, a.y, a.z, b.x, b.y, b.z, 0},
+                              least - height(touch, frames) - glm::dot(push, move) - glm::dot(lever, turn)};
   }
-  const LeastDistance nearest = leastDistance(std::span(scratch_.halfSpaces).first(memory_.touches.count));
-  return {nearest, move + perMove * Vec3(nearest.x[0], nearest.x[1], nearest.x[2]),
-          turn + perTurn * Vec3(nearest.x[3], nearest.x[4], nearest.x[5])};
+  const std::span planes = std::span(scratch_.halfSpaces).first(memory_.touches.count);
+  Step step{scratch_.tool->jaws ? nearestOpened(target, coupling, pose) : leastDistance(planes), move, turn};
+  step.move += perMove * Vec3(step.nearest.x[0], step.nearest.x[1], step.nearest.x[2]);
+  step.turn += perTurn * Vec3(step.nearest.x[3], step.nearest.x[4], step.nearest.x[5]);
+  step.open = target.opening_rad - pose.opening_rad + step.nearest.x[6] / std::sqrt(coupling.grip_Nm_per_rad);
+  return step;
+}
+
+/// With the opening as a seventh freedom of the planes that stepTowards() has taken at the pose, and closed jaws as its stop.
+LeastDistance ToolContact::nearestOpened(const ToolPose& target, const ToolCoupling& coupling,
+                                         const ToolPose& pose) noexcept {
+  const ToolJaws& jaws = *scratch_.tool->jaws;
+  const double perOpen = 1 / std::sqrt(coupling.grip_Nm_per_rad), perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad),
+               perMove = 1 / std::sqrt(coupling.stiffness_N_per_m);
+  const double open = target.opening_rad - pose.opening_rad;
+  const Vec3 hinge = pose.rotation * jaws.hinge_m, axis = pose.rotation * jaws.axis;
+  std::size_t count = memory_.touches.count;
+  for (std::size_t i = 0; i < count; ++i) {
+    auto& [normal, offset] = scratch_.halfSpaces[i];
+    const Vec3 push = Vec3(normal[0], normal[1], normal[2]) / perMove;
+    const Vec3 lever = Vec3(normal[3], normal[4], normal[5]) / perTurn - glm::cross(hinge, push);
+    const double grip = (jawOf(memory_.touches[i]) == 0 ? 0.5 : -0.5) * glm::dot(axis, lever);
+    normal[6] = grip * perOpen;
+    offset -= grip * open;
+  }
+  if (count < scratch_.halfSpaces.size())
+    scratch_.halfSpaces[count++] = {{0, 0, 0, 0, 0, 0, perOpen}, -pose.opening_rad - open};
+  return leastDistance<7>(std::span(scratch_.halfSpaces).first(count));
 }
 
 /// In the coordinates of solve() a multiplier is the force along its normal: K_t (p - p_d) = sum of m_i n_i.
-void ToolContact::describeHeld(const LeastDistance& nearest, const Pose& next, ToolResult& result) const noexcept {
-  const Frame frame(next);
-  result.heldCount = static_cast<std::size_t>(nearest.tightCount);
-  for (std::size_t i = 0; i < result.heldCount; ++i) {
+void ToolContact::describeHeld(const LeastDistance& nearest, const ToolPose& next, ToolResult& result) const noexcept {
+  const Frames frames = framesAt(next);
+  result.heldCount = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(nearest.tightCount); ++i) {
+    if (nearest.tight[i] >= memory_.touches.count || result.heldCount == result.held.size())
+      continue;  // the jaws' stop
     const Touch& touch = memory_.touches[nearest.tight[i]];
+    const Frame& frame = frames.jaw[jawOf(touch)];
     const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;
-    result.held[i] = {touch.body, touch.ofBody ? kNoTriangle : touch.triangle,
-                      touch.ofBody ? touch.place : frame.toWorld(point(touch.point)), nearest.multiplier[i] * push};
+    result.held[result.heldCount++] = {touch.body, touch.ofBody ? kNoTriangle : touch.triangle,
+                                       touch.ofBody ? touch.place : frame.toWorld(point(touch.point)),
+                                       nearest.multiplier[i] * push};
   }
 }
 
-double ToolContact::farthestMove(const Pose& next) const noexcept {
-  return glm::distance(memory_.proxy.position, next.position) +
-         chord(memory_.proxy.rotation, next.rotation) * scratch_.tool->shell.radius_m;
+double ToolContact::farthestMove(const ToolPose& next) const noexcept {
+  const double turned =
+      chord(memory_.proxy.rotation, next.rotation) + std::abs(next.opening_rad - memory_.proxy.opening_rad) / 2;
+  return glm::distance(memory_.proxy.position, next.position) + turned * scratch_.tool->shell.radius_m;
 }
 
-void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
+void ToolContact::moveTo(std::span<const Body> bodies, const ToolPose& next, double bound,
+                         Allowance& allowance) noexcept {
   memory_.proxy = next;
   memory_.travelled += memory_.moved + bound;
   memory_.moved = 0;
@@ -513,7 +575,7 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
 
 /// To where it has come from in this tick, on the same way: planes lift the points by a skin, and without this a tool between
 /// two edges would be lifted by the one and the other for ever. While the device rests the energy falls, until the tool does.
-void ToolContact::moveBackTo(const Pose& start) noexcept {
+void ToolContact::moveBackTo(const ToolPose& start) noexcept {
   const double bound = farthestMove(start);
   memory_.travelled += bound;
   for (std::size_t b = 0; b < memory_.bodies.count; ++b) memory_.bodies[b].travelled += bound;

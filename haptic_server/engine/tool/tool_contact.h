@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,10 +17,23 @@ namespace haptics {
 
 /// How a tool is held to its device.
 struct ToolCoupling {
-  static constexpr double kMin = 1e-6;  ///< Of both; a hand feels nothing of it.
+  static constexpr double kMin = 1e-6;  ///< Of each; a hand feels nothing of it.
 
   double stiffness_N_per_m = 800;
   double torsion_Nm_per_rad = 1;
+  double grip_Nm_per_rad = 1;  ///< Of the opening, of one that has jaws.
+};
+
+/// Where a tool is, and how far its jaws are open: 0 of one that has none.
+struct ToolPose : Pose {
+  double opening_rad = 0;
+
+  ToolPose() noexcept = default;
+  ToolPose(const Quat& turned, const Vec3& at, double open_rad = 0) noexcept
+      : Pose{turned, at}, opening_rad(open_rad) {}
+  ToolPose(const Pose& pose, double open_rad = 0) noexcept : Pose(pose), opening_rad(open_rad) {}
+  bool operator==(const ToolPose&) const = default;
+  HAPTICS_FIELDS(self.rotation, self.position, self.opening_rad);
 };
 
 /// A point that a surface holds, of those that decide where the proxy is.
@@ -31,9 +45,10 @@ struct ToolPoint {
 };
 
 struct ToolResult {
-  Pose proxy;           ///< Of the tool, world: it passes nothing.
+  ToolPose proxy;       ///< Of the tool, world: it passes nothing.
   Vec3 force_N{0};      ///< On the hand.
   Vec3 torque_Nm{0};    ///< On the hand, about the proxy's origin.
+  double grip_Nm = 0;   ///< On the hand: it opens the device's gripper where it is above 0.
   bool waits = false;   ///< The allowance or the rounds ended before the proxy was where it is to be.
   Allowance allowance;  ///< What is left.
   std::size_t heldCount = 0;
@@ -48,7 +63,7 @@ inline constexpr std::size_t kMaxSharpPoints = 16'384;
 
 /// A point on a surface: of the tool on a body's, or a sharp one of a body on the tool's.
 struct ToolTouch {
-  std::uint32_t ofBody = 0;  ///< 1: of the body.
+  std::uint32_t ofBody = 0;  ///< 1: of the body; 2: likewise, on the tool's lower jaw.
   std::uint16_t point = 0;
   std::uint16_t body = 0;
   std::uint32_t triangle = 0;  ///< Of the surface.
@@ -82,8 +97,8 @@ struct ToolMemory {
   Word<bool> waited = false;    ///< In the last tick.
   Word<bool> isOnWay = false;   ///< A way was not tested to its end in the last tick: it is continued.
   std::uint64_t wayTested = 0;  ///< From this point on, of the tool's, then of the bodies'.
-  Pose way;                     ///< Where it leads.
-  Pose proxy;
+  ToolPose way;                 ///< Where it leads.
+  ToolPose proxy;
   double moved = 0;                  ///< m, at most, of any body that is near since the proxy moved last.
   double travelled = 0;              ///< m, at most, of any point against bodies that are near, as ToolObstacleState's.
   double bodiesPart = 1;             ///< Of the way of bodies that a tick tries.
@@ -122,10 +137,11 @@ struct ToolScratch {
   std::array<ToolTouch, kMaxHits> hits;
   std::array<double, kMaxObstacles> bodyMoved;  ///< m, at most, since the proxy moved last.
   std::array<Body, kMaxObstacles> here;         ///< Bodies that come a part of their way.
-  std::array<HalfSpace6, kMaxHalfSpaces> halfSpaces;
+  std::array<HalfSpace, kMaxHalfSpaces> halfSpaces;
 };
 
-/// A tool of many points: its proxy is the rigid pose nearest to the device's, measured by the coupling's energy, to which
+/// A tool of many points: its proxy is the pose nearest to the device's, with the opening of its jaws where it has some,
+/// measured by the coupling's energy, to which
 /// it comes on a way on which no point of the shell passes a surface of a body, and no sharp point of a body the tool's
 /// (Ortega, Redon & Coquillart 2007, with Gauss' least constraint over the planes of points that touch; the guard and the
 /// neighborhood watch are those of the point contact). All that lasts is in its memory: a copy of that goes on exactly like the
@@ -152,11 +168,12 @@ class ToolContact {
   /// The obstacles are these from now on, at most kMaxObstacles, whose sharp points have to live as long.
   void adopt(std::span<const Obstacle> obstacles) noexcept;
   /// The proxy is put there, and touches nothing. Bodies as for follow().
-  void reset(const Pose& device, std::span<const Body> bodies) noexcept;
+  void reset(const ToolPose& device, std::span<const Body> bodies) noexcept;
 
   /// One tick. Bodies are those of the obstacles, at their poses now; those that move push the proxy. Those that are pending
   /// removal are not there.
-  [[nodiscard]] ToolResult follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+  /// @param device  Its opening is not negative.
+  [[nodiscard]] ToolResult follow(std::span<const Body> bodies, const ToolPose& device, const ToolCoupling& coupling,
                                   Allowance allowance = {}) noexcept;
   [[nodiscard]] int touching() const noexcept;  ///< Points that surfaces hold after the last tick.
 
@@ -166,9 +183,22 @@ class ToolContact {
   static constexpr double kFarthestClearance_m = 0.05;  // nothing is looked for farther away
   static constexpr double kCheapestTest = 100;  // what a point's test is taken to cost at least; units of the allowance
 
+  /// A move of the tool.
   struct Step {
     LeastDistance nearest;
     Vec3 move, turn;
+    double open = 0;
+
+    /// At most, of any part, rad.
+    [[nodiscard]] double angle_rad() const noexcept { return glm::length(turn) + std::abs(open) / 2; }
+    /// A part of it, from a pose on.
+    [[nodiscard]] ToolPose from(const ToolPose& pose, double part = 1) const noexcept;
+  };
+
+  /// Where the tool's jaws are; of one that has none the first alone, which is all of it.
+  struct Frames {
+    std::array<Frame, 2> jaw;
+    Vec3 origin;  // of the tool
   };
 
   ToolMemory& memory_;
@@ -176,44 +206,62 @@ class ToolContact {
 
   [[nodiscard]] std::span<Touch> touches() const noexcept { return memory_.touches.all(); }
   [[nodiscard]] Vec3 point(std::size_t i) const noexcept { return scratch_.tool->shell.points[i]; }
+  [[nodiscard]] std::size_t jawCount() const noexcept { return scratch_.tool->jaws ? 2 : 1; }
+  [[nodiscard]] const CollisionMesh& jawSurface(std::size_t jaw) const noexcept {
+    return jaw == 0 ? *scratch_.tool->surface : *scratch_.tool->jaws->lower;
+  }
+  /// Of which a point of the shell is.
+  [[nodiscard]] std::size_t jawOf(std::size_t point) const noexcept {
+    return scratch_.tool->jaws && point >= scratch_.tool->jaws->firstOfLower ? 1 : 0;
+  }
+  [[nodiscard]] std::size_t jawOf(const Touch& touch) const noexcept {
+    return touch.ofBody != 0 ? touch.ofBody - 1 : jawOf(std::size_t{touch.point});
+  }
+  [[nodiscard]] Pose jawPose(const ToolPose& tool, std::size_t jaw) const noexcept;
+  [[nodiscard]] Frames framesAt(const ToolPose& tool) const noexcept;
   [[nodiscard]] std::size_t pointCount() const noexcept { return memory_.clearTo.count + memory_.sharpClearTo.count; }
   std::size_t listSharp(std::span<const Obstacle> obstacles) noexcept;
   void forgetClearances() noexcept;
-  void refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept;
+  void refreshTouch(const Body& body, const Frames& tool, Touch& touch, Allowance& allowance) const noexcept;
   void forgetHighTouches() noexcept;
-  [[nodiscard]] double height(const Touch& touch, const Frame& tool) const noexcept;
-  [[nodiscard]] std::int64_t testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+  [[nodiscard]] double height(const Touch& touch, const Frames& tool) const noexcept;
+  [[nodiscard]] std::int64_t testPoints(std::span<const Body> bodies, const Frames& tool, double bound,
                                         Allowance& allowance) noexcept;
   [[nodiscard]] Crossing crossingBesideGaps(std::span<const Body> bodies, std::size_t index, Vec3 from, Vec3 to,
                                             Allowance& allowance) const noexcept;
-  [[nodiscard]] std::int64_t testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+  [[nodiscard]] std::int64_t testBodysPoints(std::span<const Body> bodies, const Frames& tool, double bound,
                                              Allowance& allowance) noexcept;
+  void testOnLowerJaw(std::span<const Body> bodies, std::size_t b, std::size_t j, const Frames& tool,
+                      Allowance& allowance) noexcept;
   [[nodiscard]] bool isFlushWithHeld(std::span<const Body> bodies, std::size_t index, const Vec3& place,
                                      Allowance& allowance) const noexcept;
   void addHit(const Touch& hit, double time, double height) noexcept;
-  void gather(std::span<const Body> bodies, const Pose& device) noexcept;
+  void gather(std::span<const Body> bodies, const ToolPose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
-  [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result,
+  [[nodiscard]] bool solve(const ToolPose& device, const ToolCoupling& coupling, ToolPose& next, ToolResult& result,
                            Allowance& allowance) noexcept;
-  [[nodiscard]] bool descends(const Pose& next, const Pose& device, const ToolCoupling& coupling) const noexcept;
-  [[nodiscard]] bool keepAbovePlanes(const ToolCoupling& coupling, Pose& pose, Allowance& allowance) noexcept;
-  [[nodiscard]] Step stepTowards(const Pose& target, const ToolCoupling& coupling, const Pose& pose, bool lifts,
+  [[nodiscard]] bool descends(const ToolPose& next, const ToolPose& device,
+                              const ToolCoupling& coupling) const noexcept;
+  [[nodiscard]] bool keepAbovePlanes(const ToolCoupling& coupling, ToolPose& pose, Allowance& allowance) noexcept;
+  [[nodiscard]] Step stepTowards(const ToolPose& target, const ToolCoupling& coupling, const ToolPose& pose, bool lifts,
                                  Allowance& allowance) noexcept;
+  [[nodiscard]] LeastDistance nearestOpened(const ToolPose& target, const ToolCoupling& coupling,
+                                            const ToolPose& pose) noexcept;
   [[nodiscard]] double bendOf(double angle_rad) const noexcept {
     return angle_rad * angle_rad * scratch_.tool->shell.radius_m;
   }
-  void describeHeld(const LeastDistance& nearest, const Pose& next, ToolResult& result) const noexcept;
+  void describeHeld(const LeastDistance& nearest, const ToolPose& next, ToolResult& result) const noexcept;
   [[nodiscard]] bool isNear(const Body& body, double moved) const noexcept;
   [[nodiscard]] double farthestMove(std::span<const Body> bodies) noexcept;
   [[nodiscard]] std::span<const Body> takePartOfTheWay(std::span<const Body> bodies,
                                                        const Allowance& allowance) noexcept;
-  [[nodiscard]] double farthestMove(const Pose& next) const noexcept;
-  [[nodiscard]] bool isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance,
+  [[nodiscard]] double farthestMove(const ToolPose& next) const noexcept;
+  [[nodiscard]] bool isClear(std::span<const Body> bodies, const ToolPose& next, double bound, Allowance& allowance,
                              std::size_t from = 0) noexcept;
-  void continueWay(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+  void continueWay(std::span<const Body> bodies, const ToolPose& device, const ToolCoupling& coupling,
                    Allowance& allowance) noexcept;
-  void moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept;
-  void moveBackTo(const Pose& start) noexcept;
+  void moveTo(std::span<const Body> bodies, const ToolPose& next, double bound, Allowance& allowance) noexcept;
+  void moveBackTo(const ToolPose& start) noexcept;
   [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
   [[nodiscard]] bool addHits() noexcept;
   [[nodiscard]] std::int64_t testsWithin(double bound) const noexcept;
@@ -246,7 +294,7 @@ class StandaloneTool : private ToolStorage, public ToolContact {
     scratch.tool = with.tool;
     scratch.sharp = with.sharp;
   }
-  [[nodiscard]] const Pose& proxy() const noexcept { return memory.proxy; }
+  [[nodiscard]] const ToolPose& proxy() const noexcept { return memory.proxy; }
   /// Where the proxy is clear of a body: the body's own, or behind it after a tick that waited.
   [[nodiscard]] const Pose& testedAt(std::size_t body) const { return memory.bodies[body].at; }
 };

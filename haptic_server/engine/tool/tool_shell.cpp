@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "common/interruption/interruption.h"
 #include "haptic_server/engine/geometry/spaced_points.h"
@@ -37,6 +39,54 @@ constexpr std::size_t kMaxWithVertices = 2'000, kMaxVertices = 1'000;
     }
   }
   return true;
+}
+
+/// The part of a mesh that some of its triangles are.
+struct MeshPart {
+  std::vector<Vec3f> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// @return Upper and lower jaw.
+[[nodiscard]] Result<std::array<MeshPart, 2>> divided(std::span<const Vec3f> vertices,
+                                                      std::span<const std::array<std::uint32_t, 3>> triangles,
+                                                      const JawHinge& hinge) {
+  const Vec3 up = glm::cross(hinge.axis, hinge.reach);
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> numberInJaw(vertices.size(), kNone);
+  std::array<MeshPart, 2> jaws;
+  for (std::array<std::uint32_t, 3> triangle : triangles) {
+    interruptionPoint();
+    int above = 0;
+    for (const std::uint32_t v : triangle) {
+      const double height_m = glm::dot(up, Vec3(vertices[v]) - hinge.place_m);
+      if (!(std::abs(height_m) >= kNearVertex_m)) {
+        return refused("jaws",
+                       "have vertex " + std::to_string(v) +
+                           " on the plane between them, through `hinge_m` along `axis` and `reach`; leave a gap");
+      }
+      above += height_m > 0 ? 1 : 0;
+    }
+    if (above % 3 != 0) {
+      return refused("jaws", "are joined by a triangle, of the vertices " + std::to_string(triangle[0]) + ", " +
+                                 std::to_string(triangle[1]) + ", " + std::to_string(triangle[2]) +
+                                 "; none may cross the plane through `hinge_m` along `axis` and `reach`");
+    }
+    MeshPart& jaw = jaws[above == 3 ? 0 : 1];
+    for (std::uint32_t& v : triangle) {
+      if (numberInJaw[v] == kNone) {
+        numberInJaw[v] = static_cast<std::uint32_t>(jaw.vertices.size());
+        jaw.vertices.push_back(vertices[v]);
+      }
+      v = numberInJaw[v];
+    }
+    jaw.triangles.push_back(triangle);
+  }
+  if (jaws[0].triangles.empty() || jaws[1].triangles.empty()) {
+    return refused("jaws",
+                   "are both on one side of the plane through `hinge_m` along `axis` and `reach`; they meet at it");
+  }
+  return jaws;
 }
 
 }  // namespace
@@ -85,6 +135,35 @@ Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m) {
     shell.points.resize(shell.spaced);
   for (const Vec3& point : shell.points) shell.radius_m = std::max(shell.radius_m, glm::length(point));
   return shell;
+}
+
+Result<Tool> makeJaws(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                      const JawHinge& hinge, double spacing_m) {
+  const auto parts = divided(vertices, triangles, hinge);
+  if (!parts) return tl::unexpected(parts.error());
+  std::array<std::shared_ptr<const CollisionMesh>, 2> surface;
+  std::array<ToolShell, 2> shell;
+  for (std::size_t jaw = 0; jaw < 2; ++jaw) {
+    surface[jaw] = buildCollisionMesh((*parts)[jaw].vertices, (*parts)[jaw].triangles);
+    auto made = makeToolShell(*surface[jaw], spacing_m);
+    if (!made) return tl::unexpected(std::move(made.error()));
+    shell[jaw] = *std::move(made);
+  }
+  const auto& [upper, lower] = shell;
+  if (upper.points.size() + lower.points.size() > kMaxToolPoints) {
+    return refused("spacing_m",
+                   "gives more than " + std::to_string(kMaxToolPoints) + " points of both jaws; take a wider one");
+  }
+  Tool tool{surface[0], upper};
+  tool.shell.points.insert(tool.shell.points.end(), lower.points.begin(), lower.points.end());
+  tool.shell.spaced += lower.spaced;
+  tool.shell.nearVertex_m = std::max(upper.nearVertex_m, lower.nearVertex_m);
+  for (const Vec3& point : tool.shell.points) {
+    const double opened_m = glm::length(hinge.place_m) + glm::distance(hinge.place_m, point);
+    tool.shell.radius_m = std::max(tool.shell.radius_m, opened_m);
+  }
+  tool.jaws = {hinge.place_m, hinge.axis, surface[1], upper.points.size()};
+  return tool;
 }
 
 }  // namespace haptics

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "common/error/error.h"
@@ -18,10 +22,20 @@ struct ToolShell {
   double radius_m = 0;       ///< Of the sphere about the frame's origin through the farthest point.
 };
 
+/// What a tool has that opens and closes: half of its opening turns the upper jaw about the axis, half of it the lower one back.
+/// Tool frame, closed.
+struct ToolJaws {
+  Vec3 hinge_m{0};  ///< On the axis.
+  Vec3 axis{0, 1, 0};
+  std::shared_ptr<const CollisionMesh> lower;
+  std::size_t firstOfLower = 0;  ///< Of the shell's points.
+};
+
 /// A mesh that the hand holds in place of a point.
 struct Tool {
-  std::shared_ptr<const CollisionMesh> surface;
-  ToolShell shell;  ///< Of the surface.
+  std::shared_ptr<const CollisionMesh> surface;  ///< Of the upper jaw, where it has jaws.
+  ToolShell shell;                               ///< Of the surface; of both jaws.
+  std::optional<ToolJaws> jaws = std::nullopt;
 };
 
 /// Most points that a shell may have.
@@ -44,5 +58,19 @@ inline constexpr double kMaxDarts = 4e6;
 /// of it, and double again, with which it does not.
 /// Refused: a spacing that is not positive, one that alone gives more than kMaxToolPoints.
 [[nodiscard]] Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m);
+
+/// Where the jaws of a tool are held together. Tool frame.
+struct JawHinge {
+  Vec3 place_m{0};      ///< On the axis.
+  Vec3 axis{0, 1, 0};   ///< About which they open: unit.
+  Vec3 reach{1, 0, 0};  ///< From the hinge between the jaws: unit, at a right angle to the axis.
+};
+
+/// A tool of two jaws, closed as the mesh has them: what is on the side of axis x reach of the plane through axis and reach is
+/// the upper one, the rest the lower one. The shell's radius is that of any opening. Refused: as by makeToolShell(); a triangle
+/// on both sides, or a vertex nearer to the plane than kNearVertex_m; nothing on one of them.
+[[nodiscard]] Result<Tool> makeJaws(std::span<const Vec3f> vertices,
+                                    std::span<const std::array<std::uint32_t, 3>> triangles, const JawHinge& hinge,
+                                    double spacing_m);
 
 }  // namespace haptics

@@ -44,16 +44,16 @@ constexpr double kTestMargin = 1.5, kTestDecay = 0.95;
 /// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else scratch_.hits are the first
 /// ones found; or there are none, and the allowance was spent before the point scratch_.tested.
 /// @param from  The points before it have been tested on this way.
-bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance,
+bool ToolContact::isClear(std::span<const Body> bodies, const ToolPose& next, double bound, Allowance& allowance,
                           std::size_t from) noexcept {
   const std::int64_t before = allowance.left();
   scratch_.tested = from;
   scratch_.hitCount = 0;
   scratch_.firstHit = 1;
   scratch_.lowestHit = std::numeric_limits<double>::infinity();
-  const Frame frame(next);
-  std::int64_t tests = testPoints(bodies, frame, bound, allowance);
-  if (!allowance.isSpent()) tests += testBodysPoints(bodies, frame, bound, allowance);
+  const Frames frames = framesAt(next);
+  std::int64_t tests = testPoints(bodies, frames, bound, allowance);
+  if (!allowance.isSpent()) tests += testBodysPoints(bodies, frames, bound, allowance);
   learnTestCost(tests, before - allowance.left());
   return scratch_.hitCount == 0 && !allowance.isSpent();
 }
@@ -85,15 +85,17 @@ Crossing ToolContact::crossingBesideGaps(std::span<const Body> bodies, std::size
 }
 
 /// The tool's points from scratch_.tested on, against the surfaces of bodies; how many needed it.
-std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frames& tool, double bound,
                                      Allowance& allowance) noexcept {
   const double travelled = memory_.travelled + memory_.moved + bound;
-  const Frame now(memory_.proxy);
+  const Frames now = framesAt(memory_.proxy);
   std::int64_t tests = 0;
   for (; scratch_.tested < memory_.clearTo.count; ++scratch_.tested) {
     if (travelled < memory_.clearTo[scratch_.tested]) continue;
     ++tests;
-    const Vec3 here = now.toWorld(point(scratch_.tested)), there = tool.toWorld(point(scratch_.tested));
+    const std::size_t jaw = jawOf(scratch_.tested);
+    const Vec3 here = now.jaw[jaw].toWorld(point(scratch_.tested)),
+               there = tool.jaw[jaw].toWorld(point(scratch_.tested));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const Body& body = bodies[b];
       const double radius = body.surface->radius_m() + bound + scratch_.bodyMoved[b];
@@ -114,30 +116,33 @@ std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frame& 
 }
 
 /// The sharp points of bodies from scratch_.tested on, against the tool's own surface; how many needed it.
-std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Frames& tool, double bound,
                                           Allowance& allowance) noexcept {
+  const bool hasJaws = scratch_.tool->jaws.has_value();
+  const Pose upper = jawPose(memory_.proxy, 0);
   std::int64_t tests = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
-    const auto& [points, first] = scratch_.sharp[b];
+    const auto [points, first] = scratch_.sharp[b];
     const double travelled = memory_.bodies[b].travelled + scratch_.bodyMoved[b] + bound;
     const double reach = scratch_.tool->shell.radius_m + bound + scratch_.bodyMoved[b];
     if (points.empty() || body.pendingRemoval) continue;
     if (glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
     const std::size_t begin = memory_.clearTo.count + first;
+    double* const clearTo = memory_.sharpClearTo.items.data() + first;
     for (std::size_t j = std::max(scratch_.tested, begin) - begin; j < points.size(); ++j) {
-      double& clearTo = memory_.sharpClearTo[first + j];
-      if (travelled < clearTo) continue;
+      if (travelled < clearTo[j]) continue;
       const Vec3 place = body.frame.toWorld(points[j]);
       const double beyond = glm::distance(place, tool.origin) - reach;
       if (beyond > 0) {
-        clearTo = memory_.bodies[b].travelled + beyond;
+        clearTo[j] = memory_.bodies[b].travelled + beyond;
         continue;
       }
       ++tests;
       scratch_.tested = begin + j;
-      const Vec3 from = toLocal(memory_.proxy, toWorld(memory_.bodies[b].at, points[j]));
-      const Crossing crossing = scratch_.tool->surface->firstCrossing(from, tool.toLocal(place), allowance);
+      const Vec3 from = toLocal(upper, toWorld(memory_.bodies[b].at, points[j]));
+      const Crossing crossing = scratch_.tool->surface->firstCrossing(from, tool.jaw[0].toLocal(place), allowance);
+      if (hasJaws) testOnLowerJaw(bodies, b, j, tool, allowance);
       if (allowance.isSpent()) return tests;
       if (!crossing || isFlushWithHeld(bodies, b, place, allowance)) continue;
       const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
@@ -146,6 +151,19 @@ std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Fr
     }
   }
   return tests;
+}
+
+/// A sharp point of a body, as testBodysPoints() tests it on the upper one.
+void ToolContact::testOnLowerJaw(std::span<const Body> bodies, std::size_t b, std::size_t j, const Frames& tool,
+                                 Allowance& allowance) noexcept {
+  const CollisionMesh& surface = jawSurface(1);
+  const Vec3 sharp = scratch_.sharp[b].points[j], place = bodies[b].frame.toWorld(sharp);
+  const Vec3 from = toLocal(jawPose(memory_.proxy, 1), toWorld(memory_.bodies[b].at, sharp));
+  const Crossing crossing = surface.firstCrossing(from, tool.jaw[1].toLocal(place), allowance);
+  if (allowance.isSpent() || !crossing || isFlushWithHeld(bodies, b, place, allowance)) return;
+  const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
+  addHit({2, point, of, crossing.triangle, crossing.side, memory_.search, place, {}, 0}, crossing.time,
+         heightOver(surface, crossing.triangle, from));
 }
 
 /// Does a sharp point of a body lie flush in the surface of another one that a point of the tool stays above? Rounding has it a
@@ -220,13 +238,13 @@ void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent) noexcept
 void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
                                   Allowance& allowance) noexcept {
   const std::size_t all = pointCount();
-  const Frame tool(memory_.proxy);
+  const Frames tool = framesAt(memory_.proxy);
   for (std::size_t i = 0; i < count && allowance.left() > keep; ++i) {
     std::size_t at = memory_.cursor;
     memory_.cursor = memory_.cursor + 1 == all ? 0 : memory_.cursor + 1;
     if (at < memory_.clearTo.count) {
       if (memory_.travelled >= memory_.clearTo[at])
-        memory_.clearTo[at] = memory_.travelled + clearance(bodies, tool.toWorld(point(at)), allowance);
+        memory_.clearTo[at] = memory_.travelled + clearance(bodies, tool.jaw[jawOf(at)].toWorld(point(at)), allowance);
       continue;
     }
     at -= memory_.clearTo.count;
@@ -236,10 +254,11 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
                                        [](std::size_t p, const ToolScratch::Sharp& s) { return p < s.first; });
     const auto b = static_cast<std::size_t>(next - scratch_.sharp.begin()) - 1;
     if (memory_.bodies[b].travelled < clearTo) continue;
-    const Vec3 place =
-        tool.toLocal(toWorld(memory_.bodies[b].at, scratch_.sharp[b].points[at - scratch_.sharp[b].first]));
-    const double arm = glm::length(place), radius = scratch_.tool->shell.radius_m;
-    const double distance = distanceFrom(*scratch_.tool->surface, place, kFarthestClearance_m, allowance);
+    const Vec3 place = toWorld(memory_.bodies[b].at, scratch_.sharp[b].points[at - scratch_.sharp[b].first]);
+    const double arm = glm::distance(place, tool.origin), radius = scratch_.tool->shell.radius_m;
+    double distance = kFarthestClearance_m;
+    for (std::size_t jaw = 0; jaw < jawCount(); ++jaw)
+      distance = distanceFrom(jawSurface(jaw), tool.jaw[jaw].toLocal(place), distance, allowance);
     // Beyond the tool's sphere a turn takes it farther than the tool's own points.
     clearTo = memory_.bodies[b].travelled + std::max(arm - radius, distance * std::min(1.0, radius / (arm + distance)));
   }

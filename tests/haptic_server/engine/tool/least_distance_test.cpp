@@ -4,39 +4,42 @@
 
 #include <cmath>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace haptics::least_distance_test {
 namespace {
 
-double dot(const Vector6& a, const Vector6& b) {
+double dot(const Freedoms& a, const Freedoms& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < 6; ++i) sum += a[i] * b[i];
+  for (std::size_t i = 0; i < kMaxFreedoms; ++i) sum += a[i] * b[i];
   return sum;
 }
 
-std::vector<HalfSpace6> randomHalfSpaces(std::mt19937_64& random, std::size_t count) {
+/// @param freedoms  The other coordinates are 0.
+std::vector<HalfSpace> randomHalfSpaces(std::mt19937_64& random, std::size_t count, std::size_t freedoms = 6) {
   std::normal_distribution<double> normal;
-  std::vector<HalfSpace6> all(count);
-  Vector6 inside;
+  std::vector<HalfSpace> all(count);
+  Freedoms inside;
   for (double& x : inside) x = normal(random);
-  for (HalfSpace6& one : all) {
-    for (double& x : one.normal) x = normal(random);
+  for (HalfSpace& one : all) {
+    one.normal = {};
+    for (double& x : std::span(one.normal).first(freedoms)) x = normal(random);
     one.offset = dot(one.normal, inside) - std::abs(normal(random));
   }
   return all;
 }
 
 /// Hildreth's method: slow, and of a few lines.
-Vector6 nearestByRelaxation(const std::vector<HalfSpace6>& all) {
-  Vector6 x{};
+Freedoms nearestByRelaxation(const std::vector<HalfSpace>& all) {
+  Freedoms x{};
   std::vector<double> multiplier(all.size());
   for (int sweep = 0; sweep < 200'000; ++sweep) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       const double step =
           std::max(-multiplier[i], (all[i].offset - dot(all[i].normal, x)) / dot(all[i].normal, all[i].normal));
       multiplier[i] += step;
-      for (std::size_t k = 0; k < 6; ++k) x[k] += step * all[i].normal[k];
+      for (std::size_t k = 0; k < kMaxFreedoms; ++k) x[k] += step * all[i].normal[k];
     }
   }
   return x;
@@ -44,36 +47,38 @@ Vector6 nearestByRelaxation(const std::vector<HalfSpace6>& all) {
 
 TEST(LeastDistance, IsThatOfASlowMethod) {
   std::mt19937_64 random(1);
-  for (int i = 0; i < 20; ++i) {
-    const auto all = randomHalfSpaces(random, 12);
-    const LeastDistance nearest = leastDistance(all);
+  for (int i = 0; i < 40; ++i) {
+    const bool jointed = i >= 20;
+    const auto all = randomHalfSpaces(random, jointed ? 14 : 12, jointed ? 7 : 6);
+    const LeastDistance nearest = jointed ? leastDistance<7>(all) : leastDistance(all);
     ASSERT_TRUE(nearest.exists);
-    const Vector6 slow = nearestByRelaxation(all);
-    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(nearest.x[k], slow[k], 1e-6);
+    const Freedoms slow = nearestByRelaxation(all);
+    for (std::size_t k = 0; k < kMaxFreedoms; ++k) EXPECT_NEAR(nearest.x[k], slow[k], 1e-6);
   }
 }
 
 TEST(LeastDistance, IsInAllHalfSpacesAndHeldByThoseItNames) {
   std::mt19937_64 random(2);
-  for (int i = 0; i < 2000; ++i) {
-    const auto all = randomHalfSpaces(random, 1 + static_cast<std::size_t>(i) % 200);
-    const LeastDistance nearest = leastDistance(all);
+  for (int i = 0; i < 4000; ++i) {
+    const bool jointed = i >= 2000;
+    const auto all = randomHalfSpaces(random, 1 + static_cast<std::size_t>(i) % 200, jointed ? 7 : 6);
+    const LeastDistance nearest = jointed ? leastDistance<7>(all) : leastDistance(all);
     ASSERT_TRUE(nearest.exists);
-    for (const HalfSpace6& one : all) EXPECT_GE(dot(one.normal, nearest.x) - one.offset, -1e-9);
+    for (const HalfSpace& one : all) EXPECT_GE(dot(one.normal, nearest.x) - one.offset, -1e-9);
     for (int t = 0; t < nearest.tightCount; ++t) {
-      const HalfSpace6& one = all[nearest.tight[static_cast<std::size_t>(t)]];
+      const HalfSpace& one = all[nearest.tight[static_cast<std::size_t>(t)]];
       EXPECT_NEAR(dot(one.normal, nearest.x), one.offset, 1e-9);
     }
   }
 }
 
 TEST(LeastDistance, IsNoneWhereHalfSpacesExcludeEachOther) {
-  const std::vector<HalfSpace6> apart{{{0, 1, 0, 0, 0, 0}, 1}, {{0, -1, 0, 0, 0, 0}, 1}};
+  const std::vector<HalfSpace> apart{{{0, 1, 0, 0, 0, 0, 0}, 1}, {{0, -1, 0, 0, 0, 0, 0}, 1}};
   EXPECT_FALSE(leastDistance(apart).exists);
 }
 
 TEST(LeastDistance, OfTheSameHalfSpaceManyTimesIsThatOfOne) {
-  const std::vector<HalfSpace6> same(500, {{0, 0, 2, 0, 0, 0}, 1e-5});
+  const std::vector<HalfSpace> same(500, {{0, 0, 2, 0, 0, 0, 0}, 1e-5});
   const LeastDistance nearest = leastDistance(same);
   ASSERT_TRUE(nearest.exists);
   EXPECT_NEAR(nearest.x[2], 5e-6, 1e-18);
@@ -81,9 +86,9 @@ TEST(LeastDistance, OfTheSameHalfSpaceManyTimesIsThatOfOne) {
 }
 
 TEST(LeastDistance, IsTheOriginWhereNothingIsInItsWay) {
-  EXPECT_EQ(leastDistance({}).x, Vector6{});
-  const std::vector<HalfSpace6> below{{{0, 0, 1, 0, 0, 0}, -1}};
-  EXPECT_EQ(leastDistance(below).x, Vector6{});
+  EXPECT_EQ(leastDistance({}).x, Freedoms{});
+  const std::vector<HalfSpace> below{{{0, 0, 1, 0, 0, 0, 0}, -1}};
+  EXPECT_EQ(leastDistance(below).x, Freedoms{});
 }
 
 }  // namespace

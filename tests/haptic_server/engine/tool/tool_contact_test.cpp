@@ -373,7 +373,7 @@ void feelRoughBall(bool moves) {
     spin += 0.6 * kick() - 0.01 * spin;
     device.position += 1e-3 * velocity;
     device.rotation = glm::normalize(about(spin + Vec3(1e-9), 1e-3 * glm::length(spin)) * device.rotation);
-    const Pose before = tool.proxy();  // a hand does not get farther from it than this
+    const ToolPose before = tool.proxy();  // a hand does not get farther from it than this
     const double far = glm::distance(device.position, before.position);
     device = interpolate(before, device, std::min(1.0, 0.008 / far));
     const ToolResult result = tool.follow(bodies, device, kCoupling, Allowance(140'000));
