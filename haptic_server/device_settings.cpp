@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 
 #include "common/clock/monotonic.h"
 #include "common/log/log.h"
@@ -45,6 +46,8 @@ DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, co
           limits.stiffness_N_per_m,
           limits.damping_Ns_per_m,
           limits.torsion_Nm_per_rad,
+          device.gripper.maxMoment_Nm > 0 ? device.gripper.maxStiffness_Nm_per_rad
+                                          : std::numeric_limits<double>::infinity(),
           1,
           options.stabiliser};
 }
@@ -56,6 +59,7 @@ DeviceLimits ofBoth(const DeviceLimits& first, const DeviceLimits& second) {
           .stiffest_N_per_m = std::min(first.stiffest_N_per_m, second.stiffest_N_per_m),
           .maxDamping_Ns_per_m = std::min(first.maxDamping_Ns_per_m, second.maxDamping_Ns_per_m),
           .stiffestTorsion_Nm_per_rad = first.stiffestTorsion_Nm_per_rad,  // the second hand holds no tool
+          .stiffestGrip_Nm_per_rad = first.stiffestGrip_Nm_per_rad,
           .hands = first.hands + second.hands,
           .observed = first.observed && second.observed};
 }

@@ -1,11 +1,19 @@
 #include "common/scene/motion_properties.h"
 
+#include "common/maths/rotation.h"
+
 namespace haptics {
 namespace {
 
 void addCount(Hasher& h, std::size_t count) { h.add(static_cast<std::uint64_t>(count)); }
 
 }  // namespace
+
+Pose jawPose(const JawProperties& jaws, Vec3 place, double opening_rad) noexcept {
+  const double side = glm::dot(glm::cross(jaws.axis, jaws.reach), place - jaws.hinge_m) > 0 ? 0.5 : -0.5;
+  const Quat turned = rotationBy(side * opening_rad * jaws.axis);
+  return {turned, jaws.hinge_m - turned * jaws.hinge_m};
+}
 
 void addTo(Hasher& h, const MotionProperties& p) {
   h.add(p.mass_kg);
@@ -30,7 +38,7 @@ void addTo(Hasher& h, const MotionProperties& p) {
     h.add(plane.normal);
     h.add(plane.offset_m).add(plane.friction).add(plane.rolling_m);
   }
-  constexpr std::size_t kCollision = 10, kFixed = 11, kTool = 12;  // beyond those of all other properties
+  constexpr std::size_t kCollision = 10, kFixed = 11, kTool = 12, kJaws = 17;  // beyond those of all other properties
   if (p.collision) {
     addCount(h, kCollision);
     h.add(p.collision->friction).add(p.collision->rolling_m);
@@ -39,6 +47,13 @@ void addTo(Hasher& h, const MotionProperties& p) {
   if (p.tool) {
     addCount(h, kTool);
     h.add(p.tool->spacing_m).add(p.tool->torsion_Nm_per_rad);
+    if (p.tool->jaws) {
+      addCount(h, kJaws);
+      h.add(p.tool->jaws->hinge_m);
+      h.add(p.tool->jaws->axis);
+      h.add(p.tool->jaws->reach);
+      h.add(p.tool->jaws->grip_Nm_per_rad);
+    }
   }
 }
 

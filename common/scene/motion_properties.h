@@ -51,10 +51,20 @@ struct CollisionProperties {
   bool operator==(const CollisionProperties&) const = default;
 };
 
+/// A tool's two halves, closed as its mesh is, that open with the device's gripper.
+struct JawProperties {
+  Vec3 hinge_m{0};      ///< On the axis.
+  Vec3 axis{0, 1, 0};   ///< Unit.
+  Vec3 reach{1, 0, 0};  ///< Unit, at a right angle to the axis: the jaws are on both sides of the plane along both.
+  double grip_Nm_per_rad = 0.5;  ///< Opens them as far as the gripper.
+  bool operator==(const JawProperties&) const = default;
+};
+
 /// An object that the hand holds in place of a point. Its pose is where the device and its rotation have it.
 struct ToolProperties {
   double spacing_m = 0;           ///< Of the points of its surface that touch.
   double torsion_Nm_per_rad = 1;  ///< Turns it to where the device is turned; its material's stiffness moves it.
+  std::optional<JawProperties> jaws = std::nullopt;  ///< Default: it is rigid.
   bool operator==(const ToolProperties&) const = default;
 };
 
@@ -71,6 +81,9 @@ struct MotionProperties {
   std::optional<ToolProperties> tool = std::nullopt;            ///< Held; nothing of the above counts.
   bool operator==(const MotionProperties&) const = default;
 };
+
+/// Where the jaw is that a place of the closed ones is on, when they are open so far. Object frame.
+[[nodiscard]] Pose jawPose(const JawProperties& jaws, Vec3 place, double opening_rad) noexcept;
 
 /// All fields in declaration order, counts before lists, what is not there as 0.
 void addTo(Hasher& hasher, const MotionProperties& properties);

@@ -14,6 +14,7 @@ struct DevicePose {
   /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
   DeviceStatus status{};
   Quat rotation{1, 0, 0, 0};  ///< Length 1, world frame: (1, 0, 0, 0) of a device that does not sense it.
+  double gripper_rad = 0;     ///< How far its gripper is open; 0: closed, or it has none.
 };
 
 struct DeviceReading : DevicePose {

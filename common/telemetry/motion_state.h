@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <type_traits>
 
@@ -44,12 +45,20 @@ struct ToolState {
     Vec3 force_N{0};  ///< On the tool.
     bool operator==(const Point&) const = default;
   };
-  static constexpr std::size_t kMaxPoints = 7;  ///< That decide where it is: a pose has six freedoms.
+  /// Of its jaws.
+  struct Grip {
+    double opening_rad = 0;  ///< What is between them keeps them open.
+    double moment_Nm = 0;    ///< On the hand's gripper: above 0 it opens it.
+    double written_Nm = 0;   ///< Sent to the device, as ToolState::written_Nm.
+    bool operator==(const Grip&) const = default;
+  };
+  static constexpr std::size_t kMaxPoints = 7;  ///< That decide where it is: a pose with an opening has seven freedoms.
 
-  std::uint64_t object = 0;         ///< Its id; 0: there is none.
-  Vec3 torque_Nm{0};                ///< On the hand, about the tool's origin.
-  Vec3 written_Nm{0};               ///< Sent to the device: within its limit, none to one that gives no torque.
-  Quat deviceRotation{1, 0, 0, 0};  ///< As the device measured it, from how the scene has the tool turned.
+  std::uint64_t object = 0;                 ///< Its id; 0: there is none.
+  Vec3 torque_Nm{0};                        ///< On the hand, about the tool's origin.
+  Vec3 written_Nm{0};                       ///< Sent to the device: within its limit, none to one that gives no torque.
+  Quat deviceRotation{1, 0, 0, 0};          ///< As the device measured it, from how the scene has the tool turned.
+  std::optional<Grip> grip = std::nullopt;  ///< None: it has no jaws.
   std::size_t pointCount = 0;
   std::array<Point, kMaxPoints> point;
 

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -120,11 +121,27 @@ Refusal checkTool(const v1::Motion& message) {
   return Error{"tool", "is given beside what moves or meets by itself; leave out all but `tool`, or `tool`"};
 }
 
+Result<JawProperties> jawsFrom(const v1::Jaws& message) {
+  JawProperties jaws{vectorFrom(message.hinge_m()), vectorFrom(message.axis()), vectorFrom(message.reach())};
+  if (message.has_grip_nm_per_rad()) jaws.grip_Nm_per_rad = message.grip_nm_per_rad();
+  if (auto bad = checkPosition(message.hinge_m(), "hinge_m")) return refuse(bad);
+  if (auto bad = checkDirection(message.axis(), "axis")) return refuse(bad);
+  if (auto bad = checkDirection(message.reach(), "reach")) return refuse(bad);
+  constexpr double kRightAngle = 1e-3;
+  if (std::abs(glm::dot(jaws.axis, jaws.reach)) > kRightAngle)
+    return refused("reach", "is at no right angle to `axis`; it points from the hinge to the tips of the closed jaws");
+  if (auto bad = checkAbove0(jaws.grip_Nm_per_rad, kTorsion, "grip_Nm_per_rad")) return refuse(bad);
+  return jaws;
+}
+
 Result<ToolProperties> toolFrom(const v1::Tool& message) {
   ToolProperties tool{.spacing_m = message.spacing_m()};
   if (message.has_torsion_nm_per_rad()) tool.torsion_Nm_per_rad = message.torsion_nm_per_rad();
   if (auto bad = checkAbove0(tool.spacing_m, kSpacing, "spacing_m")) return refuse(bad);
   if (auto bad = checkAbove0(tool.torsion_Nm_per_rad, kTorsion, "torsion_Nm_per_rad")) return refuse(bad);
+  if (message.has_jaws()) {
+    if (auto bad = take(jawsFrom(message.jaws()), tool.jaws, "jaws.")) return refuse(bad);
+  }
   return tool;
 }
 
@@ -177,6 +194,11 @@ Result<MotionProperties> motionFrom(const v1::Motion& message) {
   if (!motion) return motion;
   if (motion->joint) motion->joint->axis = normalised(motion->joint->axis);
   for (PlaneProperties& plane : motion->planes) plane.normal = normalised(plane.normal);
+  if (motion->tool && motion->tool->jaws) {
+    JawProperties& jaws = *motion->tool->jaws;
+    jaws.axis = normalised(jaws.axis);
+    jaws.reach = normalised(jaws.reach);
+  }
   return motion;
 }
 
@@ -185,6 +207,13 @@ void toWire(const MotionProperties& motion, v1::Motion& message) {
   if (motion.tool) {
     message.mutable_tool()->set_spacing_m(motion.tool->spacing_m);
     message.mutable_tool()->set_torsion_nm_per_rad(motion.tool->torsion_Nm_per_rad);
+    if (const auto& jaws = motion.tool->jaws) {
+      v1::Jaws& to = *message.mutable_tool()->mutable_jaws();
+      toWire(jaws->hinge_m, *to.mutable_hinge_m());
+      toWire(jaws->axis, *to.mutable_axis());
+      toWire(jaws->reach, *to.mutable_reach());
+      to.set_grip_nm_per_rad(jaws->grip_Nm_per_rad);
+    }
     return;
   }
   if (motion.collision) {

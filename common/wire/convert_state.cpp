@@ -1,5 +1,7 @@
 #include <google/protobuf/descriptor.h>
 
+#include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "common/wire/convert.h"
@@ -429,6 +431,12 @@ std::optional<ToolState> toolFromWire(const v1::Telemetry& message) {
     isValid = isValid && !checkRotation(message.tool().device_rotation(), "");
     tool.deviceRotation = rotationFrom(message.tool().device_rotation());
   }
+  if (message.tool().has_grip()) {
+    const v1::ToolGrip& grip = message.tool().grip();
+    tool.grip = {grip.opening_rad(), grip.moment_nm(), grip.written_nm()};
+    isValid = isValid && !checkRange(grip.opening_rad(), {0, std::numbers::pi, ""}, "") &&
+              std::isfinite(grip.moment_nm()) && std::isfinite(grip.written_nm());
+  }
   for (const v1::ToolPoint& point : message.tool().point()) {
     if (tool.pointCount == ToolState::kMaxPoints) break;
     const ToolState::Point& taken =
@@ -443,6 +451,11 @@ void toWire(const ToolState& tool, v1::ToolContact& message) {
   toWire(tool.torque_Nm, *message.mutable_torque_nm());
   toWire(tool.written_Nm, *message.mutable_written_nm());
   toWire(tool.deviceRotation, *message.mutable_device_rotation());
+  if (tool.grip) {
+    message.mutable_grip()->set_opening_rad(tool.grip->opening_rad);
+    message.mutable_grip()->set_moment_nm(tool.grip->moment_Nm);
+    message.mutable_grip()->set_written_nm(tool.grip->written_Nm);
+  }
   for (const ToolState::Point& point : tool.points()) {
     v1::ToolPoint& to = *message.add_point();
     toWire(point.place, *to.mutable_place());

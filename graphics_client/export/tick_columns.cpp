@@ -56,6 +56,11 @@ void ofHandle(const TickValues& values, double* at) {
   put(values.sample.handle.has(bit) ? values.sample.handle.*member : Vec3(kNotMeasured), at);
 }
 
+template <double ToolState::Grip::*member>
+void ofGrip(const TickValues& values, double* at) {
+  *at = values.tool.grip ? (*values.tool.grip).*member : kNotMeasured;
+}
+
 void gripper(const TickValues& values, double* at) {
   *at = values.sample.handle.has(HandleReading::kGripper) ? values.sample.handle.gripper_rad : kNotMeasured;
 }
@@ -63,6 +68,7 @@ void gripper(const TickValues& values, double* at) {
 using S = TelemetrySample;
 using F = ForceComponents;
 using H = HandleReading;
+using G = ToolState::Grip;
 constexpr std::array kColumns{
     TickColumn{"tick", "1", "", "number of the servo's cycle, since its start", 1, nullptr, numberOf<&S::tick>},
     TickColumn{"time", "ns", "", "server's monotonic clock when the device was read", 1, nullptr,
@@ -92,6 +98,10 @@ constexpr std::array kColumns{
     TickColumn{"tool.torque_written", "N m", "world", "as sent to the device", 3, ofTool<&ToolState::written_Nm>},
     TickColumn{"tool.device_rotation", "1", "world", "unit quaternion w, x, y, z, as the device measured it", 4,
                deviceRotation},
+    TickColumn{"tool.opening", "rad", "", "of the tool's jaws; NaN where it has none", 1, ofGrip<&G::opening_rad>},
+    TickColumn{"tool.grip", "N m", "", "on the hand's gripper: above 0 it opens it; NaN likewise", 1,
+               ofGrip<&G::moment_Nm>},
+    TickColumn{"tool.grip_written", "N m", "", "as sent to the device; NaN likewise", 1, ofGrip<&G::written_Nm>},
     TickColumn{"device.velocity", "m/s", "world", "as the device measured it; NaN where it does not", 3,
                ofHandle<&H::velocity, H::kVelocity>},
     TickColumn{"device.applied_force", "N", "world", "on the hand: as the device says that it applies it; NaN likewise",

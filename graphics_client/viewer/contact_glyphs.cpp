@@ -250,9 +250,16 @@ void ContactGlyphs::updateToolAtDevice(const MirrorView& view, const ShownHand& 
   if (!object || hand.sample->object == 0) return;
   const auto mesh = view.meshes.find(object->mesh);
   if (mesh == view.meshes.end()) return;
-  if (toolShape_ != object->mesh) {
-    toolAtDevice_.setShape(trianglesOf(mesh->second->vertices, mesh->second->triangles));
+  const auto& tool = object->motion ? object->motion->tool : std::nullopt;
+  const double opening_rad = tool && tool->jaws ? hand.sample->handle.gripper_rad : 0;
+  if (toolShape_ != object->mesh || toolOpening_rad_ != opening_rad) {
+    std::vector<Vec3f> vertices = mesh->second->vertices;
+    if (opening_rad != 0) {
+      for (Vec3f& v : vertices) v = Vec3f(toWorld(jawPose(*tool->jaws, Vec3(v), opening_rad), Vec3(v)));
+    }
+    toolAtDevice_.setShape(trianglesOf(vertices, mesh->second->triangles));
     toolShape_ = object->mesh;
+    toolOpening_rad_ = opening_rad;
   }
   toolAtDevice_.show(shadeIf(current, palette::kHip),
                      matrixOf({hand.tool->deviceRotation * object->pose.rotation, hand.sample->hip}));

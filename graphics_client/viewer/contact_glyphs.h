@@ -74,6 +74,7 @@ class ContactGlyphs {
   Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, thread_, pin_, pinHead_, shaft_, tip_, toolForces_,
       toolPoints_, torque_, toolAtDevice_;  // in this order
   ContentHash toolShape_;                   // drawn by toolAtDevice_
+  double toolOpening_rad_ = 0;              // likewise
 
   [[nodiscard]] std::array<Glyph*, 15> all() {
     return {&trail_, &primitive_, &primitiveOutline_, &hip_,        &ihip_,   &spring_,      &thread_, &pin_, &pinHead_,

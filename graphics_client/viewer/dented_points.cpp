@@ -57,10 +57,30 @@ bool DentedPoints::follow(std::span<const Dent> dents, const Falloff& falloff) {
     });
     if (isReached) move(i, falloff);
   }
+  noteChange();
+  return true;
+}
+
+bool DentedPoints::open(const JawProperties& jaws, double opening_rad) {
+  if (opening_rad == opening_rad_) return false;
+  opening_rad_ = opening_rad;
+  for (std::size_t i = 0; i < restPoints_.size(); ++i) {
+    const auto id = static_cast<vtkIdType>(i);
+    const Pose opened = jawPose(jaws, Vec3(onSurface(i)), opening_rad);
+    const Vec3 at = toWorld(opened, Vec3(restPoints_[i]));
+    points_->SetPoint(id, at.x, at.y, at.z);
+    if (!normals_) continue;
+    const Vec3f normal(opened.rotation * Vec3(restNormals_[i]));
+    normals_->SetTypedTuple(id, &normal.x);
+  }
+  noteChange();
+  return true;
+}
+
+void DentedPoints::noteChange() {
   points_->GetData()->Modified();
   points_->Modified();
   if (normals_) normals_->Modified();
-  return true;
 }
 
 void DentedPoints::move(std::size_t point, const Falloff& falloff) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/deform/dent.h"
+#include "common/scene/motion_properties.h"
 #include "graphics_client/viewer/palette.h"
 
 namespace haptics {
@@ -29,6 +30,8 @@ class DentedPoints {
   void drawIn(vtkPolyData* data) const;
   /// Goes over to other dents of the object. True when that changed something.
   bool follow(std::span<const Dent> dents, const Falloff& falloff);
+  /// Turns those of a tool's jaws, which has no dents. True when that changed something.
+  bool open(const JawProperties& jaws, double opening_rad);
   /// A colour for each point, by how far it is displaced.
   void colorIn(vtkPolyData* data, palette::Shade own);
 
@@ -39,12 +42,14 @@ class DentedPoints {
   vtkSmartPointer<vtkUnsignedCharArray> colors_;
   std::vector<Dent> dents_;
   double deepest_m_ = 0;  // that they may be
+  double opening_rad_ = 0;
 
   /// Below what the texture raises, at rest.
   [[nodiscard]] Vec3f onSurface(std::size_t point) const {
     return rises_.empty() ? restPoints_[point] : restPoints_[point] - rises_[point];
   }
   void move(std::size_t point, const Falloff& falloff);
+  void noteChange();
 };
 
 }  // namespace haptics

@@ -199,6 +199,11 @@ void ObjectActors::dent(std::span<const Dent> dents, const Falloff& falloff) {
 
 void ObjectActors::dentRims(std::span<const Dent> dents, const Falloff& falloff) {
   if (!dentedRims_ && dents.empty()) return;
+  vtkPolyData* rims = ownRims();
+  if (dentedRims_->follow(dents, falloff)) rims->Modified();
+}
+
+vtkPolyData* ObjectActors::ownRims() {
   auto* mapper = vtkPolyDataMapper::SafeDownCast(rims_->GetMapper());
   if (!dentedRims_) {
     vtkNew<vtkPolyData> own;
@@ -207,7 +212,27 @@ void ObjectActors::dentRims(std::span<const Dent> dents, const Falloff& falloff)
     dentedRims_ = std::make_unique<DentedPoints>(own);
     dentedRims_->drawIn(own);
   }
-  if (dentedRims_->follow(dents, falloff)) mapper->GetInput()->Modified();
+  return mapper->GetInput();
+}
+
+void ObjectActors::giveOwnPoints(Part& part) {
+  part.dented = std::make_unique<DentedPoints>(part.drawn);
+  part.dented->drawIn(part.drawn);
+  for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
+    if (displacementOn_) actor->GetMapper()->ScalarVisibilityOn();
+  }
+}
+
+void ObjectActors::open(const JawProperties& jaws, double opening_rad) {
+  for (Part& part : parts_) {
+    part.isDented = opening_rad != 0;
+    if (!part.dented && opening_rad == 0) continue;
+    if (!part.dented) giveOwnPoints(part);
+    if (part.dented->open(jaws, opening_rad)) part.drawn->Modified();
+  }
+  if (!renderMesh_->rims || (!dentedRims_ && opening_rad == 0)) return;
+  vtkPolyData* rims = ownRims();
+  if (dentedRims_->open(jaws, opening_rad)) rims->Modified();
 }
 
 /// From the first dent on it has points of its own.
@@ -215,11 +240,7 @@ void ObjectActors::dent(Part& part, std::span<const Dent> dents, const Falloff& 
   part.isDented = !dents.empty();
   if (!part.dented) {
     if (dents.empty()) return;
-    part.dented = std::make_unique<DentedPoints>(part.drawn);
-    part.dented->drawIn(part.drawn);
-    for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
-      if (displacementOn_) actor->GetMapper()->ScalarVisibilityOn();
-    }
+    giveOwnPoints(part);
   }
   if (!part.dented->follow(dents, falloff)) return;
   part.drawn->Modified();

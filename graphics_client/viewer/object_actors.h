@@ -49,6 +49,8 @@ class ObjectActors {
   /// Shows a soft object with these dents. Its shadow stays that of the shape at rest: it would have to be drawn anew in every
   /// frame, for a few pixels of its outline.
   void dent(std::span<const Dent> dents, const Falloff& falloff);
+  /// Shows a tool's jaws open so far: the mesh, not its shadow, nor the coarse copy.
+  void open(const JawProperties& jaws, double opening_rad);
   /// The coarse copy in place of the mesh in the world, where there is one; from the next showFor() on.
   void setCoarse(bool on) { isCoarse_ = on && coarse_; }
   /// Leaves out what cannot be seen by the world's and the close-up's camera; object frame.
@@ -77,6 +79,8 @@ class ObjectActors {
 
   void colorPoints(const Paint& paint);
   void dentRims(std::span<const Dent> dents, const Falloff& falloff);
+  [[nodiscard]] vtkPolyData* ownRims();
+  void giveOwnPoints(Part& part);
   void dent(Part& part, std::span<const Dent> dents, const Falloff& falloff);
   void colorDisplacement(Part& part) const { part.dented->colorIn(part.drawn, *displacementOn_); }
 };

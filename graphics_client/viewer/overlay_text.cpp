@@ -81,9 +81,10 @@ OverlayLine deviceLine(const MirrorView& view) {
   return {"Device", view.device.empty() ? kNothing : shortened(view.device)};
 }
 
+constexpr double kDegreesPerRadian = 57.29577951308232;
+
 /// What the hand does with the handle, of a device that measures it or has buttons; none of others.
 std::optional<OverlayLine> handleLine(const TelemetrySample& sample) {
-  constexpr double kDegreesPerRadian = 57.29577951308232;
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
   const bool clutched = sample.device.does(HandAction::kClutch);
@@ -192,6 +193,13 @@ std::string torqueText(const ToolState& tool) {
          (written_Nm > 0 ? formatted(", %.1f given", kMilli * written_Nm) : "");
 }
 
+/// Likewise of its jaws.
+std::string jawsText(const ToolState::Grip& grip) {
+  constexpr double kMilli = 1e3;
+  return formatted("%.1f deg, %.1f mNm", grip.opening_rad * kDegreesPerRadian, kMilli * grip.moment_Nm) +
+         (grip.written_Nm != 0 ? formatted(", %.1f given", kMilli * grip.written_Nm) : "");
+}
+
 }  // namespace
 
 bool isCurrent(const MirrorView& view, double age_s) {
@@ -264,6 +272,7 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
                              sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
   };
   if (view.tool) lines.push_back({"Torque", torqueText(*view.tool)});
+  if (view.tool && view.tool->grip) lines.push_back({"Jaws", jawsText(*view.tool->grip)});
   if (const auto handle = handleLine(sample)) lines.push_back(*handle);
   if (view.secondHand) lines.push_back(secondHandLine(view, *view.secondHand));
   return lines;
@@ -295,6 +304,7 @@ std::string overlayTip(const std::string& label) {
       {"Texture", "Height of the texture under the contact, and its part of the force"},
       {"HIP (mm)", "Where the device has the hand, in the world's axes"},
       {"Torque", "What turns the held tool, and how much of it the device gives"},
+      {"Jaws", "How far those of the held tool are open, what opens the gripper, and how much of it the device gives"},
       {"Hand 2", "The second hand's force, and the object that it touches"}};
   const auto at = tips.find(label);
   return at == tips.end() ? std::string() : at->second;

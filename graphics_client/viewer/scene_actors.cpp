@@ -85,7 +85,13 @@ bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const
   const bool moved = !shown.record || shown.pose != pose;
   shown.pose = pose;
   if (moved && object->motion && shown.actors) place(shown);
-  if (shown.actors) dent(shown, *object, view);
+  const bool hasJaws = object->motion && object->motion->tool && object->motion->tool->jaws;
+  if (shown.actors && hasJaws) {
+    const bool isHeld = view.tool && view.tool->object == object->id && view.tool->grip;
+    shown.actors->open(*object->motion->tool->jaws, isHeld ? view.tool->grip->opening_rad : 0);
+  } else if (shown.actors) {
+    dent(shown, *object, view);
+  }
   if (shown.record == object) return changed;
   shown.record = object;
   if (!shown.actors) return changed;

@@ -15,7 +15,7 @@ import vtkSphereSource from '@kitware/vtk.js/Filters/Sources/SphereSource';
 import vtkTrackball from '@kitware/vtk.js/Interaction/Style/InteractorStyleTrackballCamera';
 
 import {badNumber, bodiesOf, dentsOf} from './limits.js';
-import {decodeAsset, dent, normalsOf, restShape} from './shapes.js';
+import {decodeAsset, dent, normalsOf, openJaws, restShape} from './shapes.js';
 import {hex} from './scene.js';
 
 // As the viewer's (palette.h).
@@ -99,6 +99,7 @@ class Shown {
     this.surface = surface;
     this.actor = null;
     this.dents = [];
+    this.opening_rad = 0;
     this.refusal = badNumber(state);
   }
 
@@ -136,6 +137,9 @@ class Shown {
     const {dents} = this;
     this.dents = [];
     this.setDents(dents);
+    const {opening_rad} = this;
+    this.opening_rad = 0;
+    this.setOpening(opening_rad);
   }
 
   /** Gives back what it took of the processor's and the graphics card's memory. */
@@ -166,6 +170,14 @@ class Shown {
     const points = this.rest.slice();
     dent(points, dents, softness);
     this.setPoints(points);
+  }
+
+  /** How far the jaws of a tool are open. */
+  setOpening(opening_rad) {
+    const jaws = this.state.motion?.tool?.jaws;
+    if (!jaws || opening_rad === this.opening_rad) return;
+    this.opening_rad = opening_rad;
+    if (this.actor) this.setPoints(openJaws(this.rest, jaws, opening_rad));
   }
 }
 
@@ -380,7 +392,11 @@ export class Picture {
         object.place(body.pose);
     }
     const dents = dentsOf(sample);
-    for (const [id, object] of this.objects) object.setDents(dents.filter((d) => String(d.object) === id));
+    const {tool} = sample, opening_rad = tool?.grip?.opening_rad;
+    for (const [id, object] of this.objects) {
+      object.setDents(dents.filter((d) => String(d.object) === id));
+      object.setOpening(String(tool?.object) === id && Number.isFinite(opening_rad) ? opening_rad : 0);
+    }
     this.isChanged = true;
   }
 

@@ -60,7 +60,8 @@ const motion = all(
   oneOf(['hinge', 1, ...joint], ['slider', 2, ...joint]),
   list('planes', vectors('normal'), doubles('offset_m', 'friction', 'rolling_m')),
   tagged('collision', 10, doubles('friction', 'rolling_m')), when((message) => message.fixed, 11),
-  tagged('tool', 12, doubles('spacing_m', 'torsion_Nm_per_rad')));
+  tagged('tool', 12, doubles('spacing_m', 'torsion_Nm_per_rad'),
+    tagged('jaws', 17, vectors('hinge_m', 'axis', 'reach'), doubles('grip_Nm_per_rad'))));
 const plastic = when((softness) => softness.plastic > 0, 8, doubles('plastic'));
 
 /** Numbers of the material that came after the maps: as its type has them, in order. */

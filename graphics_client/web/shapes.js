@@ -123,6 +123,21 @@ export function dent(points, dents, {radius_m, degree}) {
   }
 }
 
+/** A tool's jaws, closed in `rest`, open so far; a new array (proto/haptics/v1/scene.proto, Jaws). */
+export function openJaws(rest, {hinge_m, axis, reach}, opening_rad) {
+  const at = (v) => [v?.x || 0, v?.y || 0, v?.z || 0];
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const h = at(hinge_m), k = at(axis), up = cross(k, at(reach)), points = rest.slice();
+  for (let v = 0; v < points.length; v += 3) {
+    const r = [rest[v] - h[0], rest[v + 1] - h[1], rest[v + 2] - h[2]];
+    const angle = (dot(up, r) > 0 ? 0.5 : -0.5) * opening_rad, turned = cross(k, r), along = dot(k, r);
+    for (let d = 0; d < 3; d++)
+      points[v + d] = h[d] + r[d] * Math.cos(angle) + turned[d] * Math.sin(angle) + k[d] * along * (1 - Math.cos(angle));
+  }
+  return points;
+}
+
 /** Vertex normals, weighted by area. */
 export function normalsOf(points, triangles) {
   const normals = new Float32Array(points.length);

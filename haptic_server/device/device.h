@@ -20,6 +20,7 @@ struct DeviceInfo {
   double apparentMass_kg = 0, viscousFriction_Ns_per_m = 0, coulombFriction_N = 0;
   double delay_s = 0;  ///< Measured: from reading a position to the motors' force, beyond the hold.
   DeviceRotation rotation{};
+  DeviceGripper gripper{};
 };
 
 /// The radius (m) on which the device turns as its mass moves, sqrt(I / m); kUsualGyration_m where that is not known.
@@ -45,6 +46,8 @@ class Device {
   /// Newton metres on the hand, world frame, from the next write() on. Only where a tool is held, or
   /// a client adds one: zero until then.
   virtual void writeTorque(Vec3 /*torque_Nm*/) noexcept {}
+  /// Newton metres on the gripper, that open it above 0; likewise, only where a tool with jaws is held.
+  virtual void writeGrip(double /*moment_Nm*/) noexcept {}
   /// Newtons on the hand, world frame, held until the next write.
   virtual void write(Vec3 force_N) noexcept = 0;
   /// What a simulated hand is to explore from now on, null for nothing; valid until the next call. A real device has a

@@ -14,4 +14,11 @@ struct DeviceRotation {
 
 inline constexpr double kUsualGyration_m = 0.05;
 
+/// What the fingers open and close.
+struct DeviceGripper {
+  double range_rad = 0;     ///< How far it opens; 0: it has none, or that is not known.
+  double maxMoment_Nm = 0;  ///< The magnitude limit uses it; 0: it gives no moment.
+  double maxStiffness_Nm_per_rad = 0;
+};
+
 }  // namespace haptics

@@ -43,6 +43,7 @@ class MovableWorkspace final : public Device {
   [[nodiscard]] bool hasNewSample() noexcept override { return device_.hasNewSample(); }
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
   void writeTorque(Vec3 torque_Nm) noexcept override { device_.writeTorque(toDevice(torque_Nm)); }
+  void writeGrip(double moment_Nm) noexcept override { device_.writeGrip(moment_Nm); }
   void write(Vec3 force_N) noexcept override {
     written_N_ = force_N;
     device_.write(isMoved_ ? toDevice(force_N) / shrink() : force_N);

@@ -13,7 +13,8 @@ namespace {
 // measured 0.005 N s/m and 0.038 N on a Phantom 1.0 alone), so it is assumed: 0.05 for serial arms, 0.5 for grounded
 // delta devices. Judge stability also at a third and at three times what is assumed here.
 // Rotation: torque limit and torsion as published by the same toolkits, resolution from the data sheets. Range of the gripper:
-// as published by CHAI3D, the same for an omega.7.
+// as published by CHAI3D, the same for an omega.7, and its force, 8 N, here on a lever of kUsualGyration_m. How stiff it may be
+// is published for none: assumed is the torsion.
 // Inertia and friction about the grip are published for none: assumed are those of the tip on a lever of kUsualGyration_m.
 constexpr double kAssumedSerialViscous = 0.05;  // N s/m
 constexpr double kAssumedDeltaViscous = 0.5;    // N s/m
@@ -31,7 +32,7 @@ constexpr double degrees(double angle) { return angle * std::numbers::pi / 180; 
 
 constexpr std::array kDevices{
     // name, title, F_max N, K N/m, B N s/m, m kg, b N s/m, f_c N, resolution m; of rotation T_max Nm, K_r Nm/rad, resolution;
-    // of the gripper rad
+    // of the gripper rad, Nm, Nm/rad
     DevicePreset{"omni", "Phantom Omni", 3.3, 700, 5, 0.045, kAssumedSerialViscous, 0.26, 55e-6},
     // The Omni under its later name: the same mechanics, published with lower gains.
     DevicePreset{"touch", "3D Systems Touch", 3.3, 400, 4, 0.045, kAssumedSerialViscous, 0.26, 55e-6},
@@ -44,9 +45,17 @@ constexpr std::array kDevices{
     DevicePreset{"omega.6", "Force Dimension omega.6", 12, 5000, 30, kAssumedOmegaMass, kAssumedDeltaViscous,
                  kAssumedCoulomb, 10e-6,
                  turning(0, 0, degrees(0.09), kAssumedOmegaMass, kAssumedDeltaViscous, kAssumedCoulomb)},
-    DevicePreset{
-        "sigma.7", "Force Dimension sigma.7", 12, 4000, 30, kAssumedWristMass, kAssumedDeltaViscous, kAssumedCoulomb,
-        1.5e-6, turning(0.2, 1, degrees(0.013), kAssumedWristMass, kAssumedDeltaViscous, kAssumedCoulomb), degrees(30)},
+    DevicePreset{"sigma.7",
+                 "Force Dimension sigma.7",
+                 12,
+                 4000,
+                 30,
+                 kAssumedWristMass,
+                 kAssumedDeltaViscous,
+                 kAssumedCoulomb,
+                 1.5e-6,
+                 turning(0.2, 1, degrees(0.013), kAssumedWristMass, kAssumedDeltaViscous, kAssumedCoulomb),
+                 {degrees(30), 0.4, 1}},
 };
 
 // Mass, stiffness and damping of a hand that holds a stylus: all assumed, from a loose to a tight grip; "none" lets go.

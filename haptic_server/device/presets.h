@@ -20,11 +20,11 @@ struct DevicePreset {
   double coulombFriction_N;
   double resolution_m;  ///< Position quantum.
   DeviceRotation rotation{};
-  double gripperRange_rad = 0;  ///< How far its gripper opens; 0: it has none.
+  DeviceGripper gripper{};
 };
 
 /// A hand holding the device: its mass joined rigidly to the device's, a spring and a damper to where it wants to be. A
-/// device that turns is held by these on a lever of kUsualGyration_m.
+/// device that turns is held by these on a lever of kUsualGyration_m, and so is a gripper, which has no mass.
 struct HandPreset {
   std::string_view name;
   double mass_kg;

@@ -19,7 +19,8 @@ DeviceInfo describe(const DevicePreset& preset, double delay_s) {
           preset.viscousFriction_Ns_per_m,
           preset.coulombFriction_N,
           delay_s,
-          preset.rotation};
+          preset.rotation,
+          preset.gripper};
 }
 
 Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::floor(position / quantum + 0.5); }
@@ -42,7 +43,8 @@ DevicePreset presetOf(const DeviceInfo& device) noexcept {
           device.viscousFriction_Ns_per_m,
           device.coulombFriction_N,
           device.resolution_m,
-          device.rotation};
+          device.rotation,
+          device.gripper};
 }
 
 SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent& intent)
@@ -53,7 +55,9 @@ SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent&
       substep_(settings.period_s / kSubsteps),
       delay_(static_cast<int>(std::lround(settings.delay_s / settings.period_s * kSubsteps))),
       written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)),
-      gripperRange_(settings.device.gripperRange_rad) {
+      fingerStiffness_(settings.hand.stiffness_N_per_m * kUsualGyration_m * kUsualGyration_m),
+      fingerDamping_((settings.hand.damping_Ns_per_m + settings.device.viscousFriction_Ns_per_m) * kUsualGyration_m *
+                     kUsualGyration_m) {
   if (!info_.rotation.isSensed) return;
   turning_.emplace(Turning{.plant = SimulatedRotation(info_, settings.hand), .written_Nm = written_});
 }
@@ -77,8 +81,8 @@ DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
                         stopped_ ? DeviceState::kStopped : DeviceState::kReady};
   if (turning_) reading.rotation = measuredRotation();
   reading.status.buttons = intent_.buttons();
-  if (gripperRange_ > 0) {
-    reading.handle.gripper_rad = gripper_;
+  if (info_.gripper.range_rad > 0) {
+    reading.gripper_rad = reading.handle.gripper_rad = gripper_;
     reading.handle.measured = HandleReading::kGripper;
   }
   return reading;
@@ -92,8 +96,13 @@ void SimulatedDevice::writeTorque(Vec3 torque_Nm) noexcept {
   if (!stopped_ && turning_) turning_->held_Nm = bounded(torque_Nm, info_.rotation.maxTorque_Nm);
 }
 
+void SimulatedDevice::writeGrip(double moment_Nm) noexcept {
+  if (!stopped_) grip_Nm_ = bounded({moment_Nm, 0, 0}, info_.gripper.maxMoment_Nm).x;
+}
+
 void SimulatedDevice::stop() noexcept {
   held_ = Vec3(0);
+  grip_Nm_ = 0;
   if (turning_) turning_->held_Nm = Vec3(0);
   stopped_ = true;
 }
@@ -122,7 +131,16 @@ void SimulatedDevice::beginTick() noexcept {
   target_ = intent_.next(period_, felt_);
   targetVelocity_ = (target_.position - from_.position) / period_;
   if (turning_) beginTurning();
-  if (gripperRange_ > 0) gripper_ = std::clamp(intent_.nextGripper_rad(period_, gripper_), 0.0, gripperRange_);
+  if (info_.gripper.range_rad > 0) moveGripper();
+}
+
+/// By how much the fingers give way: b dy/dt = M - k y.
+void SimulatedDevice::moveGripper() noexcept {
+  double yields_rad = gripper_ - wantedGripper_;
+  if (fingerDamping_ > 0) yields_rad += period_ * (grip_Nm_ - fingerStiffness_ * yields_rad) / fingerDamping_;
+  const double range_rad = info_.gripper.range_rad;
+  wantedGripper_ = std::clamp(intent_.nextGripper_rad(period_, wantedGripper_), 0.0, range_rad);
+  gripper_ = std::clamp(wantedGripper_ + yields_rad, 0.0, range_rad);
 }
 
 void SimulatedDevice::integrateSubstep(int substep) noexcept {

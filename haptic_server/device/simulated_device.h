@@ -26,7 +26,8 @@ struct SimulationSettings {
 
 /// A device and a hand that exist only here, advanced by the ticks themselves: it has no clock, and the same ticks and
 /// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says, rotations and
-/// torques likewise where it has them. A gripper is as far open as the hand wants it within its range; closed at first.
+/// torques likewise where it has them. A gripper is as far open as the hand wants it within its range, which gives way to a
+/// moment; closed at first.
 class SimulatedDevice final : public Device {
  public:
   /// Substeps per tick of the integration; also the resolution of the delay. The plant is smooth within a tick except
@@ -48,6 +49,7 @@ class SimulatedDevice final : public Device {
   /// A force beyond the device's limit is shortened to it; one that is not finite is zero.
   void write(Vec3 force_N) noexcept override;
   void writeTorque(Vec3 torque_Nm) noexcept override;
+  void writeGrip(double moment_Nm) noexcept override;
   void follow(const ExplorationPlan* plan) noexcept override { intent_.follow(plan); }
   /// Later writes are ignored.
   void stop() noexcept override;
@@ -74,6 +76,7 @@ class SimulatedDevice final : public Device {
   void beginTurning() noexcept;
   void turn(int substep) noexcept;
   [[nodiscard]] Quat measuredRotation() const noexcept;
+  void moveGripper() noexcept;
 
   DeviceInfo info_;
   Plant plant_;
@@ -89,8 +92,9 @@ class SimulatedDevice final : public Device {
   std::vector<Vec3> written_;  // ring: the force of each tick, as far back as the delay reaches
   std::size_t newest_ = 0;
   std::optional<Turning> turning_;
-  double gripperRange_;  // rad; 0: it has none
-  double gripper_ = 0;   // rad
+  double fingerStiffness_, fingerDamping_;  // of the gripper, Nm/rad, Nms/rad
+  double gripper_ = 0, wantedGripper_ = 0;  // rad
+  double grip_Nm_ = 0;
   std::uint64_t tick_ = 0;
   bool started_ = false;
   bool stopped_ = false;

@@ -66,10 +66,15 @@ Result<RecordedTick> RecordedRun::nextOf(std::size_t hand) {
     tick->added = wrenchFrom(left.wrenches.substr(0, kWrenchBytes));
     left.wrenches.remove_prefix(kWrenchBytes);
   }
+  if (!left.grips.empty()) {
+    tick->grip_Nm = gripFrom(left.grips.substr(0, kGripBytes));
+    left.grips.remove_prefix(kGripBytes);
+  }
   if (left.handles.empty()) return tick;
   const auto handle = handleFrom(left.handles.substr(0, kHandleBytes));
   if (!handle) return tl::unexpected(handle.error());
   tick->handle = *handle;
+  if (handle->has(HandleReading::kGripper)) tick->input.device.gripper_rad = handle->gripper_rad;
   left.handles.remove_prefix(kHandleBytes);
   return tick;
 }
@@ -177,7 +182,9 @@ Result<void> RecordedRun::take(const v1::RecordedTicks& message) {
       return refused("ticks.handles", "is not of as many ticks");
     if (!ofHand->wrenches().empty() && ofHand->wrenches().size() != ticks * kWrenchBytes)
       return refused("ticks.wrenches", "is not of as many ticks");
-    left_[hand] = {ofHand->ticks(), ofHand->turns(), ofHand->handles(), ofHand->wrenches()};
+    if (!ofHand->grips().empty() && ofHand->grips().size() != ticks * kGripBytes)
+      return refused("ticks.grips", "is not of as many ticks");
+    left_[hand] = {ofHand->ticks(), ofHand->turns(), ofHand->handles(), ofHand->wrenches(), ofHand->grips()};
     ofHand = &message.second_hand();
   }
   return {};

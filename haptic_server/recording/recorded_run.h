@@ -79,7 +79,7 @@ class RecordedRun {
   std::optional<v1::RecordedState> keyframe_;
   std::uint64_t scenesMade_ = 0;
   struct Left {
-    std::string_view ticks, turns, handles, wrenches;
+    std::string_view ticks, turns, handles, wrenches, grips;
   };
   std::array<Left, kMaxHands> left_;  // of the part last read
   std::optional<std::uint64_t> lastTick_;

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kMaxRate_Hz = 1e6;
 
-static_assert(sizeof(StepInput) == 88, "what is new in it goes into appendTick() and tickFrom()");
+static_assert(sizeof(StepInput) == 96, "what is new in it goes into appendTick() and tickFrom()");
 static_assert(sizeof(HandleReading) == 64, "what is new in it goes into appendHandle() and handleFrom()");
-static_assert(sizeof(StepConfig) == 208, "what is new in it goes into toMessage() and factsFrom()");
+static_assert(sizeof(StepConfig) == 216, "what is new in it goes into toMessage() and factsFrom()");
 
 void putWord(std::string& bytes, std::uint64_t word) {
   for (int i = 0; i < 8; ++i) bytes += static_cast<char>(word >> (8 * i));
@@ -73,6 +73,7 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
   head.set_position_step_m(config.positionStep_m);
   head.set_stable_lateral_n_per_m(config.stableLateral_N_per_m);
   head.set_rise_s(config.rise_s);
+  head.set_max_grip_nm(config.maxGrip_Nm);
   head.set_work_per_s(config.work_per_s);
   if (config.observer) setLead(*config.observer, *head.mutable_lead());
   if (const RotationConfig& rotation = config.rotation; !(rotation == RotationConfig{})) {
@@ -93,12 +94,14 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
   const double work_per_s = head.has_work_per_s() ? head.work_per_s() : std::numeric_limits<double>::infinity();
   if (!(work_per_s > 0)) return refused("work_per_s", "is not above 0");
   if (!isAtLeastZero(head.rise_s())) return refused("rise_s", "is not finite and at least 0");
+  if (!isAtLeastZero(head.max_grip_nm())) return refused("max_grip_Nm", "is not finite and at least 0");
   StepConfig config;
   config.period_s = head.period_s();
   config.maxForce_N = head.max_force_n();
   config.positionStep_m = head.position_step_m();
   config.stableLateral_N_per_m = head.stable_lateral_n_per_m();
   config.rise_s = head.rise_s();
+  config.maxGrip_Nm = head.max_grip_nm();
   config.work_per_s = work_per_s;
   if (head.has_lead()) {
     auto lead = leadFrom(head.lead());
@@ -123,10 +126,11 @@ void setConfig(const StepConfig& config, v1::RecordingHead& head) {
 /// Binds every member: a new one is recorded, or of no concern to ServoSceneBuilder, by decision.
 void setLimits(const DeviceLimits& limits, v1::RecordedLimits& message) {
   const auto& [encoderStep_m, stableLateral_N_per_m, period_s, stiffest_N_per_m, maxDamping_Ns_per_m,
-               stiffestTorsion_Nm_per_rad, hands, observed] = limits;
+               stiffestTorsion_Nm_per_rad, stiffestGrip_Nm_per_rad, hands, observed] = limits;
   message.set_stiffest_n_per_m(stiffest_N_per_m);
   message.set_max_damping_ns_per_m(maxDamping_Ns_per_m);
   message.set_stiffest_torsion_nm_per_rad(stiffestTorsion_Nm_per_rad);
+  message.set_stiffest_grip_nm_per_rad(stiffestGrip_Nm_per_rad);
   message.set_hands(static_cast<std::uint32_t>(hands));
   message.set_unobserved(!observed);
 }
@@ -135,12 +139,16 @@ void setLimits(const DeviceLimits& limits, v1::RecordedLimits& message) {
   if (!(limits.stiffest_n_per_m() >= 0)) return refused("stiffest_N_per_m", "is not at least 0");
   if (!(limits.max_damping_ns_per_m() >= 0)) return refused("max_damping_Ns_per_m", "is not at least 0");
   if (!(limits.stiffest_torsion_nm_per_rad() >= 0)) return refused("stiffest_torsion_Nm_per_rad", "is not at least 0");
+  const double stiffestGrip = limits.has_stiffest_grip_nm_per_rad() ? limits.stiffest_grip_nm_per_rad()
+                                                                    : std::numeric_limits<double>::infinity();
+  if (!(stiffestGrip >= 0)) return refused("stiffest_grip_Nm_per_rad", "is not at least 0");
   if (limits.hands() < 1 || limits.hands() > kMaxHands)
     return refused("hands", "is not 1 to " + std::to_string(kMaxHands));
   return DeviceLimits{.period_s = period_s,
                       .stiffest_N_per_m = limits.stiffest_n_per_m(),
                       .maxDamping_Ns_per_m = limits.max_damping_ns_per_m(),
                       .stiffestTorsion_Nm_per_rad = limits.stiffest_torsion_nm_per_rad(),
+                      .stiffestGrip_Nm_per_rad = stiffestGrip,
                       .hands = static_cast<int>(limits.hands()),
                       .observed = !limits.unobserved()};
 }
@@ -281,6 +289,15 @@ void appendWrench(const Wrench& wrench, std::string& bytes) {
 Wrench wrenchFrom(std::string_view bytes) {
   const Vec3 force_N = takeVector(bytes);
   return {force_N, takeVector(bytes)};
+}
+
+void appendGrip(double moment_Nm, std::string& bytes) { putWord(bytes, std::bit_cast<std::uint64_t>(moment_Nm)); }
+
+double gripFrom(std::string_view bytes) { return std::bit_cast<double>(takeWord(bytes)); }
+
+bool wroteSame(const RecordedTick& tick, Vec3 force_N, Vec3 torque_Nm, double grip_Nm) noexcept {
+  return sameBits(tick.force_N, force_N) && sameBits(tick.torque_Nm, torque_Nm) &&
+         std::bit_cast<std::uint64_t>(tick.grip_Nm) == std::bit_cast<std::uint64_t>(grip_Nm);
 }
 
 bool sameBits(Vec3 a, Vec3 b) noexcept {

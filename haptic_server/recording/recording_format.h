@@ -18,7 +18,8 @@ inline constexpr std::string_view kRecordingHead = "haptics recording 1\n";
 inline constexpr std::size_t kTickBytes = 88;    ///< Of one tick in RecordedTicks.ticks,
 inline constexpr std::size_t kTurnBytes = 56;    ///< and in RecordedTicks.turns,
 inline constexpr std::size_t kHandleBytes = 64;  ///< and in RecordedTicks.handles,
-inline constexpr std::size_t kWrenchBytes = 48;  ///< and in RecordedTicks.wrenches.
+inline constexpr std::size_t kWrenchBytes = 48;  ///< and in RecordedTicks.wrenches,
+inline constexpr std::size_t kGripBytes = 8;     ///< and in RecordedTicks.grips.
 
 /// A hand of a recording.
 struct HandFacts {
@@ -68,7 +69,13 @@ void appendWrench(const Wrench& wrench, std::string& bytes);
 /// `bytes` are kWrenchBytes long. Numbers are taken as they are.
 [[nodiscard]] Wrench wrenchFrom(std::string_view bytes);
 
+void appendGrip(double moment_Nm, std::string& bytes);
+/// `bytes` are kGripBytes long. Numbers are taken as they are.
+[[nodiscard]] double gripFrom(std::string_view bytes);
+
 /// Bit for bit, where == would have a zero equal to one of the other sign, and no NaN to itself.
 [[nodiscard]] bool sameBits(Vec3 a, Vec3 b) noexcept;
+/// Likewise, of all that was written to a device.
+[[nodiscard]] bool wroteSame(const RecordedTick& tick, Vec3 force_N, Vec3 torque_Nm, double grip_Nm) noexcept;
 
 }  // namespace haptics

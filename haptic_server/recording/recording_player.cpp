@@ -112,9 +112,9 @@ ReplaySource::Next RecordingPlayer::next(Tick& tick) noexcept {
   return Next::kTick;
 }
 
-void RecordingPlayer::compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm) noexcept {
+void RecordingPlayer::compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm, double grip_Nm) noexcept {
   const RecordedTick& recorded = now_.recorded[hand];
-  const bool differs = !sameBits(force_N, recorded.force_N) || !sameBits(torque_Nm, recorded.torque_Nm);
+  const bool differs = !wroteSame(recorded, force_N, torque_Nm, grip_Nm);
   differs_ = differs || (hand > 0 && differs_);
   if (hand + 1 < facts_.hands()) return;
   if (differs_) {

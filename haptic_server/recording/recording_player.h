@@ -72,12 +72,14 @@ class RecordingPlayer final : public ReplaySource {
     /// As it was in the tick that next() gave last.
     [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override {
       torque_Nm_ = Vec3(0);  // a tick that writes none gives none
+      grip_Nm_ = 0;
       const RecordedTick& tick = player_.now_.recorded[hand_];
       return {tick.input.device, tick.handle, AddedWrench(tick.added)};
     }
-    /// Compares force and torque with what was written then.
-    void write(Vec3 force_N) noexcept override { player_.compare(hand_, force_N, torque_Nm_); }
+    /// Compares force, torque and moment with what was written then.
+    void write(Vec3 force_N) noexcept override { player_.compare(hand_, force_N, torque_Nm_, grip_Nm_); }
     void writeTorque(Vec3 torque_Nm) noexcept override { torque_Nm_ = torque_Nm; }
+    void writeGrip(double moment_Nm) noexcept override { grip_Nm_ = moment_Nm; }
     void stop() noexcept override {}
 
    private:
@@ -85,6 +87,7 @@ class RecordingPlayer final : public ReplaySource {
     const std::size_t hand_;
     DeviceInfo info_;
     Vec3 torque_Nm_{0};
+    double grip_Nm_ = 0;
   };
   struct ToShow {
     std::uint64_t position;  // of the tick that takes it, from 0
@@ -94,7 +97,7 @@ class RecordingPlayer final : public ReplaySource {
   static constexpr std::size_t kAhead = 4096;
 
   RecordingPlayer(std::filesystem::path path, RecordingBytes bytes, RecordingFacts facts);
-  void compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm) noexcept;
+  void compare(std::size_t hand, Vec3 force_N, Vec3 torque_Nm, double grip_Nm) noexcept;
   void run();
   void playOn();
   void readOne();

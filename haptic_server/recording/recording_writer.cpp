@@ -65,6 +65,8 @@ void RecordingEncoder::Ticks::add(const RecordedTick& tick) {
   anyHandles = anyHandles || tick.handle.measured != 0;
   appendWrench(tick.added, wrenches);
   anyWrenches = anyWrenches || !(tick.added == Wrench{});
+  appendGrip(tick.grip_Nm, grips);
+  anyGrips = anyGrips || tick.grip_Nm != 0;
 }
 
 void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {
@@ -75,6 +77,8 @@ void RecordingEncoder::Ticks::moveTo(v1::RecordedTicks& message) {
   handles.clear();
   if (std::exchange(anyWrenches, false)) message.set_wrenches(wrenches);
   wrenches.clear();
+  if (std::exchange(anyGrips, false)) message.set_grips(grips);
+  grips.clear();
 }
 
 void RecordingEncoder::putTicks() {

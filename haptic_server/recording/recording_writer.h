@@ -51,9 +51,11 @@ class RecordingEncoder {
     std::string turns;
     std::string handles;
     std::string wrenches;
+    std::string grips;
     bool anyTurns = false;     // some are not as of a device without rotation
     bool anyHandles = false;   // some are not as of one that measures its pose only
     bool anyWrenches = false;  // a client added some
+    bool anyGrips = false;     // some are not 0
 
     void add(const RecordedTick& tick);
     void moveTo(v1::RecordedTicks& message);

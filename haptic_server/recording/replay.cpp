@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <deque>
@@ -153,11 +154,14 @@ class StretchReader {
 };
 
 /// False: it differs.
-[[nodiscard]] bool compare(const RecordedTick& recorded, Vec3 force_N, Vec3 torque_Nm, ReplayCount& count) {
-  if (sameBits(recorded.force_N, force_N) && sameBits(recorded.torque_Nm, torque_Nm)) return true;
+[[nodiscard]] bool compare(const RecordedTick& recorded, Vec3 force_N, const ReplayedServo::Tick& now, std::size_t hand,
+                           ReplayCount& count) {
+  const Vec3 torque_Nm = now.torque_Nm[hand];
+  if (wroteSame(recorded, force_N, torque_Nm, now.grip_Nm[hand])) return true;
   if (!count.first) count.first = {count.ticks, recorded.input.tick, recorded.force_N, force_N};
   count.largestDifference_N = std::max(count.largestDifference_N, glm::distance(recorded.force_N, force_N));
-  count.largestDifference_Nm = std::max(count.largestDifference_Nm, glm::distance(recorded.torque_Nm, torque_Nm));
+  count.largestDifference_Nm = std::max({count.largestDifference_Nm, glm::distance(recorded.torque_Nm, torque_Nm),
+                                         std::abs(recorded.grip_Nm - now.grip_Nm[hand])});
   return false;
 }
 
@@ -263,10 +267,10 @@ class Replay {
     for (const RecordedRunTick& tick : stretch.ticks) {
       if (givenUp_.load(std::memory_order_relaxed)) break;
       const ReplayedServo::Tick now = servo->take(tick);
-      bool isSame = compare(tick.recorded[0], now.sample.force.written, now.torque_Nm[0], count);
+      bool isSame = compare(tick.recorded[0], now.sample.force.written, now, 0, count);
       if (hands > 1) {
         const Vec3 force_N = now.secondSample.force.written;
-        isSame = compare(tick.recorded[1], force_N, now.torque_Nm[1], count) && isSame;
+        isSame = compare(tick.recorded[1], force_N, now, 1, count) && isSame;
       }
       if (!isSame) ++count.differing;
       if (now.sample.object != 0) ++count.contactTicks;

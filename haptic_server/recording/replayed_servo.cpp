@@ -89,11 +89,13 @@ ReplayedServo::Tick ReplayedServo::take(const RecordedRunTick& tick) {
     finishSteps(ticked, second_->feel(tick.recorded[1]), made.sample, made.secondSample);
     made.secondSample.handle = tick.recorded[1].handle;
     made.torque_Nm[1] = second_->torque_Nm(tick.recorded[1]);
+    made.grip_Nm[1] = writtenGrip_Nm(second_->state());
   } else {
     made.sample = finishStep(ticked.scene, ticked.state, ticked.config, ticked.input, ticked.result);
   }
   made.sample.handle = tick.recorded[0].handle;
   made.torque_Nm[0] = first_.torque_Nm(tick.recorded[0]);
+  made.grip_Nm[0] = writtenGrip_Nm(first_.state());
   return made;
 }
 

@@ -53,7 +53,8 @@ class ReplayedServo {
  public:
   struct Tick {
     TelemetrySample sample, secondSample;
-    std::array<Vec3, kMaxHands> torque_Nm;  ///< As written to each device.
+    std::array<Vec3, kMaxHands> torque_Nm;    ///< As written to each device,
+    std::array<double, kMaxHands> grip_Nm{};  ///< and to its gripper.
   };
 
   /// The facts outlive it.

@@ -30,10 +30,17 @@ Result<BodyParts> makeTool(const ToolProperties& properties, const MeshAsset& as
                                " m from its origin, at which the hand holds it; a tool reaches at most " +
                                std::to_string(kMaxToolReach_m) + " m: give a smaller mesh, or its unit_m");
   }
+  BodyParts parts;
+  if (properties.jaws) {
+    const JawHinge hinge{properties.jaws->hinge_m, properties.jaws->axis, properties.jaws->reach};
+    auto tool = makeJaws(asset.mesh->vertices, asset.mesh->triangles, hinge, properties.spacing_m);
+    if (!tool) return tl::unexpected(Error(tool.error()).within("tool."));
+    parts.tool = std::make_shared<const Tool>(*std::move(tool));
+    return parts;
+  }
   const auto surface = surfaceOf(asset);
   auto shell = makeToolShell(*surface, properties.spacing_m);
   if (!shell) return tl::unexpected(Error(shell.error()).within("tool."));
-  BodyParts parts;
   parts.tool = std::make_shared<const Tool>(Tool{surface, *std::move(shell)});
   return parts;
 }

@@ -22,6 +22,7 @@ void soften(ServoObject& tool, const BodyParts& body, const DeviceLimits& device
                                             tool.damping_Ns_per_m, device.period_s);
   tool.stiffness_N_per_m *= share;
   tool.damping_Ns_per_m *= share;
+  tool.grip_Nm_per_rad *= share;
 }
 
 [[nodiscard]] bool hasField(const ObjectAssets& assets) noexcept {
@@ -119,6 +120,10 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
          .torsion_Nm_per_rad = tool ? std::max(ToolCoupling::kMin, std::min(record.motion->tool->torsion_Nm_per_rad,
                                                                             device_.stiffestTorsion_Nm_per_rad))
                                     : std::min(grasp.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad),
+         .grip_Nm_per_rad = tool && tool->jaws
+                                ? std::max(ToolCoupling::kMin, std::min(record.motion->tool->jaws->grip_Nm_per_rad,
+                                                                        device_.stiffestGrip_Nm_per_rad))
+                                : 0,
          .poseRevision = source.poseRevision,
          .tissue = parts.tissue,
          .baked = source.baked,

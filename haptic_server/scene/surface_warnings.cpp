@@ -242,6 +242,11 @@ std::vector<std::string> toolWarnings(const Tool& tool, const ToolProperties& as
                 2 * device.stiffestTorsion_Nm_per_rad,
                 " Nm/rad, and half of that is what a tool may have; a higher rate or less delay allows more"));
   }
+  if (asked.jaws && asked.jaws->grip_Nm_per_rad > device.stiffestGrip_Nm_per_rad) {
+    warnings.push_back(written(4, "warning: grip_Nm_per_rad is felt as ", device.stiffestGrip_Nm_per_rad,
+                               " instead of ", asked.jaws->grip_Nm_per_rad,
+                               ", the most that the device's gripper bears"));
+  }
   return warnings;
 }
 

@@ -23,6 +23,7 @@ struct DeviceLimits {
   double stiffest_N_per_m = std::numeric_limits<double>::infinity();
   double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();         ///< The same of damping,
   double stiffestTorsion_Nm_per_rad = std::numeric_limits<double>::infinity();  ///< and of what turns a tool.
+  double stiffestGrip_Nm_per_rad = std::numeric_limits<double>::infinity();     ///< and of what opens its jaws.
   int hands = 1;                                                                ///< That may push a body at once.
   bool observed =
       true;  ///< The step has an observer (StepConfig), by which springs from both sides are as stable as walls.

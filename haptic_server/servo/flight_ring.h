@@ -22,6 +22,7 @@ struct RecordedTick {
   Vec3 torque_Nm{0};       ///< As written to the device.
   HandleReading handle{};  ///< As read with its pose.
   Wrench added{};          ///< By a client.
+  double grip_Nm = 0;      ///< As written to the device's gripper.
 };
 static_assert(std::is_trivially_copyable_v<RecordedTick>, "crosses threads by copy");
 

@@ -80,6 +80,7 @@ StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz, bool stabi
     config.rotation = {.radius_m = gyration_m(device), .maxTorque_Nm = device.rotation.maxTorque_Nm};
     if (stabilised) config.rotation.observer = observerFor(rotationAsTranslation(device), rate_Hz);
   }
+  config.maxGrip_Nm = device.gripper.maxMoment_Nm;
   config.rise_s = kRise_s;
   return config;
 }

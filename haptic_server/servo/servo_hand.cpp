@@ -43,14 +43,19 @@ void ServoHand::computeForce(std::uint64_t tick, std::uint64_t now_ns) noexcept 
   if (added_.acts) result_.add(added_.force_N);
   haptics::computeForce(*scene_, state_, config_, input_, result_, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
   if (state_.features.extras || added_.acts || added) [[unlikely]]
-    device_.writeTorque(writtenTorque_Nm(state_, config_, added_));
+    writeTorque();
   device_.write(result_.force.written);
   if (cacheWarmer_) cacheWarmer_->note(result_.contact.work.allowance);
 }
 
+void ServoHand::writeTorque() noexcept {
+  device_.writeTorque(writtenTorque_Nm(state_, config_, added_));
+  device_.writeGrip(writtenGrip_Nm(state_));
+}
+
 RecordedTick ServoHand::recorded(std::uint64_t newScene, const TelemetrySample& sample) const noexcept {
-  return {input_,  newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_, config_, added_),
-          handle_, added_};
+  return {input_,  newScene, sample.force.written,  sample.fault, writtenTorque_Nm(state_, config_, added_),
+          handle_, added_,   writtenGrip_Nm(state_)};
 }
 
 void ServoHand::publish(const TelemetrySample& sample) noexcept {

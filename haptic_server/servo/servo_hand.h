@@ -99,6 +99,7 @@ class ServoHand {
 
  private:
   void account(const TelemetrySample& sample) noexcept;
+  void writeTorque() noexcept;
   void publishMotion(std::uint64_t tick) noexcept;
 
   Device& device_;

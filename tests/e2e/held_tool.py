@@ -96,6 +96,33 @@ class HeldTool(harness.EndToEnd):
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def test_forceps_close_on_a_ball_and_open_the_gripper(self):
+        self.stop_and_check(self.server)
+        file = self.folder / "gripped.haptics"
+        server = self.start_server(scene=(SCENES / "forceps.scene").read_text(),
+                                   options=["--assets", SCENES, "--record", file, "--device-preset", "sigma.7"])
+        server.ctl("verify")
+        with Client(server.address, "surgeon", telemetry_hz=200) as client, client.hand() as hand:
+            client.wait_live()
+            hand.move_to((-0.08, 0, 0.03))
+            opened = hand.open_gripper(0.5, 1)[-1]
+            self.assertAlmostEqual(opened.tool.grip.opening_rad, 0.5, delta=0.01)
+            self.assertAlmostEqual(opened.tool.grip.moment_Nm, 0, delta=1e-3)
+            hand.move_to((-0.04, 0, 0.03))
+            closed = hand.open_gripper(0.1, 1)
+            grip, gripper = closed[-1].tool.grip, closed[-1].device_gripper_rad
+            print(f"\njaws {grip.opening_rad:.3f} rad, gripper {gripper:.3f}, {grip.written_Nm:.4f} Nm", end="", flush=True)
+            self.assertGreater(grip.opening_rad, 0.25, "the ball is 12 mm wide")
+            self.assertGreater(gripper, 0.1, "the fingers give way")
+            self.assertAlmostEqual(grip.written_Nm, 0.5 * (grip.opening_rad - gripper), delta=5e-3)
+            self.assertLessEqual(max(abs(s.tool.grip.written_Nm) for s in closed), 0.4)
+            self.assertGreater(len(closed[-1].tool.point), 1)
+            hand.open_gripper(0.5, 1)
+        self.stop_and_check(server)
+        done = subprocess.run([harness.BIN / "haptic_eval", "replay", file, "--out", self.folder / "out"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_a_script_puts_a_peg_into_its_hole_turns_it_and_pulls_it_out(self):
         self.stop_and_check(self.server)
         server = self.start_server(scene=(SCENES / "peg.scene").read_text(),

@@ -56,6 +56,9 @@ OBJECTS = (
     "pose { position { x: -0.0 y: 1e-300 } rotation { w: 0.6 z: 0.8 } }",
 )
 
+JAWS = ('operations { add { name: "jaws" mesh { file: "forceps.obj" } motion { tool { spacing_m: 0.004 jaws { hinge_m { x: 1e-3 } '
+        'axis { y: -1 } reach { x: 1 } grip_Nm_per_rad: 0.25 } } } } }\n')
+
 
 def whole_scene():
     return harness.SCENE + "".join(
@@ -98,7 +101,9 @@ class Stranger(harness.EndToEnd):
 
     def test_it_hashes_every_property_and_speaks_tls(self):
         credentials = harness.make_credentials(self.folder / "credentials")
-        server = self.start_server(scene=whole_scene(), credentials=credentials, options=("--hand", "none"))
+        scenes = harness.PROJECT / "deploy/scenes"
+        server = self.start_server(scene=whole_scene() + JAWS, credentials=credentials,
+                                   options=("--hand", "none", "--assets", scenes))
         editor = credentials / "editor.credentials"
         with Client(server.address, credentials=str(editor)) as client:
             residue = client.upload(haptic_assets.MOVED_VERTICES, haptic_assets.moved_vertices({2: (0.01, 0, 0.03)}))

@@ -69,6 +69,8 @@ SCENES = {
     "collision": 'operations { set_motion { object { id: 1 } motion { mass_kg: 0.3 collision { friction: 0.4 rolling_m: 1e-3 } } } } '
                  'operations { set_motion { object { name: "a" } motion { fixed: true collision {} } } }',
     "tool": 'operations { set_motion { object { name: "a" } motion { tool { spacing_m: 0.02 torsion_Nm_per_rad: 0.5 } } } }',
+    "jaws": 'operations { set_motion { object { name: "a" } motion { tool { spacing_m: 0.02 jaws { hinge_m { x: -0.1 } axis { y: 1 } '
+            'reach { x: 1 } grip_Nm_per_rad: 0.5 } } } } }',
     "stop": 'operations { set_motion { object { id: 1 } motion {} } }',
     "softness": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
                 'degree: 3 return_s: 0.5 } } } }',

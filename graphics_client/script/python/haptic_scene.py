@@ -180,6 +180,10 @@ def motion_bytes(state):
         data += numbers(11)
     if motion.HasField("tool"):
         data += numbers(12) + doubles(motion.tool.spacing_m, motion.tool.torsion_Nm_per_rad)
+        if motion.tool.HasField("jaws"):
+            jaws = motion.tool.jaws
+            data += numbers(17) + doubles(*vector(jaws.hinge_m), *vector(jaws.axis), *vector(jaws.reach),
+                                          jaws.grip_Nm_per_rad)
     return data
 
 

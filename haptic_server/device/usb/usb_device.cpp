@@ -82,7 +82,8 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
 
 DeviceReading UsbDevice::read(std::uint64_t) noexcept {
   const DeviceReport& report = shared_.reports.newest();
-  DeviceReading reading{report.position, report.state, report.status, report.rotation, report.handle};
+  DeviceReading reading{report.position,           report.state, report.status, report.rotation,
+                        report.handle.gripper_rad, report.handle};
   if (shared_.watchdog != nullptr &&
       shared_.watchdog->trips() != shared_.handledTrips.load(std::memory_order_relaxed)) {
     reading.state = DeviceState::kAbsent;

@@ -23,7 +23,7 @@ struct RotationConfig {
 /// How a device is turned, and the torque on the hand: what observer, limits of edits and magnitude do to positions and
 /// forces, on the way that a sphere of the radius r would roll,
 ///   x = r (sum of the rotations measured, as vectors),   F = T / r,   K = K_r / r^2.
-/// World frame; noexcept, no allocation.
+/// World frame; noexcept, no allocation. The moment on a gripper is one about the first axis.
 class DeviceTorque {
  public:
   DeviceTorque() noexcept = default;

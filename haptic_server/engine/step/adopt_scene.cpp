@@ -398,8 +398,9 @@ class StateTransfer {
       obstacles[i] = {bodies_[i].current, object.sharp ? std::span<const Vec3>(*object.sharp) : std::span<const Vec3>(),
                       isKnown ? before : -1};
     }
-    const Pose from =
-        wasHeld ? state.tool.memory.proxy : Pose{objects_[body].scenePose.rotation, state.estimate.measured};
+    ToolPose from =
+        wasHeld ? state.tool.memory.proxy : ToolPose{objects_[body].scenePose.rotation, state.estimate.measured};
+    if (!tool.jaws) from.opening_rad = 0;
     if (!isSame) contact.hold(tool);
     contact.adopt({obstacles.data(), count_});
     if (!isSame) contact.reset(from, bodies());

@@ -54,6 +54,7 @@ struct StepConfig {
   /// take a third of it, whose tick has a half, and rehearsals of the tick and the bodies' planes a quarter each.
   double work_per_s = kWork_per_s;
   RotationConfig rotation{};
+  double maxGrip_Nm = 0;  ///< Magnitude limit of the moment on the device's gripper; 0: it gives none.
   /// Seconds in which the force comes after the device was attached or homed, or a fault is over; 0: at once.
   double rise_s = 0;
 
@@ -208,9 +209,11 @@ struct ToolInHand {
   Word<bool> isNew = false;        ///< It has not come to the device yet.
   Word<bool> nextPressed = false;  ///< The button for the next one was, in the last tick.
   ToolMemory memory;
-  DeviceTorque torque;  ///< And how the device is turned.
+  DeviceTorque torque;       ///< And how the device is turned.
+  Word<bool> grips = false;  ///< It has jaws, or one that had some was held and its moment fades.
+  DeviceTorque grip;         ///< Of the gripper, and how far that is open.
 
-  HAPTICS_FIELDS(self.body, self.isNew, self.nextPressed, self.memory, self.torque);
+  HAPTICS_FIELDS(self.body, self.isNew, self.nextPressed, self.memory, self.torque, self.grips, self.grip);
 };
 
 /// What the hand holds by a button (grasp.h).
@@ -339,6 +342,7 @@ struct HapticState : StateFields {
     estimate.velocity = VelocityEstimator(config.period_s);
     if (config.observer) observer = PredictiveObserver(*config.observer, config.period_s);
     tool.torque = DeviceTorque(config.rotation, config.period_s);
+    tool.grip = DeviceTorque({.maxTorque_Nm = config.maxGrip_Nm}, config.period_s);
   }
 
   /// The allowance did not last for all that is felt: the tick is counted, and the step of the force slewed.

@@ -1,6 +1,7 @@
 #include "haptic_server/engine/step/haptic_step.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/step/edited_objects.h"
@@ -21,11 +22,15 @@ namespace {
 /// Older positions are not felt through: 5 ms at 0.2 m/s are a millimetre, several newtons on a stiff wall.
 constexpr std::uint32_t kStalePosition_us = 5'000;
 
-[[nodiscard]] Fault faultOf(const DevicePose& device, bool turnsTool) noexcept {
+[[nodiscard, gnu::noinline]] bool turnsTool(const DevicePose& device) noexcept {
+  return isRotation(device.rotation) && std::isfinite(device.gripper_rad);
+}
+
+[[nodiscard]] Fault faultOf(const DevicePose& device, bool holdsTool) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
   if (device.status.fault != DeviceFault::kNone || !device.status.homed) return Fault::kDeviceLost;
   if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
-  if (turnsTool && !isRotation(device.rotation)) return Fault::kNonFiniteInput;
+  if (holdsTool && !turnsTool(device)) return Fault::kNonFiniteInput;
   return isWithinWorld(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 

@@ -73,6 +73,8 @@ struct alignas(64) ServoObject {
   /// Of the spring that turns the tool, or the body that the hand holds, to where the device is turned; of what moves too
   /// above 0.
   double torsion_Nm_per_rad = 0;
+  /// Of the spring that opens the tool's jaws as far as the gripper; above 0 where it has some.
+  double grip_Nm_per_rad = 0;
   /// Its sharp points at the tool's spacing, where the scene has a tool; null for none. The same pointer likewise.
   std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
   /// Revision that last set its pose. What moves or was driven starts anew from there also when the pose is the same.

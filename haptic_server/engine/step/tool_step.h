@@ -14,12 +14,12 @@ namespace haptics {
 void attachTool(HapticState& state, const DevicePose& device) noexcept;
 
 /// Contact and force of the tool that the hand holds, in place of those of the point (paper 3.2 and 3, for each of its
-/// points; ToolContact), and its torque, as the device is given it. `result.contact` is where it is held most; its allowance is what the tool may spend. Bodies are met
-/// as the scene has them, rigid and smooth.
+/// points; ToolContact), its torque, and the moment of its jaws, as the device is given them. `result.contact` is where it is
+/// held most; its allowance is what the tool may spend. Bodies are met as the scene has them, rigid and smooth.
 void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DevicePose& device,
               ForceResult& result) noexcept;
 
-/// Bounds the torque of a tick: rate after an edit, amount, ramp of a fault.
+/// Bounds torque and moment of a tick: rate after an edit, amount, ramp of a fault.
 void limitTorque(HapticState& state, const ForceResult& result) noexcept;
 
 /// The torque of a tool that is not held any more: it goes at the rate of an edit.
@@ -37,6 +37,11 @@ void fadeTorque(HapticState& state, const ForceResult& result) noexcept;
   if (!added.acts || state.limits.clutched || !isFinite(added.torque_Nm)) [[likely]]
     return own_Nm;
   return limitMagnitude(own_Nm + state.supervision.ramp.gain() * added.torque_Nm, config.rotation.maxTorque_Nm);
+}
+
+/// The moment on the device's gripper, of this tick.
+[[nodiscard]] inline double writtenGrip_Nm(const HapticState& state) noexcept {
+  return state.tool.grips ? state.tool.grip.written_Nm().x : 0;
 }
 
 /// What the tool gives a body.

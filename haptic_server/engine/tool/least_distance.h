@@ -22,8 +22,8 @@ struct LeastDistance {
   Freedoms x{};
   int tightCount = 0;
   std::array<std::uint32_t, kMaxFreedoms + 1> tight{};  ///< Those on whose boundary x is held.
-  std::array<double, kMaxFreedoms + 1>
-      multiplier{};  ///< Of their normals, which add up to x with it; none is negative.
+  /// Of their normals, which add up to x with it; none is negative.
+  std::array<double, kMaxFreedoms + 1> multiplier{};
 };
 
 /// Most half-spaces of one call; more are left out.

@@ -511,11 +511,12 @@ ToolContact::Step ToolContact::stepTowards(const ToolPose& target, const ToolCou
   Step step{scratch_.tool->jaws ? nearestOpened(target, coupling, pose) : leastDistance(planes), move, turn};
   step.move += perMove * Vec3(step.nearest.x[0], step.nearest.x[1], step.nearest.x[2]);
   step.turn += perTurn * Vec3(step.nearest.x[3], step.nearest.x[4], step.nearest.x[5]);
-  step.open = target.opening_rad - pose.opening_rad + step.nearest.x[6] / std::sqrt(coupling.grip_Nm_per_rad);
+  if (scratch_.tool->jaws)
+    step.open = target.opening_rad - pose.opening_rad + step.nearest.x[6] / std::sqrt(coupling.grip_Nm_per_rad);
   return step;
 }
 
-/// With the opening as a seventh freedom of the planes that stepTowards() has taken at the pose, and closed jaws as its stop.
+/// With the opening as a seventh freedom of the planes that stepTowards() has taken at the pose, and closed jaws as a stop.
 LeastDistance ToolContact::nearestOpened(const ToolPose& target, const ToolCoupling& coupling,
                                          const ToolPose& pose) noexcept {
   const ToolJaws& jaws = *scratch_.tool->jaws;
@@ -542,8 +543,7 @@ void ToolContact::describeHeld(const LeastDistance& nearest, const ToolPose& nex
   const Frames frames = framesAt(next);
   result.heldCount = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(nearest.tightCount); ++i) {
-    if (nearest.tight[i] >= memory_.touches.count || result.heldCount == result.held.size())
-      continue;  // the jaws' stop
+    if (nearest.tight[i] >= memory_.touches.count || result.heldCount == result.held.size()) continue;  // the stop
     const Touch& touch = memory_.touches[nearest.tight[i]];
     const Frame& frame = frames.jaw[jawOf(touch)];
     const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;

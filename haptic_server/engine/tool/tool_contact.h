@@ -140,9 +140,9 @@ struct ToolScratch {
   std::array<HalfSpace, kMaxHalfSpaces> halfSpaces;
 };
 
-/// A tool of many points: its proxy is the pose nearest to the device's, with the opening of its jaws where it has some,
-/// measured by the coupling's energy, to which
-/// it comes on a way on which no point of the shell passes a surface of a body, and no sharp point of a body the tool's
+/// A tool of many points: its proxy is the pose nearest to the device's, with the opening of its jaws, measured by the
+/// coupling's energy, to which it comes on a way on which no point of the shell passes a surface of a body, and no sharp point of
+/// a body the tool's
 /// (Ortega, Redon & Coquillart 2007, with Gauss' least constraint over the planes of points that touch; the guard and the
 /// neighborhood watch are those of the point contact). All that lasts is in its memory: a copy of that goes on exactly like the
 /// original. Nothing here allocates or locks.

@@ -22,8 +22,8 @@ struct ToolShell {
   double radius_m = 0;       ///< Of the sphere about the frame's origin through the farthest point.
 };
 
-/// What a tool has that opens and closes: half of its opening turns the upper jaw about the axis, half of it the lower one back.
-/// Tool frame, closed.
+/// What a tool has that opens and closes: half of its opening turns the upper jaw about the axis, half of it the lower one
+/// back. Tool frame, closed.
 struct ToolJaws {
   Vec3 hinge_m{0};  ///< On the axis.
   Vec3 axis{0, 1, 0};
@@ -66,9 +66,9 @@ struct JawHinge {
   Vec3 reach{1, 0, 0};  ///< From the hinge between the jaws: unit, at a right angle to the axis.
 };
 
-/// A tool of two jaws, closed as the mesh has them: what is on the side of axis x reach of the plane through axis and reach is
-/// the upper one, the rest the lower one. The shell's radius is that of any opening. Refused: as by makeToolShell(); a triangle
-/// on both sides, or a vertex nearer to the plane than kNearVertex_m; nothing on one of them.
+/// A tool of two jaws, closed as the mesh has them: what is on the side of axis x reach of the plane through axis and reach
+/// is the upper one, the rest the lower one. The shell's radius is that of any opening. Refused: as by makeToolShell(); a
+/// triangle on both sides, or a vertex nearer to the plane than kNearVertex_m; nothing on one of them.
 [[nodiscard]] Result<Tool> makeJaws(std::span<const Vec3f> vertices,
                                     std::span<const std::array<std::uint32_t, 3>> triangles, const JawHinge& hinge,
                                     double spacing_m);

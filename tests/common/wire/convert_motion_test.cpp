@@ -47,6 +47,15 @@ TEST(MotionOnTheWire, ComesBackAsItWent) {
   toWire(tool, wire);
   EXPECT_EQ(announcedMotionFrom(wire).value(), tool);
   EXPECT_EQ(motionFrom(message("tool { spacing_m: 0.002 torsion_Nm_per_rad: 0.5 }")).value(), tool);
+  const MotionProperties jaws{
+      .gravity_m_per_s2 = Vec3(0),
+      .tool = ToolProperties{0.002, 1, JawProperties{{0.1, 0, 0}, {0, -1, 0}, {1, 0, 0}, 0.25}}};
+  toWire(jaws, wire);
+  EXPECT_EQ(announcedMotionFrom(wire).value(), jaws);
+  EXPECT_EQ(motionFrom(message("tool { spacing_m: 0.002 jaws { hinge_m { x: 0.1 } axis { y: -1.00001 } reach { x: 1 } "
+                               "grip_Nm_per_rad: 0.25 } }"))
+                .value(),
+            jaws);
 }
 
 TEST(MotionOnTheWire, HasAHashOfItsOwnForEachThatDiffers) {
@@ -57,12 +66,17 @@ TEST(MotionOnTheWire, HasAHashOfItsOwnForEachThatDiffers) {
         MotionProperties{.mass_kg = 1, .collision = CollisionProperties{0.5, 1e-3}},
         MotionProperties{.fixed = true, .collision = CollisionProperties{}},
         MotionProperties{.tool = ToolProperties{0.002}}, MotionProperties{.tool = ToolProperties{0.003}},
-        MotionProperties{.tool = ToolProperties{0.002, 2}}}) {
+        MotionProperties{.tool = ToolProperties{0.002, 2}},
+        MotionProperties{.tool = ToolProperties{0.002, 1, JawProperties{}}},
+        MotionProperties{.tool = ToolProperties{0.002, 1, JawProperties{{1, 0, 0}}}},
+        MotionProperties{.tool = ToolProperties{0.002, 1, JawProperties{{}, {0, -1, 0}}}},
+        MotionProperties{.tool = ToolProperties{0.002, 1, JawProperties{{}, {0, 1, 0}, {0, 0, 1}}}},
+        MotionProperties{.tool = ToolProperties{0.002, 1, JawProperties{{}, {0, 1, 0}, {1, 0, 0}, 1}}}}) {
     Hasher hasher;
     addTo(hasher, motion);
     hashes.insert(hasher.finish().hex());
   }
-  EXPECT_EQ(hashes.size(), 8U);
+  EXPECT_EQ(hashes.size(), 13U);
 }
 
 TEST(MotionOnTheWire, NeedsOnlyAMass) {
@@ -90,6 +104,13 @@ TEST(MotionOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
   EXPECT_EQ(fieldAtFault("tool { spacing_m: nan }"), "tool.spacing_m");
   EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 torsion_Nm_per_rad: 0 }"), "tool.torsion_Nm_per_rad");
   EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 } mass_kg: 1"), "tool");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 jaws {} }"), "tool.jaws.axis");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 jaws { axis { y: 1 } reach { x: 2 } } }"), "tool.jaws.reach");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 jaws { axis { y: 1 } reach { y: 1 } } }"), "tool.jaws.reach");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 jaws { axis { y: 1 } reach { x: 1 } hinge_m { x: nan } } }"),
+            "tool.jaws.hinge_m.x");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 jaws { axis { y: 1 } reach { x: 1 } grip_Nm_per_rad: 0 } }"),
+            "tool.jaws.grip_Nm_per_rad");
 }
 
 Result<Transaction> transaction(const std::string& text) { return fromWire(parseSceneText(text, "test").value()); }

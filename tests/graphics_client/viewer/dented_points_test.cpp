@@ -5,6 +5,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <vector>
 
 #include "common/mesh/generators.h"
@@ -46,6 +47,27 @@ TEST(DentedPoints, AreThoseThatTheServoHasToTheBit) {
   EXPECT_TRUE(points.follow({}, kFalloff));
   for (std::size_t i = 0; i < drawn.mesh.vertices.size(); ++i) {
     ASSERT_EQ(pointOf(drawn.data, i), Vec3(drawn.mesh.vertices[i]));
+  }
+}
+
+TEST(DentedPoints, OpenWithTheJawsThatTheyAreOn) {
+  Drawn drawn;
+  DentedPoints points(drawn.data);
+  points.drawIn(drawn.data);
+  const JawProperties jaws{{-0.1, 0, 0}, {0, -1, 0}, {1, 0, 0}};
+  EXPECT_FALSE(points.open(jaws, 0)) << "they are closed";
+  EXPECT_TRUE(points.open(jaws, 0.5));
+  EXPECT_FALSE(points.open(jaws, 0.5));
+  for (std::size_t i = 0; i < drawn.mesh.vertices.size(); ++i) {
+    const Vec3 rest(drawn.mesh.vertices[i]), now = pointOf(drawn.data, i);
+    const double before = std::atan2(rest.z, rest.x + 0.1), after = std::atan2(now.z, now.x + 0.1);
+    ASSERT_NEAR(after - before, rest.z > 0 ? 0.25 : -0.25, 1e-5);
+    ASSERT_NEAR(std::hypot(now.z, now.x + 0.1), std::hypot(rest.z, rest.x + 0.1), 1e-7);
+    ASSERT_EQ(now.y, rest.y);
+  }
+  EXPECT_TRUE(points.open(jaws, 0));
+  for (std::size_t i = 0; i < drawn.mesh.vertices.size(); ++i) {
+    ASSERT_NEAR(glm::distance(pointOf(drawn.data, i), Vec3(drawn.mesh.vertices[i])), 0, 1e-8);
   }
 }
 

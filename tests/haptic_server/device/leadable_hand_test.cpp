@@ -7,6 +7,8 @@
 #include <memory>
 #include <random>
 
+#include "haptic_server/device/simulated_device.h"
+
 namespace haptics::leadable_hand_test {
 namespace {
 
@@ -171,10 +173,37 @@ TEST(LeadableHand, OpensTheGripperNoFartherThanItGoes) {
     EXPECT_EQ(opened(std::nullopt, 1600), 0);
     EXPECT_NEAR(opened(0.3, 80), 0.16 * open, 0.005);
     EXPECT_EQ(opened(0.3, 240), 0.3 * open);
-    EXPECT_EQ(opened(3, 480), preset.gripperRange_rad);
-    EXPECT_EQ(opened(std::nullopt, 160), preset.gripperRange_rad);
+    EXPECT_EQ(opened(3, 480), preset.gripper.range_rad);
+    EXPECT_EQ(opened(std::nullopt, 160), preset.gripper.range_rad);
     EXPECT_EQ(opened(0, 480), 0);
   }
+}
+
+TEST(LeadableHand, GivesWayToAMomentOnTheGripperAsFarAsItsFingersAreStiff) {
+  const DevicePreset preset = *findDevicePreset("sigma.7");
+  const HandPreset nominal = *findHandPreset("nominal");
+  LeadableHand hand(nominal, preset.maxForce_N);
+  SimulatedDevice device({preset, nominal}, hand);
+  std::uint64_t tick = 0;
+  const auto opened = [&](double moment_Nm) {
+    DeviceReading reading;
+    for (int i = 0; i < 320; ++i) {
+      if (tick % 16 == 0) hand.command({.leads = true, .gripper_rad = 0.2});
+      reading = device.read(tick++);
+      device.writeGrip(moment_Nm);
+      device.write(Vec3(0));
+    }
+    EXPECT_EQ(reading.gripper_rad, reading.handle.gripper_rad);
+    return reading.gripper_rad;
+  };
+  const double finger_Nm_per_rad = nominal.stiffness_N_per_m * kUsualGyration_m * kUsualGyration_m;
+  EXPECT_EQ(opened(0), 0.2);
+  EXPECT_NEAR(opened(0.1), 0.2 + 0.1 / finger_Nm_per_rad, 1e-6);
+  EXPECT_NEAR(opened(-0.1), 0.2 - 0.1 / finger_Nm_per_rad, 1e-6);
+  EXPECT_EQ(opened(1e9), preset.gripper.range_rad) << "no more than its limit, 0.4 Nm, which opens it all";
+  EXPECT_NEAR(opened(std::nan("")), 0.2, 1e-6) << "what is no number is none";
+  device.stop();
+  EXPECT_NEAR(opened(0.1), 0.2, 1e-6);
 }
 
 }  // namespace

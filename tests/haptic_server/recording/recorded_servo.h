@@ -44,6 +44,12 @@ operations { add { name: "wall" mesh { box { size_m { x: 0.02 y: 0.1 z: 0.04 } }
 inline const std::string kTool = R"(
 operations { add { name: "bar" mesh { box { size_m { x: 0.03 y: 0.01 z: 0.006 } } }
   motion { tool { spacing_m: 0.003 torsion_Nm_per_rad: 0.5 } } } })";
+/// With something between its jaws.
+inline const std::string kForceps = R"(
+operations { add { name: "forceps" mesh { file: "forceps.obj" }
+  motion { tool { spacing_m: 0.003 jaws { axis { y: -1 } reach { x: 1 } grip_Nm_per_rad: 0.2 } } } } }
+operations { add { name: "bead" mesh { sphere { radius_m: 0.005 segments: 12 } }
+  pose { position { x: 0.035 z: 0.03 } } } })";
 inline const std::string kCushion = R"(
 operations { add { name: "cushion" mesh { sphere { radius_m: 0.02 segments: 16 } } pose { position { x: -0.035 z: -0.008 } }
   deformation { softness { stiffness_N_per_m: 300 radius_m: 0.01 return_s: 0.2 } } } })";
@@ -92,6 +98,16 @@ class RecordedServo {
     for (int i = 0; i < ticks; ++i) {
       const double t = 0.001 * static_cast<double>(tick_);
       tick({hand(), DeviceState::kReady, {}, rotationBy({0.2 * std::sin(3 * t), 0.3 * std::cos(2 * t), 0.1})});
+    }
+  }
+  /// With the gripper opened and closed.
+  void runGripping(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const double height_m = 0.03 + 0.002 * std::sin(0.01 * static_cast<double>(tick_));
+      DeviceReading reading{Vec3(0, 0, height_m), DeviceState::kReady, {}};
+      reading.gripper_rad = reading.handle.gripper_rad = 0.25 + 0.25 * std::cos(0.004 * static_cast<double>(tick_));
+      reading.handle.measured = HandleReading::kGripper;
+      tick(reading);
     }
   }
   /// With the device turned to and fro, and a button that grasps pressed now and then.
@@ -175,9 +191,9 @@ class RecordedServo {
     last_ = hapticStep(*scene_, *state_, config_, input, added_N);
     if (twin) judge(hapticStep(*scene_, *twin, config_, input, added_N));
     contactTicks_ += last_.object != 0 ? 1 : 0;
-    ring_.add(
-        std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
-                                writtenTorque_Nm(*state_, config_, reading.added), reading.handle, reading.added}});
+    ring_.add(std::array{RecordedTick{input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault,
+                                      writtenTorque_Nm(*state_, config_, reading.added), reading.handle, reading.added,
+                                      writtenGrip_Nm(*state_)}});
   }
   /// From here on each tick is also computed from the image of the state before it.
   void computeTwice() { hasTwin_ = true; }
@@ -257,6 +273,7 @@ class RecordedServo {
                      .rotation = {.radius_m = 0.05,
                                   .maxTorque_Nm = 0.05,
                                   .observer = ObserverSettings{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.5}},
+                     .maxGrip_Nm = 0.1,
                      .rise_s = 0.5};
   int hands_;
   bool isChecked_;
@@ -265,7 +282,7 @@ class RecordedServo {
   int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;
   SceneMailbox mailbox_;
-  SceneService sceneService_{{.assetFolders = {},
+  SceneService sceneService_{{.assetFolders = {SCENES_FOLDER},
                               .makePlan = {},
                               .device = {.hands = hands_},
                               .log = {},

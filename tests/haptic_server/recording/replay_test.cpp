@@ -188,6 +188,28 @@ TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
   EXPECT_EQ(outcome->largestDifference_Nm, 0);
 }
 
+TEST(Replay, MakesTheMomentOfJawsOnTheGripperAgain) {
+  RecordedServo servo(kForceps);
+  double largest_Nm = 0;
+  for (int i = 0; i < 2 * kWhile; ++i) {
+    servo.runGripping(1);
+    largest_Nm = std::max(largest_Nm, writtenGrip_Nm(servo.state()));
+  }
+  EXPECT_GT(largest_Nm, 0.01) << "something must open the gripper";
+  double replayed_Nm = 0;
+  const auto outcome = replay(servo.recording(), [&](const ReplayedTick& replayed) {
+    if (replayed.motion != nullptr && replayed.motion->tool.grip)
+      replayed_Nm = std::max(replayed_Nm, replayed.motion->tool.grip->written_Nm);
+    return true;
+  });
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->ticks, 2U * kWhile);
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_EQ(outcome->differingStates, 0U) << outcome->differingField;
+  EXPECT_EQ(replayed_Nm, largest_Nm);
+}
+
 TEST(Replay, GivesWhatAClientAddedAgain) {
   RecordedServo servo;
   servo.run(100);

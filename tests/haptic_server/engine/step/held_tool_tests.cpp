@@ -364,5 +364,182 @@ TEST(HeldTool, FadesOnFaultsAndComesBackWhereTheDeviceIs) {
   EXPECT_NEAR(proxyOf(servo, 1).position.z, 0.1, 1e-9);
 }
 
+constexpr double kMaxGrip_Nm = 0.1;
+
+StepConfig grippingConfig() {
+  StepConfig config = turningConfig();
+  config.maxGrip_Nm = kMaxGrip_Nm;
+  return config;
+}
+
+/// Two bars of 40 x 8 x 4 mm, one on the other.
+ServoObject jawsOf(std::uint64_t id) {
+  TriMesh mesh = makeBox({0.04, 0.008, 0.004}, 2).value();
+  const TriMesh bar = mesh;
+  const auto count = static_cast<std::uint32_t>(bar.vertices.size());
+  for (Vec3f& v : mesh.vertices) v += Vec3f(0.022F, 0, 0.0021F);
+  for (const Vec3f& v : bar.vertices) mesh.vertices.push_back(v + Vec3f(0.022F, 0, -0.0021F));
+  for (const TriangleIndices& t : bar.triangles) mesh.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+  ServoObject object = objectOf(id, surfaceOf(mesh), {}, kStiffness_N_per_m);
+  const JawHinge hinge{{0, 0, 0}, {0, -1, 0}, {1, 0, 0}};
+  object.tool = std::make_shared<const Tool>(makeJaws(mesh.vertices, mesh.triangles, hinge, 0.002).value());
+  object.torsion_Nm_per_rad = 1;
+  object.grip_Nm_per_rad = 0.2;
+  return object;
+}
+
+/// 8 mm high, between the jaws of a hand at the origin.
+ServoObject pinched(std::uint64_t id) { return obstacle(id, makeBox({0.006, 0.02, 0.008}, 1).value(), {0.032, 0, 0}); }
+
+DeviceReading openedTo(double gripper_rad, Vec3 position = Vec3(0)) {
+  DeviceReading reading{{.position = position, .state = DeviceState::kReady}};
+  reading.gripper_rad = gripper_rad;
+  return reading;
+}
+
+/// Closes the jaws over what is there.
+void closeTo(VirtualServo& servo, double opening_rad, double from_rad = 0.5) {
+  for (int i = 0; i <= 500; ++i) (void)servo.stepWith(openedTo(from_rad + (opening_rad - from_rad) * i / 500.0));
+  for (int i = 0; i < 100; ++i) (void)servo.stepWith(openedTo(opening_rad));
+}
+
+TEST(HeldTool, OpensItsJawsWithTheGripperAndGivesThatTheMomentOfWhatIsBetween) {
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(1, {pinched(1), jawsOf(2)}));
+  VirtualServo servo(nullptr, grippingConfig(), scene);
+  for (int i = 0; i < 10; ++i) (void)servo.stepWith(openedTo(0.5));
+  MotionState motion;
+  EXPECT_TRUE(updateMotionState(servo.state(), 1, motion));
+  ASSERT_TRUE(motion.tool.grip);
+  EXPECT_NEAR(motion.tool.grip->opening_rad, 0.5, 1e-9);
+  EXPECT_NEAR(motion.tool.grip->moment_Nm, 0, 1e-9);
+  closeTo(servo, 0.1);
+  EXPECT_TRUE(updateMotionState(servo.state(), 1, motion));
+  const double opening_rad = motion.tool.grip->opening_rad;
+  EXPECT_GT(opening_rad, 0.2) << "the block is 8 mm high";
+  EXPECT_NEAR(motion.tool.grip->moment_Nm, 0.2 * (opening_rad - 0.1), 1e-9);
+  EXPECT_EQ(motion.tool.grip->written_Nm, motion.tool.grip->moment_Nm);
+  EXPECT_EQ(writtenGrip_Nm(servo.state()), motion.tool.grip->written_Nm);
+  EXPECT_GT(motion.tool.pointCount, 1U);
+}
+
+TEST(HeldTool, GivesTheGripperNoMoreThanItsLimitAndNoStepOnFaultsEditsAndWhereItLeaves) {
+  const ServoObject block = pinched(1), jaws = jawsOf(2);
+  ServoObject stiffer = jaws, rigid = toolOf(2, kBar);
+  stiffer.grip_Nm_per_rad = 2;
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(1, {block, jaws}));
+  VirtualServo servo(nullptr, grippingConfig(), scene);
+  closeTo(servo, 0);
+  constexpr double kMostInATick_Nm = RateLimitedStiffness::kRate_N_per_s * 0.05 * 1e-3 + 1e-12;
+  double last = writtenGrip_Nm(servo.state()), largest = 0;
+  ASSERT_GT(last, 0.03);
+  const auto hold = [&](int ticks, const DeviceReading& reading) {
+    const std::uint64_t allocations = AllocationTripwire::count();
+    for (int i = 0; i < ticks; ++i) {
+      const AllocationTripwire armed;
+      (void)servo.stepWith(reading);
+      const double now = writtenGrip_Nm(servo.state());
+      largest = std::max(largest, std::abs(now - last));
+      ASSERT_LE(std::abs(now), kMaxGrip_Nm * (1 + 1e-12)) << i;
+      last = now;
+    }
+    EXPECT_EQ(AllocationTripwire::count(), allocations);
+  };
+  const auto harder = std::shared_ptr<const ServoScene>(sceneOf(2, {block, stiffer}));
+  servo.adopt(harder);
+  hold(300, openedTo(0));
+  EXPECT_NEAR(last, kMaxGrip_Nm, 1e-12);
+  servo.adopt(std::shared_ptr<const ServoScene>(sceneOf(3, {block, jaws})));
+  hold(300, openedTo(0));
+  EXPECT_LT(last, 0.06);
+  EXPECT_LE(largest, kMostInATick_Nm) << "edits";
+
+  largest = 0;
+  hold(1, openedTo(std::nan("")));
+  EXPECT_GT(last, 0.03) << "it fades";
+  hold(60, openedTo(std::nan("")));
+  EXPECT_EQ(last, 0);
+  EXPECT_LT(largest, 0.01);
+  hold(5, openedTo(0.6));
+  closeTo(servo, 0);
+  last = writtenGrip_Nm(servo.state());
+  ASSERT_GT(last, 0.03);
+  for (int i = 0; i < 60; ++i) {
+    DeviceReading lost = openedTo(0);
+    lost.state = DeviceState::kAbsent;
+    hold(1, lost);
+  }
+  EXPECT_EQ(last, 0) << "the device is lost";
+  hold(5, openedTo(0.6));
+  closeTo(servo, 0);
+  last = writtenGrip_Nm(servo.state());
+  ASSERT_GT(last, 0.03);
+  largest = 0;
+  servo.adopt(std::shared_ptr<const ServoScene>(sceneOf(4, {block, rigid})));
+  hold(300, openedTo(0));
+  EXPECT_EQ(last, 0) << "a tool without jaws";
+  EXPECT_FALSE(servo.state().tool.grips);
+  EXPECT_LE(largest, kMostInATick_Nm);
+  servo.adopt(std::shared_ptr<const ServoScene>(sceneOf(5, {block, jaws})));
+  hold(300, openedTo(0.3));
+  servo.adopt(std::shared_ptr<const ServoScene>(sceneOf(6, {block})));
+  hold(300, openedTo(0.3));
+  EXPECT_EQ(last, 0) << "no tool";
+  EXPECT_LE(largest, kMostInATick_Nm);
+  EXPECT_FALSE(servo.state().features.extras);
+}
+
+TEST(HeldTool, WithJawsIsGivenNoMoreWhereTheGripperJumps) {
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(1, {pinched(1), jawsOf(2)}));
+  VirtualServo servo(nullptr, grippingConfig(), scene);
+  closeTo(servo, 0.1);
+  for (const double gripper_rad : {0.5, -2.0, 1e300, 0.0, 3.0, -1e-300, 0.05}) {
+    for (int i = 0; i < 50; ++i) {
+      const TelemetrySample sample = servo.stepWith(openedTo(gripper_rad));
+      ASSERT_EQ(sample.fault, Fault::kNone);
+      ASSERT_LE(std::abs(writtenGrip_Nm(servo.state())), kMaxGrip_Nm * (1 + 1e-12));
+      ASSERT_TRUE(isFinite(sample.force.written));
+      ASSERT_GE(servo.state().tool.memory.proxy.opening_rad, 0);
+    }
+  }
+}
+
+TEST(HeldTool, WithJawsPinchesWhatMovesFromBothSides) {
+  ServoObject ball = brick(1, {0.03, 0, 0.001}, 0.05);
+  const TriMesh mesh = makeSphere(0.004, 8).value();
+  ball.surface = surfaceOf(mesh);
+  ball.sharp = std::make_shared<const std::vector<Vec3>>();
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(1, {ball, jawsOf(2)}));
+  VirtualServo servo(nullptr, grippingConfig(), scene);
+  closeTo(servo, 0.05);
+  MotionState motion;
+  (void)updateMotionState(servo.state(), 1, motion);
+  EXPECT_LT(std::abs(servo.state().bodies[0].current.position.z), 0.001) << "it comes to the middle";
+  EXPECT_GT(servo.state().bodies[0].current.position.x, 0.03) << "and is driven out";
+  EXPECT_TRUE(isFinite(servo.state().bodies[0].current.position));
+}
+
+TEST(HeldTool, WithJawsGoesOnFromACopyAndFromAnImageAlike) {
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(1, {pinched(1), jawsOf(2)}));
+  const StepConfig config = grippingConfig();
+  VirtualServo servo(nullptr, config, scene);
+  closeTo(servo, 0.1);
+  const std::string image = stateImage(servo.state());
+  auto fromImage = stateFrom(image, *scene, config);
+  ASSERT_TRUE(fromImage) << fromImage.error().reason;
+  EXPECT_EQ(stateImage(**fromImage), image);
+  const auto copied = std::make_unique<HapticState>(config);
+  copied->copyInUse(servo.state());
+  for (int i = 0; i < 500; ++i) {
+    const DeviceReading reading = openedTo(0.2 + 0.2 * std::sin(0.02 * i), {0.002 * std::sin(0.03 * i), 0, 0});
+    const StepInput input{servo.tick(), 0, reading};
+    const TelemetrySample sample = servo.stepWith(reading);
+    expectSame(hapticStep(*scene, *copied, config, input), sample, i);
+    expectSame(hapticStep(*scene, **fromImage, config, input), sample, i);
+    ASSERT_EQ(writtenGrip_Nm(*copied), writtenGrip_Nm(servo.state())) << i;
+    ASSERT_EQ(writtenGrip_Nm(**fromImage), writtenGrip_Nm(servo.state())) << i;
+    if (HasFatalFailure()) return;
+  }
+}
+
 }  // namespace
 }  // namespace haptics::fixture::held_tool_tests

@@ -1,13 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <list>
 #include <memory>
-#include <numbers>
 #include <random>
 #include <span>
 #include <string>
@@ -160,8 +158,8 @@ TEST(Jaws, OpenAsTheirDeviceDoesWhereNothingIsBetween) {
 /// What two jaws that close feel of what is fixed between them.
 struct Closed {
   ToolResult felt;
-  double firstTouch_rad = 0, work_J = 0,
-         energy_J = 0;  ///< What the hand gave to the gripper, and what the springs have.
+  double firstTouch_rad = 0;
+  double work_J = 0, energy_J = 0;  ///< What the hand gave to the gripper, and what the springs have.
   double largestError_Nm = 0, largestChange_Nm = 0;
 };
 
@@ -265,11 +263,17 @@ TEST(Jaws, AreNoFurtherClosedThanClosed) {
   const auto slab = surfaceOf(makeBox({0.4, 0.4, 0.1}, 4).value());
   const std::vector<Body> bodies{bodyOf(slab, {{1, 0, 0, 0}, {0, 0, -0.05}})};
   Held tool(makeTool(0.002), 0.002, bodies);
+  Held rigid(Tool{tool.tool().surface, tool.tool().shell}, 0.002, bodies);
   tool.reset({{1, 0, 0, 0}, {0, 0, 0.02}}, bodies);
+  rigid.reset({{1, 0, 0, 0}, {0, 0, 0.02}}, bodies);
   ToolResult felt;
   for (int i = 0; i < 400; ++i) {
-    felt = tool.follow(bodies, {{1, 0, 0, 0}, {0, 0, 0.02 - 5e-5 * i}}, kCoupling);
+    const Pose device{glm::angleAxis(2e-4 * i, Vec3(0, 1, 0)), {0, 0, 0.02 - 5e-5 * i}};
+    felt = tool.follow(bodies, device, kCoupling);
+    const ToolResult asRigid = rigid.follow(bodies, device, kCoupling);
     ASSERT_GE(felt.proxy.opening_rad, 0) << i;
+    ASSERT_NEAR(glm::distance(felt.force_N, asRigid.force_N), 0, 1e-6) << i;
+    ASSERT_NEAR(glm::distance(felt.torque_Nm, asRigid.torque_Nm), 0, 1e-7) << i;
   }
   EXPECT_GT(felt.force_N.z, 1) << "the floor under the lower jaw";
   EXPECT_NEAR(felt.proxy.opening_rad, 0, 1e-9);
