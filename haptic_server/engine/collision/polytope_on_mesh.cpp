@@ -106,21 +106,28 @@ enum class Bend {
   reach.isOneOfTwo = reach.isOneOfTwo || level.isOneOfTwo();
   return isPassed || level.isTied();
 }
+[[nodiscard]] Vec3 farthestAlong(Vec3 direction, const TriangleRecord& triangle) noexcept {
+  const std::array corners{triangle.corner(0), triangle.corner(1), triangle.corner(2)};
+  return *std::ranges::max_element(corners, {}, [&](Vec3 at) { return glm::dot(direction, at); });
+}
 /// The direction leads out of the surface at a place of the triangle: along its normal, or between it and that of a triangle
-/// beyond a side at which the surface bends outward.
+/// beyond a side at which the surface bends outward; at a corner of both, away from all of that triangle.
 [[nodiscard]] bool isOutOf(const CollisionMesh& surface, std::uint32_t t, Vec3 place, Vec3 normal, Vec3 out,
                            Allowance& allowance) noexcept {
-  constexpr double kAlong = 1e-3;
+  constexpr double kAlong = 1e-3, kCorner = 1e-6;
   if (glm::dot(normal, out) < 0) return false;
   const TriangleRecord& triangle = surface.triangle(t);
   for (int k = 0; k < 3; ++k) {
-    const Vec3 side = triangle.corner(nextCorner(k)) - triangle.corner(k);
+    const Vec3 from = triangle.corner(k), to = triangle.corner(nextCorner(k)), side = to - from;
     const Vec3 beyond = unitOrZero(glm::cross(side, normal));
     if (glm::dot(beyond, out) <= kAlong) continue;  // it does not lean to that side
+    const double along = glm::dot(place - from, side) / squaredLength(side);
+    const bool isAtCorner = along < kCorner || along > 1 - kCorner;
     const auto leadsInto = [&](std::uint32_t other) noexcept {
       const Vec3 its = surface.faceNormal(other);
-      const Vec3 inIt = glm::cross(side, its);  // from the side into it
-      return glm::dot(its, beyond) <= 0 || glm::dot(inIt, out) > kAlong * glm::length(side);
+      const Vec3 across = glm::cross(side, its);  // from the side into it
+      const Vec3 into = isAtCorner ? farthestAlong(across, surface.triangle(other)) - place : across;
+      return glm::dot(its, beyond) <= 0 || glm::dot(into, out) > kAlong * glm::length(into);
     };
     const std::uint32_t other = triangle.neighbour(k);
     bool leads = other != kNoTriangle && leadsInto(other);
