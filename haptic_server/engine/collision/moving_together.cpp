@@ -25,6 +25,8 @@ constexpr double kSettled = 2e-4;
 /// many. Twice as many let it sink a quarter as deep.
 constexpr int kSteps = 2, kMaxSteps = 16;
 constexpr double kWeights = 25, kGravity_m_per_s2 = 9.81;
+/// A load counts as what it was until it is less than this part of it: a number of steps that came and went would shake a stack.
+constexpr double kHeld = 0.5;
 // Units (Allowance).
 constexpr std::int64_t kContactRound = 80;  ///< A round, of a contact;
 constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
@@ -248,7 +250,8 @@ class Contacts {
       const bool has = next < solver_.rollingSize() && end > begin && solver_.rolling(next).begin == begin;
       return has ? stepCount() * solver_.rolling(next++).turning_Nms : Vec3(0);
     };
-    pairs_.heaviestLoad = heaviestLoad();
+    const double load = heaviestLoad();
+    if (load > pairs_.heaviestLoad || load < kHeld * pairs_.heaviestLoad) pairs_.heaviestLoad = load;
     solver_.guess();
     for (std::size_t p = 0; p < pairs_.places.count; ++p) {
       if (!isSolved(p)) continue;
