@@ -19,9 +19,9 @@ def main():
         at = lambda section, corner: 1 + 4 * (jaw * len(SECTIONS) + section) + corner % 4
         for section in range(len(SECTIONS) - 1):
             for corner in range(4):
-                print(f"f {at(section, corner)} {at(section + 1, corner)} {at(section + 1, corner + 1)} {at(section, corner + 1)}")
-        print("f", *(at(0, corner) for corner in range(4)))
-        print("f", *(at(len(SECTIONS) - 1, 3 - corner) for corner in range(4)))
+                print(f"f {at(section, corner)} {at(section, corner + 1)} {at(section + 1, corner + 1)} {at(section + 1, corner)}")
+        print("f", *(at(0, 3 - corner) for corner in range(4)))
+        print("f", *(at(len(SECTIONS) - 1, corner) for corner in range(4)))
 
 
 if __name__ == "__main__":

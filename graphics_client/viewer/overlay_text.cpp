@@ -186,18 +186,10 @@ std::string stoppedBody(const MirrorView& view) {
 bool isStale(const MirrorView& view, double age_s) { return view.sample && age_s > kStaleTelemetry_s; }
 
 /// Of a tool; what the device gives of it, where it gives any.
-std::string torqueText(const ToolState& tool) {
+std::string torqueText(double torque_Nm, double written_Nm) {
   constexpr double kMilli = 1e3;
-  const double written_Nm = glm::length(tool.written_Nm);
-  return formatted("%.1f mNm", kMilli * glm::length(tool.torque_Nm)) +
-         (written_Nm > 0 ? formatted(", %.1f given", kMilli * written_Nm) : "");
-}
-
-/// Likewise of its jaws.
-std::string jawsText(const ToolState::Grip& grip) {
-  constexpr double kMilli = 1e3;
-  return formatted("%.1f deg, %.1f mNm", grip.opening_rad * kDegreesPerRadian, kMilli * grip.moment_Nm) +
-         (grip.written_Nm != 0 ? formatted(", %.1f given", kMilli * grip.written_Nm) : "");
+  return formatted("%.1f mNm", kMilli * torque_Nm) +
+         (written_Nm != 0 ? formatted(", %.1f given", kMilli * written_Nm) : "");
 }
 
 }  // namespace
@@ -271,8 +263,14 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
       {"HIP (mm)", formatted("%+.1f  %+.1f  %+.1f", sample.hip.x * kMillimetresPerMetre,
                              sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
   };
-  if (view.tool) lines.push_back({"Torque", torqueText(*view.tool)});
-  if (view.tool && view.tool->grip) lines.push_back({"Jaws", jawsText(*view.tool->grip)});
+  if (view.tool) {
+    lines.push_back({"Torque", torqueText(glm::length(view.tool->torque_Nm), glm::length(view.tool->written_Nm))});
+  }
+  if (view.tool && view.tool->grip) {
+    const ToolState::Grip& grip = *view.tool->grip;
+    lines.push_back({"Jaws", formatted("%.1f deg", grip.opening_rad * kDegreesPerRadian)});
+    lines.push_back({"Grip", torqueText(grip.moment_Nm, grip.written_Nm)});
+  }
   if (const auto handle = handleLine(sample)) lines.push_back(*handle);
   if (view.secondHand) lines.push_back(secondHandLine(view, *view.secondHand));
   return lines;
@@ -304,7 +302,8 @@ std::string overlayTip(const std::string& label) {
       {"Texture", "Height of the texture under the contact, and its part of the force"},
       {"HIP (mm)", "Where the device has the hand, in the world's axes"},
       {"Torque", "What turns the held tool, and how much of it the device gives"},
-      {"Jaws", "How far those of the held tool are open, what opens the gripper, and how much of it the device gives"},
+      {"Jaws", "How far those of the held tool are open"},
+      {"Grip", "What opens the gripper, and how much of it the device gives"},
       {"Hand 2", "The second hand's force, and the object that it touches"}};
   const auto at = tips.find(label);
   return at == tips.end() ? std::string() : at->second;
