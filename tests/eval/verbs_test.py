@@ -492,7 +492,7 @@ class Outside(Verb):
         self.assertEqual(judged, {"lattice-several"})
         self.assertEqual({r["method"] for r in records}, {"penalty_c"})
         whys = {r["scene"]: r["not_applicable"] for r in records if r["pass"] is None}
-        self.assertEqual(len(whys), 34)
+        self.assertEqual(len(whys), 35)
         self.assertEqual(whys["texture-several"], "texture is not handed over")
         self.assertIn("friction", whys["friction-lattice"])
         # Ours by the same way, which has shading and friction: within the same limits.

@@ -157,7 +157,8 @@ struct PairNow {
     if (pair.range_m < 0) return false;
     const double moved_m = movedSince(pair.relative);
     // A pair keeps few contacts: of those within the range of a higher speed not the ones that it comes to rest on.
-    const bool isFresh = haveFewFaces() ? moved_m <= range_m() : pair.range_m <= kTicksOfRange * range_m();
+    constexpr double kWiderThanNeeded = 2;
+    const bool isFresh = haveFewFaces() ? moved_m <= range_m() : pair.range_m <= kWiderThanNeeded * range_m();
     return (isFresh || pair.contacts.count == 0) && moved_m <= pair.range_m;
   }
   /// Within which points are contacts.
