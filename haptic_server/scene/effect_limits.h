@@ -10,8 +10,8 @@
 namespace haptics {
 
 /// Effects as they are felt: each with no more stiffness and damping than the device bears of a surface (less where no observer
-/// looks ahead and it pulls from both sides; those that do so wherever the hand is, together), and those in the frame of a body that moves together with no more than it bears
-/// (stableStiffnessShare()). The force of a recorded texture grows by no more for each m/s of the hand than that damping.
+/// looks ahead and it pulls from both sides; those that do so wherever the hand is, together), and those in the frame of a body that
+/// moves together with no more than it bears (stableStiffnessShare()). The force of a recorded texture grows by no more for each m/s of the hand than that damping.
 /// @param apparentMass_kg  Of that body; none: it stands still.
 [[nodiscard]] std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<double> apparentMass_kg,
                                                 const DeviceLimits& device);

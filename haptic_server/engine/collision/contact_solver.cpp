@@ -114,9 +114,10 @@ void Mover::beginRounds() noexcept {
   angularBefore_ = angular_;
 }
 
-void Mover::goOn(double part) noexcept {
-  const bool goesOn = part > 0;
-  const Vec3 linear = goesOn ? part * linearConjugate_ : Vec3(0), angular = goesOn ? part * angularConjugate_ : Vec3(0);
+void Mover::accelerate(double part) noexcept {
+  const bool hasDirection = part > 0;
+  const Vec3 linear = hasDirection ? part * linearConjugate_ : Vec3(0),
+             angular = hasDirection ? part * angularConjugate_ : Vec3(0);
   linearConjugate_ = linear + (linear_ - linearBefore_);
   angularConjugate_ = angular + (angular_ - angularBefore_);
   if (freedom_ == Freedom::kFree) {
@@ -240,7 +241,7 @@ void ContactSolver::warmStart() noexcept {
   }
 }
 
-void ContactSolver::goBack() noexcept {
+void ContactSolver::takeBackPush() noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
     for (auto& axis : contacts_[i].axes) axis.change_Ns = axis.begun_Ns - axis.impulse_Ns;
   }
@@ -312,7 +313,7 @@ void ContactSolver::accelerate() noexcept {
     r.conjugate_Nms = more + r.change_Nms;
     r.turning_Nms += more;
   }
-  for (std::size_t m = 0; m < moverCount_; ++m) movers_[m].goOn(part);
+  for (std::size_t m = 0; m < moverCount_; ++m) movers_[m].accelerate(part);
 }
 
 double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {

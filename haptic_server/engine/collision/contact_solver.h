@@ -63,8 +63,8 @@ class Mover {
   }
   /// Rounds begin.
   void beginRounds() noexcept;
-  /// After a round: goes on as it went in it and before, by so much of the last direction of search.
-  void goOn(double part) noexcept;
+  /// After a round: by so much of the direction of search, to which what the round did is added.
+  void accelerate(double part) noexcept;
   /// By a step.
   void move() noexcept;
   /// Kinetic; of what stands still, or moves whatever acts on it, 0.
@@ -102,11 +102,11 @@ struct ContactConstraint {
   using Two = double __attribute__((vector_size(16)));
   /// A direction, and what an impulse of 1 Ns along it does to the first and against it to the second.
   struct Axis {
-    Vec3 along;      ///< Unit.
-    Two arms_m[3];   ///< Of its torques about the movers' pivots,
-    Two turns[3];    ///< and what those add to the angular velocities, rad/s.
-    double mass_kg;  ///< Effective; 0: neither of the two can go there.
-    double perMass_1_kg;
+    Vec3 along;           ///< Unit.
+    Two arms_m[3];        ///< Of its torques about the movers' pivots,
+    Two turns[3];         ///< and what those add to the angular velocities, rad/s.
+    double mass_kg;       ///< Effective; 0: neither of the two can go there.
+    double perMass_1_kg;  ///< What 1 Ns adds to the speed at which the two part.
     double impulse_Ns;
     double change_Ns;     ///< Of the last round.
     double conjugate_Ns;  ///< The direction of search.
@@ -167,7 +167,7 @@ class ContactSolver {
   void warmStart() noexcept;
   /// Impulses go towards the step's first guess, as far as that takes energy without the spring: what has pushed bodies apart is
   /// not what holds them.
-  void goBack() noexcept;
+  void takeBackPush() noexcept;
   /// Rounds of another kind follow.
   void beginRounds() noexcept;
   /// @param soft  Overlap is pushed apart.

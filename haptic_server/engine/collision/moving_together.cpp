@@ -224,7 +224,7 @@ class Contacts {
       solve(true, 2 * (steps_.count - step), rounds);
       for (std::uint16_t m = 0; m < moverCount_; ++m) movers_[m].move();
       solver_.moved();
-      if (isPushed) solver_.goBack();
+      if (isPushed) solver_.takeBackPush();
       solve(false, 2 * (steps_.count - step) - 1, rounds);
       if (!isBounded) continue;
       if (const double now_J = energy_J(); now_J > most_J) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <list>
 #include <memory>
 #include <random>
 #include <span>
@@ -14,8 +13,7 @@
 
 #include "common/maths/rotation.h"
 #include "common/mesh/generators.h"
-#include "haptic_server/engine/geometry/spaced_points.h"
-#include "haptic_server/engine/tool/tool_contact.h"
+#include "tests/haptic_server/engine/tool/held_among.h"
 
 namespace haptics::jaws_test {
 namespace {
@@ -36,55 +34,28 @@ TriMesh jaws(JawHinge hinge = kHinge) {
   return both;
 }
 
-std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
-  return buildCollisionMesh(mesh.vertices, mesh.triangles);
-}
-
-Body bodyOf(const std::shared_ptr<const CollisionMesh>& surface, const Pose& pose = {}) {
-  Body body;
-  body.surface = surface.get();
-  body.previous = body.current = pose;
-  body.update();
-  return body;
-}
-
-class Held : public StandaloneTool {
+class Held : public HeldAmong {
  public:
-  Held(Tool tool, double spacing_m, const std::vector<Body>& bodies) : tool_(std::move(tool)) {
-    hold(tool_);
-    std::vector<Obstacle> obstacles;
-    for (const Body& body : bodies) {
-      sharp_.push_back(sharpPoints(*body.surface, spacing_m, kMaxToolPoints));
-      obstacles.push_back({body.current, sharp_.back(), -1});
-    }
-    adopt(obstacles);
-  }
-  Held(const Held&) = delete;
-  Held& operator=(const Held&) = delete;
+  using HeldAmong::HeldAmong;
 
-  [[nodiscard]] const Tool& tool() const { return tool_; }
   /// World, of a jaw: 1 the upper, -1 the lower one.
   [[nodiscard]] Pose jaw(int side) const {
-    const Vec3 hinge = tool_.jaws->hinge_m;
-    const Quat opened = glm::angleAxis(0.5 * side * proxy().opening_rad, tool_.jaws->axis);
+    const Vec3 hinge = tool().jaws->hinge_m;
+    const Quat opened = glm::angleAxis(0.5 * side * proxy().opening_rad, tool().jaws->axis);
     return {proxy().rotation * opened, toWorld(proxy(), hinge - opened * hinge)};
   }
   /// How deep the deepest point of the tool is in a closed surface, m; 0: none is inside.
   [[nodiscard]] double deepestIn(const Body& body) const {
     double depth = 0;
-    for (std::size_t i = 0; i < tool_.shell.points.size(); ++i) {
-      const Pose pose = jaw(i < tool_.jaws->firstOfLower ? 1 : -1);
-      const Vec3 at = body.frame.toLocal(toWorld(pose, tool_.shell.points[i]));
+    for (std::size_t i = 0; i < tool().shell.points.size(); ++i) {
+      const Pose pose = jaw(i < tool().jaws->firstOfLower ? 1 : -1);
+      const Vec3 at = body.frame.toLocal(toWorld(pose, tool().shell.points[i]));
       int looked = 0;
       const ClosestPoint foot = body.surface->closestFoot(at, 1 << 20, looked);
       if (!body.surface->isOutside(foot, at)) depth = std::max(depth, std::sqrt(foot.squaredDistance));
     }
     return depth;
   }
-
- private:
-  Tool tool_;
-  std::list<std::vector<Vec3>> sharp_;
 };
 
 Tool makeTool(double spacing_m, JawHinge hinge = kHinge) {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <list>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -12,51 +11,12 @@
 
 #include "common/maths/rotation.h"
 #include "common/mesh/generators.h"
-#include "haptic_server/engine/geometry/spaced_points.h"
+#include "tests/haptic_server/engine/tool/held_among.h"
 
 namespace haptics::tool_contact_test {
 namespace {
 
 constexpr ToolCoupling kCoupling{.stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 2};
-
-Body bodyOf(const std::shared_ptr<const CollisionMesh>& surface, const Pose& pose = {}) {
-  Body body;
-  body.surface = surface.get();
-  body.previous = body.current = pose;
-  body.update();
-  return body;
-}
-
-std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
-  return buildCollisionMesh(mesh.vertices, mesh.triangles);
-}
-
-/// A tool among bodies, with what it refers to.
-class HeldAmong : public StandaloneTool {
- public:
-  HeldAmong(const TriMesh& mesh, double spacing_m, const std::vector<Body>& bodies) : own_(surfaceOf(mesh)) {
-    tool_ = {own_, makeToolShell(*own_, spacing_m).value()};
-    hold(tool_);
-    std::vector<Obstacle> obstacles;
-    for (const Body& body : bodies) {
-      sharp_.push_back(sharpPoints(*body.surface, spacing_m, kMaxToolPoints));
-      obstacles.push_back({body.current, sharp_.back(), -1});
-    }
-    adopt(obstacles);
-  }
-  HeldAmong(const HeldAmong&) = delete;
-  HeldAmong& operator=(const HeldAmong&) = delete;
-  [[nodiscard]] const ToolShell& shell() const { return tool_.shell; }
-  /// Of a body.
-  [[nodiscard]] const std::vector<Vec3>& sharp(std::size_t body) const {
-    return *std::next(sharp_.begin(), static_cast<std::ptrdiff_t>(body));
-  }
-
- private:
-  std::shared_ptr<const CollisionMesh> own_;
-  Tool tool_;
-  std::list<std::vector<Vec3>> sharp_;
-};
 
 Quat about(Vec3 axis, double angle_rad) { return glm::angleAxis(angle_rad, glm::normalize(axis)); }
 
@@ -90,7 +50,7 @@ constexpr double kMaxGain = 1e-6;
 /// How deep the deepest point of the tool is in a closed surface, m; 0: none is inside.
 double deepest(const HeldAmong& tool, const Body& body) {
   double depth = 0;
-  for (const Vec3& point : tool.shell().points) {
+  for (const Vec3& point : tool.tool().shell.points) {
     const Vec3 at = body.frame.toLocal(toWorld(tool.proxy(), point));
     int looked = 0;
     const ClosestPoint foot = body.surface->closestFoot(at, 1 << 20, looked);
@@ -172,8 +132,8 @@ void expectBallIsFeltExactly(const std::shared_ptr<const CollisionMesh>& surface
     force = std::max(force, std::abs(glm::length(felt.force_N) / glm::length(exact_N) - 1));
     torque_Nm = std::max(torque_Nm, glm::length(felt.torque_Nm));
   }
-  std::printf("%zu points, %zu places: force %.4f %% off, torque %.2e Nm\n", ball.shell().points.size(), places.size(),
-              100 * force, torque_Nm);
+  std::printf("%zu points, %zu places: force %.4f %% off, torque %.2e Nm\n", ball.tool().shell.points.size(),
+              places.size(), 100 * force, torque_Nm);
   EXPECT_LE(force, 1e-3);
   EXPECT_LE(torque_Nm, 1e-4);
 }
@@ -280,7 +240,7 @@ TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
   const auto plate = surfaceOf(makeBox({0.4, 0.4, 0.0005}, 8).value());
   const std::vector<Body> bodies{bodyOf(plate)};
   HeldAmong tool(makeSphere(0.02, 24).value(), 0.0018, bodies);
-  ASSERT_GE(tool.shell().points.size(), 900U);
+  ASSERT_GE(tool.tool().shell.points.size(), 900U);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int seed = 0; seed < 20; ++seed) {
@@ -291,7 +251,7 @@ TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
       const double t = 1e-3 * i;
       const ToolResult result =
           tool.follow(bodies, {about(axis, 20 * t), Vec3(0, 0, 0.05 - 2 * t) + sideways * t}, kCoupling);
-      for (const Vec3& point : tool.shell().points)
+      for (const Vec3& point : tool.tool().shell.points)
         ASSERT_GT(toWorld(result.proxy, point).z, 0.00025) << "seed " << seed << ", tick " << i;
     }
     EXPECT_NEAR(tool.proxy().position.z, 0.02025, 0.001);
