@@ -89,49 +89,6 @@ static_assert(kMaxPairs < 255);
   return glm::distance(was.position, is.position) + 2 * extent_m * glm::length(Vec3(turn.x, turn.y, turn.z));
 }
 
-/// Goes on with the search for the contacts of a pair. False: the allowance is spent, and the pair is as it was.
-[[nodiscard]] bool look(const Collider& first, const Collider& second, double step_m, double reach_m,
-                        PairSearch& search, bool isFirst, BodyPair& pair, Allowance& allowance) noexcept {
-  NearPoints near(search, isFirst);
-  const std::int64_t before = allowance.left();
-  const auto isFound = [&] {
-    if (search.clear_m > search.range_m) {
-      const bool firstIsSmaller = first.surface->radius_m() <= second.surface->radius_m();
-      const auto [smaller, other] = firstIsSmaller ? std::pair(&first, &second) : std::pair(&second, &first);
-      near.lowerClearance(*smaller->surface, *other->surface,
-                          firstIsSmaller ? search.relative : inverse(search.relative), allowance);
-      if (search.clear_m > search.range_m) {
-        near.choose({}, pair);
-        return true;
-      }
-    }
-    if (search.node == 0 && search.reverse == 0) {
-      if (first.points->polytope && near.findOn(first, second, search.relative, true, step_m, pair, allowance))
-        return true;
-      if (second.points->polytope &&
-          near.findOn(second, first, inverse(search.relative), false, step_m, pair, allowance))
-        return true;
-    }
-    if (search.reverse == 0) {
-      if (!near.find(*first.points, *second.surface, search.relative, false, allowance)) return false;
-      search.reverse = 1;
-    }
-    if (!near.find(*second.points, *first.surface, inverse(search.relative), true, allowance)) return false;
-    near.choose(search.near.all(), pair);
-    return true;
-  };
-  const bool found = isFound();
-  search.units += static_cast<std::uint64_t>(before - allowance.left());
-  if (!found) return false;
-  NearPoints::passSteps(first, second, search.relative, step_m, pair, allowance);
-  pair.range_m = pair.contacts.count == 0 ? search.clear_m : search.range_m;
-  if (near.isOneOfTwo()) pair.range_m = reach_m + kUnmoved_m;  // to look again once they have moved
-  pair.relative = search.relative;
-  pair.units = search.units;
-  search.pair = 0;
-  return true;
-}
-
 /// How a pair is in this tick.
 struct PairNow {
   PairNow(std::span<const Collider> bodies, std::span<const Moving> moving, const BodyPair& pair,
@@ -139,12 +96,14 @@ struct PairNow {
       : first(bodies[pair.first]),
         second(bodies[pair.second]),
         relative(relativePose(first.pose, second.pose)),
+        period_s(period_s),
         reach_m(reachOf(moving[pair.first], moving[pair.second], period_s)),
         smaller_m(std::min(moving[pair.first].radius_m, moving[pair.second].radius_m)),
         step_m(std::clamp(kStep * smaller_m, kLowestStep_m, kHighestStep_m)) {}
 
   const Collider &first, &second;
   const Pose relative;
+  const double period_s;
   const double reach_m;    ///< reachOf().
   const double smaller_m;  ///< Radius.
   const double step_m;     ///< That is none.
@@ -211,6 +170,48 @@ struct PairNow {
       return contact.second == 0 ? contact.normal : relative.rotation * -contact.normal;
     }
     return Vec3(0);
+  }
+  /// Goes on with the search for the contacts of a pair. False: the allowance is spent, and the pair is as it was.
+  [[nodiscard]] bool look(PairSearch& search, bool isFirst, BodyPair& pair, Allowance& allowance) const noexcept {
+    NearPoints near(search, isFirst);
+    const std::int64_t before = allowance.left();
+    const auto isFound = [&] {
+      if (search.clear_m > search.range_m) {
+        const bool firstIsSmaller = first.surface->radius_m() <= second.surface->radius_m();
+        const auto [smaller, other] = firstIsSmaller ? std::pair(&first, &second) : std::pair(&second, &first);
+        near.lowerClearance(*smaller->surface, *other->surface,
+                            firstIsSmaller ? search.relative : inverse(search.relative), allowance);
+        if (search.clear_m > search.range_m) {
+          near.choose({}, pair);
+          return true;
+        }
+      }
+      if (search.node == 0 && search.reverse == 0) {
+        if (first.points->polytope &&
+            near.findOn(first, second, search.relative, true, step_m, period_s, pair, allowance))
+          return true;
+        if (second.points->polytope &&
+            near.findOn(second, first, inverse(search.relative), false, step_m, period_s, pair, allowance))
+          return true;
+      }
+      if (search.reverse == 0) {
+        if (!near.find(*first.points, *second.surface, search.relative, false, allowance)) return false;
+        search.reverse = 1;
+      }
+      if (!near.find(*second.points, *first.surface, inverse(search.relative), true, allowance)) return false;
+      near.choose(search.near.all(), pair);
+      return true;
+    };
+    const bool found = isFound();
+    search.units += static_cast<std::uint64_t>(before - allowance.left());
+    if (!found) return false;
+    NearPoints::passSteps(first, second, search.relative, step_m, pair, allowance);
+    pair.range_m = pair.contacts.count == 0 ? search.clear_m : search.range_m;
+    if (near.isOneOfTwo()) pair.range_m = reach_m + kUnmoved_m;  // to look again once they have moved
+    pair.relative = search.relative;
+    pair.units = search.units;
+    search.pair = 0;
+    return true;
   }
   /// Begins a search unless there is one of the pair that will be of use.
   void begin(std::size_t place, const BodyPair& pair, PairSearch& search) const noexcept {
@@ -307,7 +308,7 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
         continue;
       }
       now.begin(i, pair, pairs.search);
-      const bool isDone = look(now.first, now.second, now.step_m, now.reach_m, pairs.search, isFirst, pair, allowance);
+      const bool isDone = now.look(pairs.search, isFirst, pair, allowance);
       isFirst = false;
       if (isDone && now.isKnown(pair)) continue;
     }
@@ -335,7 +336,7 @@ void searchAhead(std::span<const Collider> bodies, BodyPairs& pairs, double peri
     if (now.movedSince(pair.relative) + (kTicksAhead - 1) * now.reach_m <= pair.range_m) continue;
     if (pairs.search.pair != 0 && pairs.search.pair != i + 1) continue;
     now.begin(i, pair, pairs.search);
-    static_cast<void>(look(now.first, now.second, now.step_m, now.reach_m, pairs.search, false, pair, allowance));
+    static_cast<void>(now.look(pairs.search, false, pair, allowance));
   }
 }
 

@@ -15,6 +15,7 @@ struct ClippedPolygon {
   std::size_t count;
   std::array<PolytopeContact::Point, 2 * Polytope::kMaxOfFace> points;
 
+  [[nodiscard]] std::span<const PolytopeContact::Point> all() const noexcept { return std::span(points).first(count); }
   /// Keeps what is behind a plane (Sutherland and Hodgman 1974).
   /// @param side  Which one it is, for the ids.
   void clip(Vec3 normal, double offset_m, std::uint32_t side) noexcept {

@@ -15,6 +15,10 @@ class LevelAxis {
   LevelAxis(const PolytopeWay& way, Vec3 best, double gap_m, Vec3 nearest) noexcept
       : way_(way), best_(best), slowest_(best), gap_m_(gap_m), closing_m_per_s_(closingAlong(best, nearest)) {}
 
+  /// m/s. Of what parts there is nothing to stop, and no overlap to push apart.
+  [[nodiscard]] double closingAlong(Vec3 normal, Vec3 nearest) const noexcept {
+    return std::max(-glm::dot(normal, way_.linear + glm::cross(way_.angular, nearest)), 0.0);
+  }
   /// Else takes() need not be asked.
   [[nodiscard]] bool mayTake(Vec3 normal) const noexcept {
     return glm::dot(normal, best_) <= (closing_m_per_s_ > kLessFast_m_per_s ? kSame : kAlike) &&
@@ -53,11 +57,6 @@ class LevelAxis {
   Vec3 best_, slowest_;
   double gap_m_, closing_m_per_s_;
   bool isTied_ = false, isOneOfTwo_ = false;
-
-  /// Of what parts there is nothing to stop, and no overlap to push apart.
-  [[nodiscard]] double closingAlong(Vec3 normal, Vec3 nearest) const noexcept {
-    return std::max(-glm::dot(normal, way_.linear + glm::cross(way_.angular, nearest)), 0.0);
-  }
 };
 
 }  // namespace haptics

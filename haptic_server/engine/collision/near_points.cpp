@@ -181,15 +181,16 @@ void NearPoints::lowerClearance(const CollisionMesh& smaller, const CollisionMes
 }
 
 bool NearPoints::findOn(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst,
-                        double step_m, BodyPair& pair, Allowance& allowance) noexcept {
+                        double step_m, double period_s, BodyPair& pair, Allowance& allowance) noexcept {
   if (isDeep()) return false;
-  Allowance queries(kOneNode);  // what runs out of it says nothing
+  Allowance queries(std::max(kOneNode, allowance.left()));  // what runs out of it says nothing
   const std::int64_t before = queries.left();
   ManyNear near;
   near.count = 0;
   const Quat back = glm::conjugate(ground.pose.rotation);
   const Vec3 origin = ground.pose.position;
   NearRange reach{farthest(),
+                  period_s,
                   {search_.range_m, step_m, back * (solid.velocityBefore(origin) - ground.velocityBefore(origin)),
                    back * (solid.before.angular - ground.before.angular)}};
   const bool found = findOnMesh(solid, ground, pose, solidIsFirst, reach, near, queries) && !queries.isSpent();

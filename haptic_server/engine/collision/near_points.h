@@ -31,7 +31,7 @@ class NearPoints {
   /// Finds the places where a polytope and a mesh are near each other, at once. False: too many triangles are near, or the
   /// bodies are deep in each other.
   [[nodiscard]] bool findOn(const Collider& solid, const Collider& ground, const Pose& pose, bool solidIsFirst,
-                            double step_m, BodyPair& pair, Allowance& allowance) noexcept;
+                            double step_m, double period_s, BodyPair& pair, Allowance& allowance) noexcept;
 
   /// As PolytopeContact::isOneOfTwo.
   [[nodiscard]] bool isOneOfTwo() const noexcept { return isOneOfTwo_; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "haptic_server/engine/collision/clipped_polygon.h"
 #include "haptic_server/engine/collision/level_axis.h"
 #include "haptic_server/engine/collision/polytope_contact.h"
 #include "haptic_server/engine/collision/surface_queries.h"
@@ -15,6 +16,8 @@ namespace {
 constexpr std::int64_t kSupport = 60;
 /// Of a triangle over a face.
 constexpr std::int64_t kFace = 8;
+/// Of clipping it to one, a side.
+constexpr std::int64_t kClipped = 60;
 /// More than float32 makes of a box, of a body's extent.
 constexpr double kRounding = 1e-6;
 
@@ -91,20 +94,49 @@ enum class Bend {
     return std::ranges::all_of(corners, [&](Vec3 at) { return glm::dot(face.normal, at) > farther_m; });
   });
 }
-/// The triangle is level with a face of the solid, which counts in place of a contact or ties with it.
-[[nodiscard]] bool isPassed(const Polytope& solid, const Frame& pose, const FlatPart& part,
-                            const PolytopeContact& found, NearRange& reach) noexcept {
+/// What of the triangle is above a face of the solid.
+[[nodiscard]] ClippedPolygon partOver(const Polytope& solid, const Polytope::Face& face, Vec3 out, const Frame& pose,
+                                      const FlatPart& part, PolytopeContact& found) noexcept {
+  ClippedPolygon polygon;
+  polygon.count = 0;
+  for (const Vec3 corner : part.corners) {
+    polygon.points[polygon.count] = {static_cast<std::uint32_t>(polygon.count), corner, {}, 0};
+    ++polygon.count;
+  }
+  const auto loop = solid.loopOf(face);
+  found.units += kClipped * static_cast<std::int64_t>(loop.size());
+  polygon.clipTo(
+      loop.size(), [&](std::size_t i) { return pose.toWorld(solid.corners[loop[i]]); }, out);
+  return polygon;
+}
+/// Has the face of the solid that is level with the triangle stand for a contact where it counts in its place: without points
+/// where nothing is above it. False: it ties with the contact, and neither counts.
+[[nodiscard]] bool turnToLevel(const Polytope& solid, const Frame& pose, const FlatPart& part, NearRange& reach,
+                               PolytopeContact& found) noexcept {
   LevelAxis level(reach.way, found.normal, found.gap_m, found.points[0].foot);
-  bool isPassed = false;
   for (const Polytope::Face& face : solid.faces) {
     const Vec3 out = pose.rotate(face.normal);
     if (!level.mayTake(-out)) continue;
-    const double offset_m = face.offset_m + glm::dot(out, pose.origin);
-    const Vec3 lowest = *std::ranges::min_element(part.corners, {}, [&](Vec3 at) { return glm::dot(out, at); });
-    isPassed = level.takes(-out, glm::dot(out, lowest) - offset_m, lowest) || isPassed;
+    const auto heightOver = [&](Vec3 at) { return glm::dot(out, at - pose.origin) - face.offset_m; };
+    const Vec3 lowest = *std::ranges::min_element(part.corners, {}, heightOver);
+    const double gap_m = heightOver(lowest);
+    if (gap_m < -reach.way.step_m) continue;
+    // Else a face that nothing is above says nothing.
+    const bool isApart = reach.period_s * level.closingAlong(-out, lowest) <= gap_m + reach.way.step_m;
+    if (!isApart && partOver(solid, face, out, pose, part, found).count == 0) continue;
+    if (!level.takes(-out, gap_m, lowest)) continue;
+    found.normal = -out;
+    found.ofSecond = true;
+    found.gap_m = gap_m;
+    found.count = 0;
+    for (PolytopeContact::Point point : partOver(solid, face, out, pose, part, found).all()) {
+      point.gap_m = heightOver(point.on);
+      point.foot = point.on - point.gap_m * out;
+      if (point.gap_m <= reach.way.range_m) found.points[found.count++] = point;
+    }
   }
-  reach.isOneOfTwo = reach.isOneOfTwo || level.isOneOfTwo();
-  return isPassed || level.isTied();
+  reach.isOneOfTwo = reach.isOneOfTwo || level.isOneOfTwo() || found.count == 0;
+  return !level.isTied();
 }
 [[nodiscard]] Vec3 farthestAlong(Vec3 direction, const TriangleRecord& triangle) noexcept {
   const std::array corners{triangle.corner(0), triangle.corner(1), triangle.corner(2)};
@@ -217,11 +249,11 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
     if (bend == Bend::kSharp && isBeyondAFace(polytope, frame, part, reach.way.range_m)) return;
     if (bend != Bend::kSharp) {
       addOver(t, part, bend == Bend::kNone, isBehind);
-    } else if (const auto found =
-                   contactOf(polytope, part, closestOn(triangle, t, middle).point, pose, reach.way.range_m)) {
+    } else if (auto found = contactOf(polytope, part, closestOn(triangle, t, middle).point, pose, reach.way.range_m)) {
+      const bool counts = found->count > 0 && turnToLevel(polytope, frame, part, reach, *found);
       allowance.spend(Allowance::kNearTriangle + found->units +
                       kFace * static_cast<std::int64_t>(polytope.faces.size()));
-      if (found->count == 0 || isPassed(polytope, frame, part, *found, reach)) return;
+      if (!counts) return;
       const auto isOutAt = [&](const PolytopeContact::Point& point) noexcept {
         return isOutOf(surface, t, found->ofSecond ? point.on : point.foot, part.normal, found->normal, allowance);
       };

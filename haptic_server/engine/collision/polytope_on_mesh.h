@@ -11,7 +11,8 @@ using ManyNear = Sequence<NearPoint, 384>;
 
 /// What a search for contacts on a surface keeps to.
 struct NearRange {
-  double deepest_m;         ///< Farther below the surface none are looked for.
+  double deepest_m;  ///< Farther below the surface none are looked for.
+  double period_s;
   PolytopeWay way;          ///< Of the solid; in the ground's frame, without the last normal.
   bool isOneOfTwo = false;  ///< As PolytopeContact::isOneOfTwo, of what was left out; it is filled in.
 };
