@@ -70,7 +70,10 @@ void resolveRidge(const TickContext& tick, const ActiveSet& a, const ActiveSet& 
   for (ContactSurface& s : std::span(step.surfaces).first(static_cast<std::size_t>(step.pushingCount))) {
     if (isWithin(tick, kSupportMargin, s)) continue;
     std::size_t i = 0;
-    while (a.at[i].body != s.body) ++i;
+    const auto isThis = [&](const ContactSurface& other) {
+      return other.body == s.body && other.triangle == s.triangle;
+    };
+    while (!isThis(a.at[i]) && !isThis(b.at[i])) ++i;
     const ContactSurface& other = s.triangle == a.at[i].triangle ? b.at[i] : a.at[i];
     if (isWithin(tick, kSupportMargin, other)) {
       s = other;
@@ -137,7 +140,7 @@ std::optional<ContactSurface> nearestTouched(const TickContext& tick, Vec3 hip, 
 SolverStep followActiveSet(TickContext& tick, Vec3 hip) noexcept {
   constexpr int kMaxHops = 16;  // the solver meets the rest
   const Vec3& ihip = tick.state.ihip;
-  ActiveSet held = oneOfEachBody(tick.state);
+  ActiveSet held = heldSurfaces(tick);
   ActiveSet before;
   std::array<ConstraintPlane, ContactState::kMaxHolding> planes;  // of `held`
   const auto findPlanes = [&] {
@@ -242,12 +245,12 @@ bool isOneSurface(const TickContext& tick, const SolverStep& step) noexcept {
          std::ranges::all_of(step.pushing(), [&](const ContactSurface& s) { return shareVertex(tick, s, strongest); });
 }
 
-/// Where a body held with two triangles across an edge, the search finds the other.
-ActiveSet oneOfEachBody(const ContactState& state) noexcept {
+/// Where one held with two triangles across an edge, the search finds the other.
+ActiveSet heldSurfaces(const TickContext& tick) noexcept {
   ActiveSet holding;
-  for (const ContactSurface& s : state.surfaces()) {
-    const bool known =
-        std::ranges::any_of(holding.surfaces(), [&](const ContactSurface& other) { return other.body == s.body; });
+  for (const ContactSurface& s : tick.state.surfaces()) {
+    const bool known = std::ranges::any_of(holding.surfaces(),
+                                           [&](const ContactSurface& other) { return shareVertex(tick, other, s); });
     if (!known) holding.at[holding.count++] = s;
   }
   return holding;

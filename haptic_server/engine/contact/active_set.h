@@ -29,8 +29,8 @@ enum class Watch {
 /// Do all that push belong to one surface? So do the triangles around one vertex.
 [[nodiscard]] bool isOneSurface(const TickContext& tick, const SolverStep& step) noexcept;
 
-/// One triangle of each body that holds.
-[[nodiscard]] ActiveSet oneOfEachBody(const ContactState& state) noexcept;
+/// One triangle of each surface that holds: of each body, and of each part of one that crosses itself.
+[[nodiscard]] ActiveSet heldSurfaces(const TickContext& tick) noexcept;
 /// The neighbour of a surface over edge k of its triangle.
 [[nodiscard]] std::optional<ContactSurface> across(const TickContext& tick, const ContactSurface& s, int k) noexcept;
 /// How far on the straight move to the optimum the triangles stay under the IHIP.

@@ -25,6 +25,18 @@ void stayInPlace(TickContext& tick) noexcept {
   tick.setOneSurface(tick.held(), foot, tick.nearOf(tick.held()).frame.toWorld(foot.point));
 }
 
+/// The triangle's normal, and those of the neighbours across the lines that a place of it is on.
+Vec3 normalsAt(const CollisionMesh& surface, std::uint32_t triangle, Vec3 place, double onLine_m) noexcept {
+  const TriangleRecord& record = surface.triangle(triangle);
+  Vec3 sum = surface.faceNormal(triangle);
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 from = record.corner(k), along = record.corner(nextCorner(k)) - from;
+    const bool isOn = squaredLength(glm::cross(place - from, along)) <= onLine_m * onLine_m * squaredLength(along);
+    if (isOn && record.neighbour(k) != kNoTriangle) sum += surface.faceNormal(record.neighbour(k));
+  }
+  return sum;
+}
+
 /// Is a body other than this one in the way to a place in the world?
 bool isBlockedByOther(TickContext& tick, const NearBodies::Near& own, Vec3 world) noexcept {
   const auto isOwn = [&](int i, std::uint32_t) noexcept { return &tick.near[i] == &own; };
@@ -137,7 +149,8 @@ void updateMode(TickContext& tick, Vec3 hip, const Round& last) noexcept {
 }  // namespace
 
 /// The solver starts, in the contacted body's frame, off the triangle by a lift, and a little of the way to the
-/// triangle's middle, which puts it above the neighbours across a valley too. Other bodies' frames keep their starts.
+/// triangle's middle, which puts it above the neighbours across a valley too; where another body is in that way, it is lifted
+/// off them as well. Other bodies' frames keep their starts.
 /// From there straight up by a skin, where nothing is above: on the way along a surface it would run into the side of one
 /// that is flush with it but for rounding.
 void takeOver(TickContext& tick, Vec3 hip) noexcept {
@@ -157,7 +170,7 @@ void takeOver(TickContext& tick, Vec3 hip) noexcept {
     inner = pulled;
     break;
   }
-  own.from = inner + s.faceNormal(t) * (tick.held().side * tick.startOffset);
+  own.from = inner + normalsAt(s, t, inner, tick.startOffset) * (tick.held().side * tick.startOffset);
   tick.state.ihip = own.frame.toWorld(own.from);
   static_cast<void>(tryMoveTo(tick, own.frame.toWorld(inner + s.faceNormal(t) * (tick.held().side * tick.skin))));
   solvePlanes(tick, hip);

@@ -65,7 +65,7 @@ bool mayHaveJumped(const TickContext& tick, const Checkpoint& before, double ste
 }
 
 double heldUntil(const TickContext& tick, double now, double end) noexcept {
-  const ActiveSet held = oneOfEachBody(tick.state);
+  const ActiveSet held = heldSurfaces(tick);
   const auto allPush = [&](double time) noexcept {
     const auto constraints = constraintsAt(tick, held, time);
     return constraints && static_cast<std::size_t>(constraints->optimum.tightCount) == held.count;

@@ -22,6 +22,7 @@ void loseAlone(const ServoScene& scene, HapticState& state, const StepConfig& co
 }
 
 /// The body that the contact belongs to.
+template <bool kAmongOthers>
 void deformAlone(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept {
   ContactResult& contact = tick.contact;
   const auto index = static_cast<std::size_t>(contact.body);
@@ -46,6 +47,14 @@ void deformAlone(const ServoScene& scene, HapticState& state, const StepConfig& 
   if (!yielding.press()) return loseAlone(scene, state, config, tick);
   const DentSolver::Nearest at = yielding.nearestTo(pressed.h);
   if (at.outside) return loseAlone(scene, state, config, tick);
+  if constexpr (kAmongOthers) {  // where its hollow ends it goes elsewhere on the body
+    const Obstruction met =
+        firstObstruction(state, index, contact.ihip, body.frame.toWorld(at.foot.point), contact.work.allowance);
+    if (met.crossing) {
+      state.denting.isHeldUp = true;
+      return deformTogether(scene, state, config, tick, met);
+    }
+  }
   tick.force.spring += tissuePushAlong_N(scene.objects[index], softness, yielding.elastic_m2(), config);
   state.deformedContact.shaded = yielding.smooth();
   if (state.deformedContact.shaded.weight > 0) {
@@ -80,6 +89,10 @@ void deformAlone(const ServoScene& scene, HapticState& state, const StepConfig& 
 /// What of the bodies that hold the IHIP is soft yields.
 void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept {
   const auto isSoft = [&](int body) { return scene.objects[static_cast<std::size_t>(body)].tissue != nullptr; };
+  if (state.objects.count == 1) {
+    if (isSoft(tick.contact.body)) deformAlone<false>(scene, state, config, tick);
+    return;
+  }
   if (severalBodiesHold(state)) {
     const auto holding = state.contact.surfaces();
     const bool anySoft = std::ranges::any_of(holding, [&](const ContactSurface& held) { return isSoft(held.body); });
@@ -87,18 +100,14 @@ void yield(const ServoScene& scene, HapticState& state, const StepConfig& config
     return;
   }
   if (!isSoft(tick.contact.body)) return;
-  if (state.objects.count > 1) {
-    const Obstruction below = whatIsBelow(scene, state, config, tick.contact);
-    if (below.crossing) {
-      if (hasComeBetween(state, tick.contact, below)) {
-        state.now.contactBroken = true;
-        state.limits.slew.begin();
-      }
-      state.denting.isHeldUp = true;
-      return deformTogether(scene, state, config, tick, below);
-    }
+  const Obstruction below = whatIsBelow(scene, state, config, tick.contact);
+  if (!below.crossing) return deformAlone<true>(scene, state, config, tick);
+  if (hasComeBetween(state, tick.contact, below)) {
+    state.now.contactBroken = true;
+    state.limits.slew.begin();
   }
-  deformAlone(scene, state, config, tick);
+  state.denting.isHeldUp = true;
+  deformTogether(scene, state, config, tick, below);
 }
 
 /// Without initialisers: not all of a list is used.
