@@ -189,6 +189,10 @@ class WorstSweep : public Sweep {
       families_ = familiesOf(options);
     } else {
       kept_ = readRecords(options.kept);
+      if (!options.family.empty()) {
+        static_cast<void>(findFamily(options.family));  // which throws where there is none
+        std::erase_if(kept_, [&](const Record& kept) { return kept.at("family") != options.family; });
+      }
     }
   }
 
