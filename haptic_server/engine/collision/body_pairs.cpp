@@ -137,8 +137,12 @@ struct PairNow {
     const auto velocityAt = [&](Vec3 place) {
       return back * (first.velocityBefore(place) - second.velocityBefore(place));
     };
-    const PolytopeWay way{range_m(), step_m, velocityAt(second.pose.position),
-                          back * (first.before.angular - second.before.angular), pressedAlong(pair)};
+    const PolytopeWay way{range_m(),
+                          step_m,
+                          velocityAt(second.pose.position),
+                          back * (first.before.angular - second.before.angular),
+                          pressedAlong(pair),
+                          lastNormal(pair)};
     const PolytopeContact found = contactOf(*first.points->polytope, *second.points->polytope, relative, way);
     allowance.spend(found.units);
     const BodyPair before = pair;
@@ -166,10 +170,16 @@ struct PairNow {
   [[nodiscard]] Vec3 pressedAlong(const BodyPair& pair) const noexcept {
     if (first.isPut || second.isPut) return Vec3(0);
     for (const BodyContact& contact : pair.contacts.all()) {
-      if (contact.impulse_Ns == Vec3(0)) continue;
-      return contact.second == 0 ? contact.normal : relative.rotation * -contact.normal;
+      if (contact.impulse_Ns != Vec3(0)) return normalOf(contact);
     }
     return Vec3(0);
+  }
+  [[nodiscard]] Vec3 lastNormal(const BodyPair& pair) const noexcept {
+    return pair.contacts.count > 0 ? normalOf(pair.contacts[0]) : Vec3(0);
+  }
+  /// Out of the second body, in its frame.
+  [[nodiscard]] Vec3 normalOf(const BodyContact& contact) const noexcept {
+    return contact.second == 0 ? contact.normal : relative.rotation * -contact.normal;
   }
   /// Goes on with the search for the contacts of a pair. False: the allowance is spent, and the pair is as it was.
   [[nodiscard]] bool look(PairSearch& search, bool isFirst, BodyPair& pair, Allowance& allowance) const noexcept {
@@ -200,12 +210,12 @@ struct PairNow {
       }
       if (!near.find(*second.points, *first.surface, inverse(search.relative), true, allowance)) return false;
       near.choose(search.near.all(), pair);
+      NearPoints::passSteps(first, second, search.relative, step_m, pair, allowance);
       return true;
     };
     const bool found = isFound();
     search.units += static_cast<std::uint64_t>(before - allowance.left());
     if (!found) return false;
-    NearPoints::passSteps(first, second, search.relative, step_m, pair, allowance);
     pair.range_m = pair.contacts.count == 0 ? search.clear_m : search.range_m;
     if (near.isOneOfTwo()) pair.range_m = reach_m + kUnmoved_m;  // to look again once they have moved
     pair.relative = search.relative;

@@ -39,6 +39,7 @@ struct PolytopeWay {
   Vec3 linear{0};  ///< Velocity of the first against the second at the second's origin; second's frame, as the others.
   Vec3 angular{0};
   Vec3 normal{0};  ///< Of the last tick, out of the second; 0: none. They are not turned over to the other side of it.
+  Vec3 guess{0};   ///< A direction near which that of the nearest places may be, out of the second; 0: none.
 
   [[nodiscard]] bool isTurnedOver(Vec3 axis) const noexcept {
     constexpr double kOpposite = 0.5;  // cosine, below minus this

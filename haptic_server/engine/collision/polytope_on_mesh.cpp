@@ -263,10 +263,15 @@ bool findOnMesh(const Collider& solid, const Collider& ground, const Pose& pose,
     }
   };
   allowance.spend(kQuery + 6 * kSupport);
-  surface.hierarchy().visitBox(Vec3f(low), Vec3f(high), allowance,
-                               [&](std::uint32_t begin, std::uint32_t end) noexcept {
-                                 for (std::uint32_t t = begin; t < end && hasRoom && !allowance.isSpent(); ++t) meet(t);
-                               });
+  const auto meetAll = [&](std::uint32_t begin, std::uint32_t end) noexcept {
+    for (std::uint32_t t = begin; t < end && hasRoom && !allowance.isSpent(); ++t) meet(t);
+    return farthest_m * farthest_m;
+  };
+  if (polytope.hasFew()) {
+    surface.hierarchy().visitBox(Vec3f(low), Vec3f(high), allowance, meetAll);
+  } else {  // its sphere leaves more out
+    surface.hierarchy().visitNear(middle, allowance, meetAll, farthest_m * farthest_m);
+  }
   return hasRoom;
 }
 

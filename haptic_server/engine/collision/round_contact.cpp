@@ -147,6 +147,8 @@ class RoundMeeting {
 
   /// False: they overlap by more than the tenth by which one is made smaller.
   [[nodiscard]] bool findApart() noexcept { return findApart(kShrunk) || findApart(kMuchShrunk); }
+  /// The same, by as much more as bodies come into each other at an impact.
+  [[nodiscard]] bool findDeepApart() noexcept { return findApart(kMostShrunk); }
   /// Along the faces' normals.
   void findLeastDeep() noexcept {
     double best_m = -std::numeric_limits<double>::infinity();
@@ -216,7 +218,7 @@ class RoundMeeting {
 
  private:
   /// The one with more faces is made smaller about its middle, by this part: bodies that rest are a little deep in each other.
-  static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1;
+  static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1, kMostShrunk = 0.3;
   static constexpr int kMaxSteps = 32;
   static constexpr std::int64_t kMeeting = 600, kStep = 200;  ///< Units.
   static constexpr double kConverged = 1e-3, kMinApart_m = 1e-9;
@@ -261,7 +263,7 @@ class RoundMeeting {
     };
     const double bound_m = way_.range_m + shrunk * (shrinksFirst ? first_.radius_m : second_.radius_m);
     Simplex simplex;
-    Vec3 apart = way_.normal == Vec3(0) ? middle - second_.middle : way_.normal;
+    Vec3 apart = way_.guess == Vec3(0) ? middle - second_.middle : way_.guess;
     if (squaredLength(apart) == 0) apart = Vec3(0, 0, 1);
     onFirst_ = first_.nearFarthest(inFirst(-apart));
     onSecond_ = second_.nearFarthest(apart);
@@ -379,7 +381,7 @@ class RoundMeeting {
 PolytopeContact contactOfRound(const Polytope& first, const Polytope& second, const Pose& relative,
                                const PolytopeWay& way) noexcept {
   RoundMeeting meeting(first, second, relative, way);
-  if (!meeting.findApart()) meeting.findLeastDeep();
+  if (!meeting.findApart() && !meeting.findDeepApart()) meeting.findLeastDeep();
   meeting.findLevel();
   return meeting.contact();
 }
