@@ -11,15 +11,17 @@
 namespace haptics {
 namespace {
 
-/// The ladder goes on at this rate or up to twice it, where the servo is as fast: a hand feels nothing above half of it. Higher needs
-/// a longer ladder for the same detail.
+/// The ladder goes on at this rate at most: a hand feels nothing above half of it. Higher needs a longer ladder for the same detail.
 constexpr double kLadder_Hz = 2000;
 /// In which the velocity follows to 1 - 1/e. Longer feels late; shorter lets steps of the encoder through.
 constexpr double kSmoothing_s = 0.01;
+/// Of what remembers less. Fewer follow no broad peaks that are bent by the conversion.
+constexpr double kFewestRungs = 32;
 /// Frequencies by which densities are added up. Fewer miss narrow peaks.
-constexpr std::size_t kFrequencies = 2048;
-/// Of the mean density: what is below is not felt beside it, and would make the ladder ill-conditioned.
-constexpr double kFloor = 1e-7;
+constexpr std::size_t kFrequencies = 4096;
+/// Of the mean density: what is below would make the ladder ill-conditioned. Larger hides what models of many coefficients have
+/// between their peaks.
+constexpr double kFloor = 1e-10;
 
 /// A(z) = 1 + a_1 / z + ..., of these reflection coefficients.
 [[nodiscard]] std::vector<double> polynomialOf(std::span<const double> reflection) {
@@ -65,7 +67,8 @@ constexpr double kFloor = 1e-7;
 /// What is the same for all models: where the ladder's frequencies are in the recording.
 class Conversion {
  public:
-  Conversion(double recorded_Hz, double ladder_Hz, std::uint64_t every) {
+  Conversion(double recorded_Hz, double ladder_Hz, std::uint64_t every)
+      : isSame_(every == 1 && std::abs(ladder_Hz / recorded_Hz - 1) < kSameRate) {
     const double highest_Hz = ladder_Hz / 2, bent_Hz = 0.8 * highest_Hz, recordedHighest_Hz = recorded_Hz / 2;
     for (std::size_t j = 0; j < kFrequencies; ++j) {
       const double part = (static_cast<double>(j) + 0.5) / kFrequencies, own_Hz = part * highest_Hz;
@@ -81,6 +84,11 @@ class Conversion {
   }
 
   [[nodiscard]] RecordedTexture::Model operator()(std::span<const double> recorded) const {
+    if (isSame_) {
+      RecordedTexture::Model model{recorded[0], {}};
+      std::ranges::copy(recorded.subspan(1), model.reflection.begin());
+      return model;
+    }
     const std::vector<double> a = polynomialOf(recorded.subspan(1));
     double white = 1, mean = 0;
     for (const double k : recorded.subspan(1)) white *= 1 - k * k;
@@ -112,6 +120,9 @@ class Conversion {
     return mean * mean * mean * mean;
   }
 
+  static constexpr double kSameRate = 1e-9;  ///< What rounding makes of a period.
+
+  bool isSame_;
   std::array<double, kFrequencies> own_, scale_;
   std::array<elementary::SineCosine, kFrequencies> recorded_;
 };
@@ -147,9 +158,13 @@ RecordedTexture::RecordedTexture(const Effect& effect, double period_s)
       forces_N_(effect.forces_N),
       amplitude_N_(effect.amplitude_N),
       smoothing_(std::min(1.0, period_s / kSmoothing_s)),
-      every_(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(1.000001 / (kLadder_Hz * period_s)))) {
-  const Conversion convert(effect.sample_rate_Hz, 1 / (period_s * static_cast<double>(every_)), every_);
+      every_(static_cast<std::uint64_t>(std::ceil(0.999999 / (kLadder_Hz * period_s)))) {
+  const double ladder_Hz = 1 / (period_s * static_cast<double>(every_));
+  const Conversion convert(effect.sample_rate_Hz, ladder_Hz, every_);
   const std::size_t count = speeds_m_per_s_.size() * forces_N_.size(), size = effect.models.size() / count;
+  /// Twice the time over which a model looks back: it takes that much of a ladder at another rate.
+  const double longest = 2 * static_cast<double>(size - 1) * ladder_Hz / effect.sample_rate_Hz;
+  rungs_ = static_cast<std::size_t>(std::clamp(std::ceil(longest), kFewestRungs, double{kLadderOrder}));
   for (std::size_t i = 0; i < count; ++i) models_.push_back(convert(std::span(effect.models).subspan(i * size, size)));
 }
 
@@ -160,7 +175,7 @@ RecordedTexture::Model RecordedTexture::at(double speed_m_per_s, double normal_N
     if (part == 0) return;
     const Model& model = models_[i * forces_N_.size() + j];
     between.deviation += part * model.deviation;
-    for (std::size_t m = 0; m < kLadderOrder; ++m) between.reflection[m] += part * model.reflection[m];
+    for (std::size_t m = 0; m < rungs_; ++m) between.reflection[m] += part * model.reflection[m];
   };
   add(speed.first, force.first, (1 - speed.part) * (1 - force.part));
   add(speed.first, force.second, (1 - speed.part) * force.part);
@@ -172,11 +187,11 @@ RecordedTexture::Model RecordedTexture::at(double speed_m_per_s, double normal_N
 
 /// The normalised ladder (Gray & Markel 1975): each rung turns two numbers and makes neither longer, whatever the coefficients of this
 /// step are.
-double RecordedTexture::step(TextureMemory& memory, const Reflection& reflection) noexcept {
+double RecordedTexture::step(TextureMemory& memory, std::span<const double> reflection) noexcept {
   double forward = noise(memory.drawn++);
-  for (std::size_t m = kLadderOrder; m > 0; --m) {
+  for (std::size_t m = reflection.size(); m > 0; --m) {
     const double k = reflection[m - 1], c = std::sqrt(std::max(0.0, 1 - k * k)), backward = memory.backward[m - 1];
-    if (m < kLadderOrder) memory.backward[m] = k * forward + c * backward;
+    if (m < reflection.size()) memory.backward[m] = k * forward + c * backward;
     forward = c * forward - k * backward;
   }
   memory.backward[0] = forward;
@@ -192,7 +207,7 @@ RecordedTexture::Felt RecordedTexture::felt(TextureMemory& memory, const Vec3& n
   if (++memory.passed >= every_) {
     memory.passed = 0;
     memory.last = memory.next;
-    memory.next = step(memory, model.reflection);
+    memory.next = step(memory, std::span(model.reflection).first(rungs_));
   }
   if (speed_m_per_s == 0) return {};
   const double strength_N = amplitude_N_ * model.deviation,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/maths/fields.h"
@@ -10,8 +11,8 @@
 
 namespace haptics {
 
-/// Of the ladder that a recorded texture is felt by. Larger follows finer peaks, and takes longer.
-inline constexpr std::size_t kLadderOrder = 32;
+/// Of the longest ladder that a recorded texture is felt by: 32 ms at 2 kHz. Larger follows finer peaks, and takes longer.
+inline constexpr std::size_t kLadderOrder = 64;
 
 /// What the recorded texture that is felt remembers from tick to tick; there is one, of the object that is touched.
 struct TextureMemory {
@@ -59,7 +60,8 @@ class RecordedTexture {
   /// Between the four models about it; no deviation at rest, nor without force.
   [[nodiscard]] Model at(double speed_m_per_s, double normal_N) const noexcept;
   /// The next output, of variance 1 as long as the model stays the same.
-  [[nodiscard]] static double step(TextureMemory& memory, const Reflection& reflection) noexcept;
+  /// @param reflection  kLadderOrder coefficients at most.
+  [[nodiscard]] static double step(TextureMemory& memory, std::span<const double> reflection) noexcept;
 
  private:
   std::vector<double> speeds_m_per_s_, forces_N_;
@@ -67,6 +69,7 @@ class RecordedTexture {
   double amplitude_N_ = 0;
   double smoothing_ = 1;     // by which the velocity follows in a tick
   std::uint64_t every_ = 1;  // ticks in which the ladder goes on by one step
+  std::size_t rungs_ = 0;    // of its coefficients those that are not 0
 };
 
 }  // namespace haptics
