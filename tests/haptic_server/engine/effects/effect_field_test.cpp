@@ -120,7 +120,7 @@ TEST(EffectField, AGuideHoldsTheHandAndDoesNotGoBack) {
     farthest = std::max(farthest, place);
     const Vec3 is = field.felt(memory, hip, v, kPeriod_s).force_N;
     const Vec3 expected = springLaw(effect, nearest.point - hip, across(path, nearest.segment, nearest.part, v), true);
-    ASSERT_LE(glm::distance(is, expected), 1e-8) << "state " << i;  // `farthest` has fewer digits than a part
+    ASSERT_LE(glm::distance(is, expected), kClose_N) << "state " << i;
   }
   EXPECT_GT(farthest, 400) << "it went on";
 }
@@ -218,6 +218,100 @@ TEST(EffectField, TubesFollowTheirClosedForm) {
   EXPECT_LT(felt, kStates * 19 / 20);
 }
 
+/// Of any kind that needs no mesh and is no matter of time.
+Effect randomField(Random& random) {
+  constexpr std::array kKinds{Kind::kConstant,      Kind::kSpringToPoint, Kind::kSpringToLine,
+                              Kind::kSpringToPlane, Kind::kSpringToPath,  Kind::kGuide,
+                              Kind::kForbiddenSide, Kind::kViscosity,     Kind::kTube};
+  Effect effect = randomSpring(kKinds[static_cast<std::size_t>(random.number(0, 8.999))], random);
+  if (effect.kind == Kind::kConstant || effect.kind == Kind::kViscosity) {
+    effect.amplitude_N = random.number(0.1, 3);
+    effect.region = random.chance() ? Effect::Region::kBox : Effect::Region::kSphere;
+    effect.size_m = Vec3(random.number(0.05, 0.2), random.number(0.05, 0.2), random.number(0.05, 0.2));
+    effect.fade_m = random.chance() ? random.number(0.001, 0.05) : 0;
+  }
+  if (effect.kind == Kind::kSpringToPath || effect.kind == Kind::kGuide || effect.kind == Kind::kTube)
+    effect.path_m = random.path(10);
+  if (effect.kind == Kind::kTube) effect.size_m.x = random.number(0.001, 0.05);
+  return effect;
+}
+
+/// A hand that goes straight, with whatever velocity: from place to place the force changes by no more than its steepest law does.
+TEST(EffectField, TheForceStepsNowhereWithoutSayingSo) {
+  Random random(13);
+  constexpr double kWay_m = 1e-6;
+  constexpr int kPlaces = 2000;
+  int jumps = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Effect effect = randomField(random);
+    const EffectField field(effect);
+    const Vec3 towards = kWay_m * random.unit(), v = random.vector(0.5);
+    const Vec3 near = effect.path_m.empty() ? effect.point_m : effect.path_m[5];
+    const double out = random.number(0, 1);
+    Vec3 hip = near + out * std::max({effect.reach_m, effect.size_m.x / 2, 0.01}) * random.unit();
+    if (random.chance()) hip = near + (effect.reach_m + 1e-4) * random.unit() - 100.0 * towards;
+    EffectMemory memory;
+    const double damping = effect.damping_Ns_per_m * glm::length(v),
+                 reach_m = std::max(effect.reach_m, effect.release_m);
+    const double strongest_N = effect.amplitude_N + damping + effect.stiffness_N_per_m * reach_m;
+    double steepest = 3 * effect.stiffness_N_per_m + (effect.fade_m > 0 ? 1.5 * strongest_N / effect.fade_m : 0);
+    if (!effect.path_m.empty()) steepest += 4 * damping * 2 / 1e-3;  // the tangent turns over a millimetre or more
+    if (effect.kind == Kind::kForbiddenSide || effect.kind == Kind::kTube) steepest += effect.stiffness_N_per_m;
+    Vec3 before = field.felt(memory, hip, v, kPeriod_s).force_N;
+    for (int k = 0; k < kPlaces; ++k) {
+      hip += towards;
+      const EffectField::Felt felt = field.felt(memory, hip, v, kPeriod_s);
+      jumps += felt.jumped ? 1 : 0;
+      if (!felt.jumped) {
+        ASSERT_LE(glm::distance(felt.force_N, before), 1.01 * steepest * kWay_m + 1e-12)
+            << "kind " << static_cast<int>(effect.kind) << " effect " << i << " place " << k;
+      }
+      before = felt.force_N;
+    }
+  }
+  EXPECT_GT(jumps, 100);
+}
+
+/// The slope has no step at either end of the fade: there a second difference falls with the square of the way.
+TEST(EffectField, FadesHaveNoCorner) {
+  Random random(14);
+  constexpr double kWay_m = 1e-7;
+  for (int i = 0; i < kStates / 10; ++i) {
+    constexpr std::array kKinds{Kind::kSpringToPoint, Kind::kSpringToLine, Kind::kSpringToPlane, Kind::kConstant,
+                                Kind::kViscosity};
+    Effect effect = randomSpring(kKinds[static_cast<std::size_t>(i) % kKinds.size()], random);
+    const bool isInRegion = i % 5 >= 3;
+    effect.limit_N = 0;
+    effect.amplitude_N = 1;
+    effect.reach_m = isInRegion ? 0 : random.number(0.01, 0.1);
+    effect.release_m = 0;
+    effect.region = !isInRegion  ? Effect::Region::kEverywhere
+                    : i % 2 == 0 ? Effect::Region::kBox
+                                 : Effect::Region::kSphere;
+    effect.size_m = Vec3(random.number(0.02, 0.2), 1, 1);
+    effect.fade_m = (isInRegion ? effect.size_m.x / 2 : effect.reach_m) * random.number(0.1, 0.9);
+    const double border_m = isInRegion ? effect.size_m.x / 2 : effect.reach_m;
+    Vec3 out = isInRegion ? Vec3(random.chance() ? 1 : -1, 0, 0) : random.unit();
+    if (effect.kind == Kind::kSpringToPlane) out = effect.direction;
+    if (effect.kind == Kind::kSpringToLine) out = glm::normalize(glm::cross(out, effect.direction));
+    const Vec3 v = random.vector(0.5);
+    const EffectField field(effect);
+    const auto forceAt = [&](double far_m) {
+      EffectMemory memory;
+      memory.holds = true;
+      return field.felt(memory, effect.point_m + far_m * out, v, kPeriod_s).force_N;
+    };
+    const double strongest_N =
+        effect.amplitude_N + effect.stiffness_N_per_m * border_m + effect.damping_Ns_per_m * glm::length(v);
+    for (const double end_m : {border_m, border_m - effect.fade_m}) {
+      const Vec3 bend = forceAt(end_m - kWay_m) - 2.0 * forceAt(end_m) + forceAt(end_m + kWay_m);
+      const double t = kWay_m / effect.fade_m;
+      ASSERT_LE(glm::length(bend), 8 * strongest_N * t * t + 1e-12)
+          << "kind " << static_cast<int>(effect.kind) << " effect " << i;
+    }
+  }
+}
+
 /// The force on a hand at rest, of one that is held on.
 std::function<Vec3(Vec3)> at(const EffectField& field) {
   return [field, memory = EffectMemory{}](Vec3 hip) mutable {
@@ -244,7 +338,7 @@ TEST(EffectField, ConservativeOnesGiveNothingRoundALoop) {
 
 TEST(EffectField, TubesGiveNothingRoundALoop) {
   Random random(8);
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < 10'000; ++i) {
     const Effect tube{.kind = Kind::kTube,
                       .path_m = random.path(10),
                       .stiffness_N_per_m = random.number(10, 300),
