@@ -24,10 +24,9 @@ struct EffectMemory {
   Vec3 hip{0}, target{0};  ///< In the last tick, in the effect's frame. Of inertia: where the mass is,
   Vec3 velocity{0};        ///< and its velocity.
   Vec3 force_N{0};         ///< Likewise, on the hand; world.
-  Vec3 rest_N{0};          ///< What it has of the rest of EditSlew; likewise.
 
   HAPTICS_FIELDS(self.object, self.number, self.holds, self.segment, self.part, self.turns, self.hip, self.target,
-                 self.velocity, self.force_N, self.rest_N);
+                 self.velocity, self.force_N);
 };
 
 /// A field of force over position and velocity (README.md), ready for the servo. noexcept, no allocation once it is made.

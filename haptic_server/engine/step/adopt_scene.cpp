@@ -79,7 +79,10 @@ class StateTransfer {
   }
 
   void apply(const ServoScene& next, HapticState& state) const noexcept {
-    if (state.effects.count + next.effects.size() > 0) adoptEffects(next, {origins_.data(), count_}, bodies(), state);
+    if (!state.now.adopted) state.effectsTaken_N = {};
+    if (state.features.effects || !next.effects.empty()) {
+      adoptEffects(next, {origins_.data(), count_}, bodies(), {moving_.data(), movingCount_}, state);
+    }
     const bool feltThroughTool = state.features.tool || toolBody_ >= 0;
     state.features.torqueFades = toolBody_ < 0 && (state.features.tool || state.features.torqueFades);
     if (toolBody_ >= 0) takeTool(next, state);
@@ -125,7 +128,10 @@ class StateTransfer {
     state.features.taps = features_.taps || state.surface.tap.rings();
     state.features.detail =
         features_.detail || movingCount_ > 0 || features_.soft || toolBody_ >= 0 || state.features.taps;
-    state.features.effects = state.effects.count > 0 || state.features.taps;
+    const auto fades = [](const MovingBody& moving) { return moving.effectsRest_N != Vec3(0); };
+    state.features.effects = state.effects.count > 0 || state.features.taps ||
+                             (state.now.effectsEdited && state.moving.count > 0) ||
+                             std::ranges::any_of(state.moving.all(), fades);
     if (!state.features.effects) state.effectsFelt = {};
     state.features.bumps = features_.bumps;
     state.features.soft = features_.soft;
@@ -333,6 +339,7 @@ class StateTransfer {
       moving = {.state = restingAt(*body, samePose ? bodies_[i].current : objects_[i].scenePose)};
     }
     moving.body = i;
+    moving.effectsRest_N = known != nullptr ? known->effectsRest_N : Vec3(0);
     bodies_[i].pendingRemoval = bodies_[i].pendingRemoval || isStopped(moving.state.condition);
   }
 

@@ -16,6 +16,10 @@ constexpr NearMesh kNoMesh;
   return place - toWorld(body.previous, toLocal(body.current, place));
 }
 
+[[nodiscard]] bool isInFrameOf(const ServoEffect& effect, std::size_t body) noexcept {
+  return effect.body == body && !effect.field->isInWorld();
+}
+
 /// What was written, or is, of each effect's force.
 [[nodiscard]] double writtenPart(const HapticState& state, Vec3 written_N) noexcept {
   return state.limits.within * writtenFraction(written_N, state.limits.unlimited_N);
@@ -42,11 +46,12 @@ void accountEnergy(HapticState& state, double part, Vec3 way) noexcept {
 }  // namespace
 
 void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, std::span<const Body> bodies,
-                  HapticState& state) noexcept {
+                  std::span<const MovingBody> moving, HapticState& state) noexcept {
   const std::size_t countBefore = state.effects.count;
   std::array<EffectMemory, kMaxEffects> now{};
   std::size_t count = 0;
   std::size_t kept = 0;
+  std::array<bool, kMaxEffects> staysInFrame{};
   for (const ServoEffect& effect : next.effects) {
     if (count == now.size()) break;
     EffectMemory& memory = now[count++];
@@ -56,10 +61,11 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
       const EffectMemory& its = state.effects[i];
       if (its.object != memory.object || its.number != memory.number) continue;
       const EffectField& before = *state.scene->effects[i].field;
-      memory.force_N = its.force_N;
-      memory.rest_N = its.rest_N;
-      if (!effect.field->goesOnFrom(before)) continue;
-      memory = its;
+      const bool goesOn = effect.field->goesOnFrom(before);
+      if (goesOn) memory = its;
+      staysInFrame[i] = effect.field->isInWorld() == before.isInWorld();
+      memory.force_N = staysInFrame[i] ? its.force_N : Vec3(0);
+      if (!goesOn) continue;
       effect.field->takeOver(before, memory);
       const int origin = origins[effect.body].before;
       const bool stays =
@@ -68,7 +74,14 @@ void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, s
       if (&before == effect.field.get() && stays) ++kept;
     }
   }
-  state.now.effectsEdited = kept != count || count != countBefore;
+  for (std::size_t i = 0; i < countBefore; ++i) {
+    if (staysInFrame[i] || state.scene->effects[i].field->isInWorld()) continue;
+    for (std::size_t k = 0; k < moving.size(); ++k) {
+      if (next.objects[moving[k].body].id == state.effects[i].object)
+        state.effectsTaken_N[k] += state.effects[i].force_N;
+    }
+  }
+  state.now.effectsEdited = state.now.effectsEdited || kept != count || count != countBefore;
   state.effects.count = count;
   std::copy_n(now.begin(), count, state.effects.items.begin());
   state.effectsFelt = {};
@@ -133,10 +146,14 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
 
 void shareRest(HapticState& state, double withinBefore) noexcept {
   const EditSlew& slew = state.limits.slew;
-  for (std::size_t i = 0; i < state.effects.count; ++i) {
-    EffectMemory& memory = state.effects[i];
-    const Vec3 change_N = state.limits.within * memory.force_N - withinBefore * state.effectsBefore_N[i];
-    memory.rest_N = slew.left() * (memory.rest_N - slew.taken() * change_N);
+  for (std::size_t k = 0; k < state.moving.count; ++k) {
+    MovingBody& moving = state.moving[k];
+    Vec3 change_N = state.now.adopted ? -withinBefore * state.effectsTaken_N[k] : Vec3(0);
+    for (std::size_t i = 0; i < state.effects.count; ++i) {
+      if (isInFrameOf(state.scene->effects[i], moving.body))
+        change_N += state.limits.within * state.effects[i].force_N - withinBefore * state.effectsBefore_N[i];
+    }
+    moving.effectsRest_N = slew.left() * (moving.effectsRest_N - slew.taken() * change_N);
   }
 }
 
@@ -146,10 +163,11 @@ Push pushOfEffects(const HapticState& state, std::size_t body, Vec3 written_N) n
   push.place_m = state.estimate.hip;
   const double part = writtenPart(state, written_N), rests = writtenFraction(written_N, state.limits.unlimited_N);
   for (std::size_t i = 0; i < state.effects.count; ++i) {
-    const ServoEffect& effect = state.scene->effects[i];
-    if (effect.body != body || effect.field->isInWorld()) continue;
-    push.force_N -= part * state.effects[i].force_N + rests * state.effects[i].rest_N;
+    if (isInFrameOf(state.scene->effects[i], body)) push.force_N -= part * state.effects[i].force_N;
   }
+  const auto all = state.moving.all();
+  const auto moving = std::ranges::find(all, body, &MovingBody::body);
+  if (moving != all.end()) push.force_N -= rests * moving->effectsRest_N;
   return push;
 }
 

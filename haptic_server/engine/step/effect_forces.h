@@ -8,8 +8,9 @@ namespace haptics {
 /// scene are taken over.
 /// @param origins  Of the next scene's objects.
 /// @param bodies  Likewise.
+/// @param moving  Likewise.
 void adoptEffects(const ServoScene& next, std::span<const BodyOrigin> origins, std::span<const Body> bodies,
-                  HapticState& state) noexcept;
+                  std::span<const MovingBody> moving, HapticState& state) noexcept;
 
 /// Adds the effects' forces at the HIP to what is felt of the surfaces. Those in an object's frame move and turn with it, and
 /// push it back (pushOfEffects()).
@@ -21,7 +22,7 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
   return state.features.effects ? result.force.contact - state.effectsFelt.force_N : result.force.contact;
 }
 
-/// What each effect has of what the slew limit lets in or out in this tick.
+/// What the effects of each body that moves have of what the slew limit lets in or out in this tick.
 /// @param withinBefore  What was left, likewise, of what was felt in the tick before.
 void shareRest(HapticState& state, double withinBefore) noexcept;
 

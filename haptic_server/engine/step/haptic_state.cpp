@@ -78,6 +78,7 @@ void HapticState::copyInUse(const HapticState& other) noexcept {
   std::copy_n(other.collides.begin(), moving.count, collides.begin());
   now = other.now;
   effectsFelt = other.effectsFelt;
+  std::copy_n(other.effectsTaken_N.begin(), moving.count, effectsTaken_N.begin());
   if (!features.tool) return;
   toolScratch.tool = other.toolScratch.tool;
   std::copy_n(other.toolScratch.sharp.begin(), objects.count, toolScratch.sharp.begin());

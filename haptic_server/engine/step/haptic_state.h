@@ -170,14 +170,16 @@ struct MovingBody {
   RigidState state;
   Word<bool> moved = false;  ///< In the last tick: it has a new pose.
   std::uint64_t waited = 0;  ///< Ticks since, where bodies move in turn.
+  Vec3 effectsRest_N{0};     ///< What effects in its frame, now or before an edit, have of the rest of EditSlew; world.
 
-  HAPTICS_FIELDS(self.body, self.state, self.moved, self.waited);
+  HAPTICS_FIELDS(self.body, self.state, self.moved, self.waited, self.effectsRest_N);
 
   /// Copies where another body is, and what its motion depends on.
   void copyMotion(const MovingBody& other) noexcept {
     body = other.body;
     moved = other.moved;
     waited = other.waited;
+    effectsRest_N = other.effectsRest_N;
     state.rest = other.state.rest;
     state.centre_m = other.state.centre_m;
     state.axes = other.state.axes;
@@ -245,7 +247,7 @@ struct SceneFeatures {
   Word<bool> beingMoved = false;        ///< Edited under the stylus, it is on its way; or it is being driven.
   /// It leaves the scene, or is a tool, or was one whose torque fades; or effects, or a grasp.
   Word<bool> extras = false;
-  Word<bool> effects = false;      ///< It carries one, or has a tap.
+  Word<bool> effects = false;      ///< It carries one, or has a tap; or what an edit took away has not faded yet.
   Word<bool> taps = false;         ///< It has a tap, or one that has left has not faded yet.
   Word<bool> tool = false;         ///< The hand holds it, and feels through it.
   Word<bool> torqueFades = false;  ///< The hand held it, or holds a body or did, and feels its torque yet.
@@ -399,6 +401,8 @@ struct HapticState : StateFields {
   DeformedContact deformedContact;
   EffectsFelt effectsFelt;
   std::array<Vec3, kMaxEffects> effectsBefore_N;  ///< EffectMemory::force_N of the tick before. Of addEffectForces().
+  /// By index into moving: what the effects that the adoption took from the body's frame gave the hand in the tick before.
+  std::array<Vec3, kMaxMovingBodies> effectsTaken_N;
   OtherHand otherHand;
   ToolResult toolFelt;
   Vec3 graspTorque_Nm{0};  ///< On the hand, of what it holds.

@@ -56,6 +56,7 @@ void followClutch(HapticState& state, const StepInput& input) noexcept {
   state.report.object = 0;
   state.release();
   for (EffectMemory& effect : state.effects.all()) effect = {.object = effect.object, .number = effect.number};
+  for (MovingBody& moving : state.moving.all()) moving.effectsRest_N = Vec3(0);
   if (state.features.detail) {
     state.surface.forget();
     std::ranges::fill(state.bumps.all(), BumpState{});

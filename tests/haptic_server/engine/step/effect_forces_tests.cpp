@@ -400,6 +400,49 @@ TEST(EffectForces, GiveTheirBodyNoMoreThanTheHandFeels) {
   }
 }
 
+/// What an edit takes away, or takes out of the body's frame, the body is given as long as the hand feels it.
+TEST(EffectForces, WhatAnEditTakesAwayFadesFromHandAndBodyAlike) {
+  const Effect spring{.kind = Kind::kSpringToPoint, .stiffness_N_per_m = 20};
+  const Effect push{.kind = Kind::kConstant, .direction = Vec3(0, 1, 0), .amplitude_N = 0.8};
+  Effect inWorld = push;
+  inWorld.frame = Effect::Frame::kWorld;
+  const std::vector<std::vector<Effect>> edits{{spring, push}, {spring}, {}, {spring, push}, {}, {push, spring}};
+  for (const bool isQuick : {false, true}) {       // what has not faded yet goes on
+    const ServoObject box = floatingBox(5000, 0);  // it stays where it is
+    VirtualServo servo(
+        [](std::uint64_t tick) { return Vec3(0.04 + 0.005 * std::sin(3e-3 * static_cast<double>(tick)), 0, 0); }, kWide,
+        carrying(1, box, {spring, push}));
+    Vec3 before = servo.run(100).force.written, given = -servo.state().moving[0].state.momentum_Ns;
+    std::uint64_t revision = 1;
+    for (const std::vector<Effect>& effects : edits) {
+      servo.adopt(carrying(++revision, box, effects));
+      for (int i = 0; i < (isQuick ? 13 : 300); ++i) {
+        const TelemetrySample sample = servo.step();
+        ASSERT_EQ(sample.object, 0U);
+        given += kPeriod_s * sample.force.written;
+        ASSERT_LE(glm::distance(sample.force.written, before), kRate_N * 1.001 + 20 * 2 * 1.5e-5)
+            << revision << ' ' << i;
+        ASSERT_LT(glm::distance(servo.state().moving[0].state.momentum_Ns, -given), 1e-12) << revision << ' ' << i;
+        before = sample.force.written;
+      }
+      if (effects.empty() && !isQuick) {
+        EXPECT_EQ(before, Vec3(0));
+      }
+    }
+    // Into the world's frame: the hand feels nearly the same, and the body soon nothing any more.
+    servo.adopt(carrying(++revision, box, {push}));
+    before = servo.run(400).force.written;
+    const double pushed_Ns = servo.state().moving[0].state.momentum_Ns.y;
+    servo.adopt(carrying(++revision, box, {inWorld}));
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 now = servo.step().force.written;
+      ASSERT_LE(glm::distance(now, before), kRate_N * 1.001);
+      before = now;
+    }
+    EXPECT_NEAR(servo.state().moving[0].state.momentum_Ns.y, pushed_Ns, 0.01) << "0.8 N would have given 0.08 N s";
+  }
+}
+
 Effect randomEffect(std::mt19937& engine) {
   std::uniform_real_distribution<double> number(-1, 1);
   const auto vector = [&] { return Vec3(number(engine), number(engine), number(engine)); };
