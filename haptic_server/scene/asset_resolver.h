@@ -48,7 +48,12 @@ class AssetResolver {
   /// Errors name the field below Residue ("asset").
   [[nodiscard]] virtual Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) = 0;
   /// Warnings about an object as an edit would make it, a line each.
-  [[nodiscard]] virtual std::vector<std::string> warnings(const ObjectRecord&, const ObjectAssets&) const { return {}; }
+  /// @param together  pullingEverywhere() of all objects of the scene.
+  [[nodiscard]] virtual std::vector<std::string> warnings(const ObjectRecord& /*record*/,
+                                                          const ObjectAssets& /*assets*/,
+                                                          std::size_t /*together*/) const {
+    return {};
+  }
 };
 
 }  // namespace haptics

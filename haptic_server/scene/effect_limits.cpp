@@ -32,6 +32,8 @@ double steepness_Ns_per_m(const Effect& texture) {
 /// damping (on 0.3 of it some do not), on all of it with a tick's damping (0.5 ticks are too few), and with this share of the damping
 /// (0.8 of it is too much).
 constexpr double kUndampedShare = 0.2, kDampedShare = 0.5;
+/// With the observer so many that are as stiff as a wall come to rest together: limits are half of what the device bears.
+constexpr double kObservedTogether = 2;
 
 /// It pulls from both sides, wherever the hand is.
 [[nodiscard]] bool pullsEverywhere(const Effect& effect) noexcept {
@@ -41,13 +43,14 @@ constexpr double kUndampedShare = 0.2, kDampedShare = 0.5;
 
 /// No stiffer and no more damped than the device bears.
 /// @param together  So many pull everywhere.
-void limit(Effect& effect, const DeviceLimits& device, double together) {
+void limit(Effect& effect, const DeviceLimits& device, std::size_t together) {
   double stiffest_N_per_m = device.stiffest_N_per_m, maxDamping_Ns_per_m = device.maxDamping_Ns_per_m;
+  if (pullsEverywhere(effect)) {
+    const double sharing = static_cast<double>(together) / (device.observed ? kObservedTogether : 1);
+    stiffest_N_per_m /= std::max(1.0, sharing);
+    maxDamping_Ns_per_m /= std::max(1.0, sharing);
+  }
   if (!device.observed && effect.kind != Effect::Kind::kForbiddenSide) {
-    if (pullsEverywhere(effect)) {
-      stiffest_N_per_m /= together;
-      maxDamping_Ns_per_m /= together;
-    }
     maxDamping_Ns_per_m *= kDampedShare;
     stiffest_N_per_m =
         std::clamp(effect.damping_Ns_per_m / device.period_s, kUndampedShare * stiffest_N_per_m, stiffest_N_per_m);
@@ -58,10 +61,13 @@ void limit(Effect& effect, const DeviceLimits& device, double together) {
 
 }  // namespace
 
-std::vector<Effect> stableEffects(std::vector<Effect> effects, std::optional<double> apparentMass_kg,
-                                  const DeviceLimits& device) {
+std::size_t pullingEverywhere(const std::vector<Effect>& effects) noexcept {
+  return static_cast<std::size_t>(std::ranges::count_if(effects, pullsEverywhere));
+}
+
+std::vector<Effect> stableEffects(std::vector<Effect> effects, std::size_t together,
+                                  std::optional<double> apparentMass_kg, const DeviceLimits& device) {
   double stiffness_N_per_m = 0, damping_Ns_per_m = 0;  // of the body's
-  const auto together = static_cast<double>(std::ranges::count_if(effects, pullsEverywhere));
   for (Effect& effect : effects) {
     limit(effect, device, together);
     if (effect.kind == Effect::Kind::kRecordedTexture) {
@@ -101,7 +107,7 @@ double strongest_N(const Effect& effect) noexcept {
   return effect.limit_N > 0 ? effect.limit_N : std::numeric_limits<double>::infinity();
 }
 
-std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets,
+std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets, std::size_t together,
                                         const DeviceLimits& device) {
   if (record.effects.empty()) return {};
   std::optional<double> apparentMass_kg;
@@ -109,7 +115,7 @@ std::vector<std::string> effectWarnings(const ObjectRecord& record, const Object
     const auto body = bodyPartsOf(record, assets);
     if (body && *body && (*body)->body) apparentMass_kg = (*body)->apparentMass_kg;
   }
-  const std::vector<Effect> felt = stableEffects(record.effects, apparentMass_kg, device);
+  const std::vector<Effect> felt = stableEffects(record.effects, together, apparentMass_kg, device);
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < felt.size(); ++i) {
     const Effect &is = felt[i], &asked = record.effects[i];

@@ -142,15 +142,11 @@ Result<void> SceneDraft::setEffects(const std::vector<Effect>& effects, const st
   effectsGiven_[record.id] = field;
   stiffened_.insert(record.id);
   std::size_t count = 0, points = 0;
-  const auto add = [&](const ObjectRecord& other) {
+  forEachRecord([&](const ObjectRecord& other) {
     if (other.id == record.id) return;
     count += other.effects.size();
     points += pointsOf(other.effects);
-  };
-  for (const ObjectRecord& other : changed_) add(other);
-  for (const auto& other : base_.objects()) {
-    if (!removed_.contains(other->id) && !put(other->id)) add(*other);
-  }
+  });
   if (effects.size() + count > kMaxEffects) {
     return refused(field, "has " + std::to_string(effects.size()) + " entries, and other objects have " +
                               std::to_string(count) + "; a scene has at most " + std::to_string(kMaxEffects));

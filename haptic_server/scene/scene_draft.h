@@ -137,6 +137,14 @@ class SceneDraft {
   const ObjectRecord* find(const ObjectRef& ref) const;
   Result<ObjectRecord*> edit(const ObjectRef& ref, const std::string& field);
   ObjectRecord* put(ObjectId id);
+  /// Calls visit(record) for each object that the draft has.
+  void forEachRecord(const auto& visit) const {
+    for (const ObjectRecord& record : changed_) visit(record);
+    for (const auto& record : base_.objects()) {
+      const bool stays = !removed_.contains(record->id) && !std::ranges::count(changed_, record->id, &ObjectRecord::id);
+      if (stays) visit(*record);
+    }
+  }
   std::vector<std::string> names() const;
 };
 

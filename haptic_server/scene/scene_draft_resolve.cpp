@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "common/telemetry/motion_state.h"
+#include "haptic_server/scene/effect_limits.h"
 #include "haptic_server/scene/fit_to_mesh.h"
 #include "haptic_server/scene/overlap_warnings.h"
 #include "haptic_server/scene/scene_draft.h"
@@ -33,8 +34,10 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   }
   if (auto fits = checkDetailSizes(); !fits) return tl::unexpected(std::move(fits).error());
   for (const PendingAsset& named : pendingAssets_) fitMapping(named);
+  std::size_t together = 0;  // of the effects
+  forEachRecord([&](const ObjectRecord& record) { together += pullingEverywhere(record.effects); });
   const auto addWarnings = [&](const ObjectRecord& record, const ObjectAssets& assets) {
-    for (const std::string& warning : resolver.warnings(record, assets))
+    for (const std::string& warning : resolver.warnings(record, assets, together))
       reports.push_back(record.name + ": " + warning);
   };
   for (const auto& [object, given] : fieldPaths_) {
@@ -283,11 +286,7 @@ Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const FieldPath
 
 Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
   std::size_t count = 0;
-  for (const auto& object : base_.objects()) {
-    const bool stays = !removed_.contains(object->id) && !std::ranges::count(changed_, object->id, &ObjectRecord::id);
-    if (stays && object->movesByItself()) ++count;
-  }
-  for (const ObjectRecord& record : changed_) count += record.movesByItself() ? 1 : 0;
+  forEachRecord([&](const ObjectRecord& record) { count += record.movesByItself() ? 1 : 0; });
   if (count <= kMaxMovingBodies) return {};
   return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
                                                         std::to_string(kMaxMovingBodies) + " of a scene may");

@@ -94,9 +94,12 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
   scene->number = number_ + 1;
   scene->revision = revision;
   std::map<ObjectId, ObjectParts> made;
+  std::size_t together = 0;
+  for (const ServoObjectSource& source : objects)
+    together += source.pendingRemoval ? 0 : pullingEverywhere(source.record->effects);
   for (const ServoObjectSource& source : objects) {
     const ObjectRecord& record = *source.record;
-    const ObjectParts& parts = made[record.id] = partsOf(source);
+    const ObjectParts& parts = made[record.id] = partsOf(source, together);
     const auto [stiffness, highestFactor] = stableStiffness(record.material, parts.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
     const auto& [body, apparentMass_kg, collision, tool] = parts.body;
@@ -197,7 +200,7 @@ KinematicShape ServoSceneBuilder::shapeOf(const ServoObjectSource& source, const
 }
 
 /// Making a part takes milliseconds, and more of a large mesh.
-ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSource& source) const {
+ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSource& source, std::size_t together) const {
   const ObjectRecord& record = *source.record;
   const ObjectAssets& assets = source.assets;
   const auto& [softness, lattice, residue] = record.deformation;
@@ -247,18 +250,30 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
   if (was == nullptr || was->deformation.softness != softness)
     parts.tissue = softness ? std::make_shared<const SoftTissue>(tissueOf(*softness)) : nullptr;
   const bool sameBody = sameMesh && was->motion == record.motion;
-  if (!sameBody || was->effects != record.effects) {
-    const bool moves = parts.body.body != nullptr;
-    const auto apparentMass_kg = moves ? std::optional(parts.body.apparentMass_kg) : std::nullopt;
-    parts.effects.clear();
-    for (const Effect& effect : stableEffects(record.effects, apparentMass_kg, device_))
-      parts.effects.push_back(std::make_shared<const EffectField>(effect, device_.period_s));
+  if (!sameBody || was->effects != record.effects || parts.together != together) {
+    if (!sameBody) parts.effects.clear();
+    parts.together = together;
+    parts.effects = effectsOf(record, parts);
   }
   if (!sameSurface) {
     parts.sharp = nullptr;
     parts.spacing_m = 0;
   }
   return parts;
+}
+
+/// Those that are felt as before are the same ones.
+std::vector<std::shared_ptr<const EffectField>> ServoSceneBuilder::effectsOf(const ObjectRecord& record,
+                                                                             const ObjectParts& parts) const {
+  const bool moves = parts.body.body != nullptr;
+  const auto apparentMass_kg = moves ? std::optional(parts.body.apparentMass_kg) : std::nullopt;
+  std::vector<std::shared_ptr<const EffectField>> effects;
+  for (const Effect& effect : stableEffects(record.effects, parts.together, apparentMass_kg, device_)) {
+    const std::size_t i = effects.size();
+    const bool isKept = i < parts.effects.size() && parts.effects[i]->effect() == effect;
+    effects.push_back(isKept ? parts.effects[i] : std::make_shared<const EffectField>(effect, device_.period_s));
+  }
+  return effects;
 }
 
 /// Sharp points of all objects that a tool may touch.

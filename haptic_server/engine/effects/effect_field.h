@@ -35,6 +35,7 @@ class EffectField {
   /// @param period_s  Of the servo's ticks, for a recorded texture.
   explicit EffectField(const Effect& effect, double period_s = 1e-3);
 
+  [[nodiscard]] const Effect& effect() const noexcept { return effect_; }
   [[nodiscard]] bool isInWorld() const noexcept { return effect_.frame == Effect::Frame::kWorld; }
   [[nodiscard]] Effect::Trigger trigger() const noexcept { return effect_.trigger; }
   [[nodiscard]] Stiffness stiffness() const noexcept { return {effect_.stiffness_N_per_m, effect_.damping_Ns_per_m}; }

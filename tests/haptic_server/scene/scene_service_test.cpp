@@ -95,6 +95,29 @@ TEST(ServoSceneBuilder, LetsTheOldestGoEarlyWhenThereIsNoRoomToLeave) {
   EXPECT_THAT(idsOf(*scene, false), ElementsAre(2));
 }
 
+/// Springs of different objects pull at one hand.
+TEST(ServoSceneBuilder, SharesWhatTheDeviceBearsAmongTheEffectsOfAllObjects) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneBuilder maker({}, {.stiffest_N_per_m = 1000, .maxDamping_Ns_per_m = 10, .observed = false});
+  Effect spring{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 900, .damping_Ns_per_m = 0.9};
+  Effect soft = spring;
+  soft.stiffness_N_per_m = 5;
+  auto after = [&, seq = std::uint64_t{0}](const Transaction& transaction) mutable {
+    sequencer.submit(kAlice, ++seq, transaction);
+    return maker.make(sequencer, 0, kNewPlan)->effects;
+  };
+  const auto alone = after(edit(add("a"), SetEffects{named("a"), {spring, soft}}, add("b")));
+  EXPECT_EQ(alone.at(0).field->stiffness().spring_N_per_m, 500);
+  const auto both = after(edit(SetEffects{named("b"), {spring, spring}}));
+  ASSERT_EQ(both.size(), 4U);
+  for (const std::size_t i : {0, 2, 3}) EXPECT_EQ(both[i].field->stiffness().spring_N_per_m, 250) << i;
+  EXPECT_EQ(both[1].field, alone[1].field) << "what is felt as before is not edited";
+  const auto again = after(edit(remove("b")));
+  ASSERT_EQ(again.size(), 2U) << "what leaves does not share";
+  EXPECT_EQ(again[0].field->stiffness().spring_N_per_m, 500);
+}
+
 TEST(ServoSceneBuilder, KeepsWhatASurfaceIsMadeOfUntilItIsEdited) {
   BoxResolver resolver;
   Sequencer sequencer(1, resolver);

@@ -687,7 +687,8 @@ struct Held {
   Effect effect;
   ServoObject object = away();
   bool drags = false;  ///< It has no rest of its own.
-  double apart_m = 0;  ///< Another one like it pulls from the other side.
+  double apart_m = 0;  ///< Others like it pull from the other side.
+  int each = 1;        ///< So many on each.
 };
 
 std::vector<Held> eachKind() {
@@ -704,6 +705,7 @@ std::vector<Held> eachKind() {
   return {
       {"point", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}},
       {"two points", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}, away(), false, 0.005},
+      {"eight points", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}, away(), false, 0.005, 4},
       {"line", {.kind = Kind::kSpringToLine, .frame = world, .point_m = rest, .direction = Vec3(0, 1, 0)}},
       {"plane", {.kind = Kind::kSpringToPlane, .frame = world, .point_m = rest, .direction = x}},
       {"path", {.kind = Kind::kSpringToPath, .frame = world, .path_m = path}},
@@ -776,6 +778,7 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
             effects[0].point_m.x -= held.apart_m;
             effects.push_back(effects[0]);
             effects[1].point_m.x += 2 * held.apart_m;
+            for (int i = 1; i < held.each; ++i) effects.insert(effects.end(), effects.begin(), effects.begin() + 2);
           }
           if (held.drags) {
             effects.push_back({.kind = Kind::kSpringToPoint,
@@ -784,7 +787,7 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
                                .stiffness_N_per_m = 0.1 * bounds.stiffest_N_per_m,
                                .damping_Ns_per_m = 0.1 * bounds.maxDamping_Ns_per_m});
           }
-          effects = stableEffects(effects, std::nullopt, bounds);
+          effects = stableEffects(effects, pullingEverywhere(effects), std::nullopt, bounds);
           for (const char* name : {"none", "light"}) {
             EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects),
                                held.effect.mass_kg >= 1 ? 8 : 4),
@@ -811,7 +814,7 @@ TEST(EffectForces, ARecordedTextureLeavesEveryPresetAtRest) {
       const auto [config, bounds] = Bounded(preset, observed);
       ServoObject object = slab();
       object.stiffness_N_per_m = std::min(bounds.stiffest_N_per_m, 1000.0);
-      const std::vector<Effect> effects = stableEffects({texture(100)}, std::nullopt, bounds);
+      const std::vector<Effect> effects = stableEffects({texture(100)}, 0, std::nullopt, bounds);
       Stroking hand, again;
       EXPECT_LE(unrest_m(preset, "light", hand, config, carrying(1, object, effects)),
                 std::max(3 * preset.resolution_m, 30e-6))
