@@ -30,6 +30,36 @@ PATIENCE = 5  # times as long as a quiet machine may take
 # In sanitizer builds: Mesa and VTK were built without, and Mesa keeps what it allocated.
 FOREIGN_CODE = {"TSAN_OPTIONS": "ignore_noninstrumented_modules=1", "ASAN_OPTIONS": "detect_leaks=0"}
 
+
+def effects_of_every_kind():
+    """In text format: each with every field that its kind uses, so that all of their hashes are compared."""
+    pull = "stiffness_N_per_m: 50 damping_Ns_per_m: 0.5 limit_N: 1 "
+    reach = pull + "reach_m: 0.01 release_m: 0.02 fade_m: 0.005 "
+    point, direction, path = "point_m { x: 9 y: -0.0 z: 1e-9 } ", "direction { x: 0.6 y: -0.8 } ", "path_m: [9, 0, -0.0, 9, 9, 1e-9] "
+    box = f"region: EFFECT_REGION_BOX {point} size_m {{ x: 1 y: 2 z: 3 }} fade_m: 0.1 "
+    sphere = f"region: EFFECT_REGION_SPHERE {point} size_m {{ x: 0.1 }} "
+    world, push = "frame: EFFECT_FRAME_WORLD ", direction + "amplitude_N: 0.1 "
+    fields = {
+        "CONSTANT": push + box + "trigger: EFFECT_TRIGGER_TOUCH ",
+        "SPRING_TO_POINT": world + point + reach,
+        "SPRING_TO_LINE": point + direction + reach + "trigger: EFFECT_TRIGGER_ALWAYS ",
+        "SPRING_TO_PLANE": point + direction + reach,
+        "SPRING_TO_PATH": path + reach,
+        "GUIDE": world + path + reach,
+        "FORBIDDEN_SIDE": point + direction + pull,
+        "VISCOSITY": "damping_Ns_per_m: 0.5 limit_N: 1 " + sphere,
+        "VIBRATION": world + push + "frequency_Hz: 50 phase_rad: -1 trigger: EFFECT_TRIGGER_BUTTON " + box,
+        "TUBE": path + pull + "size_m { x: 0.1 } ",
+        "INERTIA": pull + "mass_kg: 0.25 region: EFFECT_REGION_INSIDE fade_m: 0.01 ",
+        "MAGNET": reach,
+        "SPRING_TO_VERTEX": reach,
+        "SPRING_TO_EDGE": reach,
+        "SAMPLES": push + sphere + "samples: [0.1, -0.0, -1] sample_rate_Hz: 8000 ",
+        "RECORDED_TEXTURE": "amplitude_N: 1 limit_N: 2 sample_rate_Hz: 1e4 speeds_m_per_s: [0.1, 0.2] forces_N: 1 "
+                            "models: [0.1, -0.9, -0.0, 1, 0.5, 0] "}
+    return [f"effects {{ kind: EFFECT_KIND_{kind} {its}}}" for kind, its in fields.items()]
+
+
 SCENE = """
 operations { add { name: "torus" mesh { torus { major_radius_m: 0.042 minor_radius_m: 0.018 } }
                    pose { position { x: -0.06 z: 0.018 } } } }

@@ -46,13 +46,7 @@ OBJECTS = (
     "motion { mass_kg: 0.1 collision { friction: 0.4 rolling_m: 1e-3 } planes { normal { z: 1 } } }",
     "motion { fixed: true collision {} }",
     "motion { tool { spacing_m: 0.05 } }",
-    "effects { kind: EFFECT_KIND_GUIDE path_m: [0, 0, 0.1, 0.1, -0.0, 0.1] stiffness_N_per_m: 100 reach_m: 0.01 } effects { "
-    "kind: EFFECT_KIND_VIBRATION frame: EFFECT_FRAME_WORLD direction { y: 1 } amplitude_N: 0.1 frequency_Hz: 50 phase_rad: -1 "
-    "region: EFFECT_REGION_BOX point_m { x: 9 } size_m { x: 1 y: 2 z: 3 } fade_m: 0.1 trigger: EFFECT_TRIGGER_BUTTON }",
-    "effects { kind: EFFECT_KIND_INERTIA mass_kg: 0.25 stiffness_N_per_m: 100 region: EFFECT_REGION_INSIDE } effects { kind: "
-    "EFFECT_KIND_SAMPLES direction { y: 1 } amplitude_N: 0.1 samples: [0.1, -0.0, -1] sample_rate_Hz: 8000 } effects { kind: "
-    "EFFECT_KIND_SPRING_TO_EDGE stiffness_N_per_m: 100 reach_m: 0.01 } effects { kind: EFFECT_KIND_RECORDED_TEXTURE amplitude_N: 1 "
-    "sample_rate_Hz: 1e4 speeds_m_per_s: [0.1, 0.2] forces_N: 1 models: [0.1, -0.9, -0.0, 1, 0.5, 0] }",
+    " ".join(harness.effects_of_every_kind()),
     "pose { position { x: -0.0 y: 1e-300 } rotation { w: 0.6 z: 0.8 } }",
 )
 
