@@ -279,7 +279,7 @@ Price priceOf(const std::vector<Effect>& effects) noexcept {
   double models = 0;
   for (const Effect& effect : effects)
     models += static_cast<double>(effect.speeds_m_per_s.size() * effect.forces_N.size());
-  return {.time_s = 1.5e-3 * models, .kept_bytes = 1e3 * models, .working_bytes = models > 0 ? 1e5 : 0};
+  return {.time_s = 4.5e-3 * models, .kept_bytes = 1e3 * models, .working_bytes = models > 0 ? 1e5 : 0};
 }
 
 Price priceOfDeciding(std::size_t operations, std::size_t objects) noexcept {
