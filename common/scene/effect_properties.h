@@ -72,7 +72,7 @@ inline constexpr std::size_t kMaxEffects = 32;
 inline constexpr std::size_t kMaxPathPoints = 4096;
 /// Of one effect: eight seconds at 8 kHz.
 inline constexpr std::size_t kMaxSamples = 65'536;
-/// Of one recorded texture. More take longer to make ready for the servo: 0.3 ms each.
+/// Of one recorded texture. More take longer to make ready for the servo: 1.3 ms each.
 inline constexpr std::size_t kMaxTextureModels = 64;
 /// Reflection coefficients of each of them.
 inline constexpr std::size_t kMaxTextureOrder = 32;
