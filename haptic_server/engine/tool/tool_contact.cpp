@@ -195,6 +195,7 @@ void ToolContact::forgetClearances() noexcept {
 
 ToolResult ToolContact::follow(std::span<const Body> bodies, const ToolPose& device, const ToolCoupling& coupling,
                                Allowance allowance) noexcept {
+  scratch_.hitCount = 0;  // those of the last tick may be of other bodies
   const ToolPose start = memory_.proxy;
   const double startEnergy = energy(start, device, coupling);
   gather(bodies, device);
