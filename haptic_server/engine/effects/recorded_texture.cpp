@@ -162,7 +162,7 @@ RecordedTexture::RecordedTexture(const Effect& effect, double period_s)
   const double ladder_Hz = 1 / (period_s * static_cast<double>(every_));
   const Conversion convert(effect.sample_rate_Hz, ladder_Hz, every_);
   const std::size_t count = speeds_m_per_s_.size() * forces_N_.size(), size = effect.models.size() / count;
-  /// Twice the time over which a model looks back: it takes that much of a ladder at another rate.
+  // Twice the time over which a model looks back: it takes that much of a ladder at another rate.
   const double longest = 2 * static_cast<double>(size - 1) * ladder_Hz / effect.sample_rate_Hz;
   rungs_ = static_cast<std::size_t>(std::clamp(std::ceil(longest), kFewestRungs, double{kLadderOrder}));
   for (std::size_t i = 0; i < count; ++i) models_.push_back(convert(std::span(effect.models).subspan(i * size, size)));
