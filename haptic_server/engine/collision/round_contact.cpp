@@ -148,7 +148,7 @@ class RoundMeeting {
   /// False: they overlap by more than the tenth by which one is made smaller.
   [[nodiscard]] bool findApart() noexcept { return findApart(kShrunk) || findApart(kMuchShrunk); }
   /// The same, by as much more as bodies come into each other at an impact.
-  [[nodiscard]] bool findDeepApart() noexcept { return findApart(kMostShrunk); }
+  [[nodiscard]] bool findDeepApart() noexcept { return findApart(kMaxShrunk); }
   /// Along the faces' normals.
   void findLeastDeep() noexcept {
     double best_m = -std::numeric_limits<double>::infinity();
@@ -218,7 +218,7 @@ class RoundMeeting {
 
  private:
   /// The one with more faces is made smaller about its middle, by this part: bodies that rest are a little deep in each other.
-  static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1, kMostShrunk = 0.3;
+  static constexpr double kShrunk = 0.01, kMuchShrunk = 0.1, kMaxShrunk = 0.3;
   static constexpr int kMaxSteps = 32;
   static constexpr std::int64_t kMeeting = 600, kStep = 200;  ///< Units.
   static constexpr double kConverged = 1e-3, kMinApart_m = 1e-9;
