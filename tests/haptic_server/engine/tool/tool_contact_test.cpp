@@ -454,6 +454,32 @@ TEST(ToolContact, RestsOnANeedleBetweenItsPoints) {
   EXPECT_GE(tool.touching(), 1);
 }
 
+TEST(ToolContact, LooksAtNothingThatTheLastTickFoundInTheWay) {
+  const auto needle = surfaceOf(makeBox({0.0004, 0.0004, 0.04}, 1).value());
+  const auto floor = surfaceOf(makeBox({0.1, 0.1, 0.01}, 1).value());
+  const std::vector<Body> bodies{bodyOf(needle, {{1, 0, 0, 0}, {0.0121, 0.0023, -0.02}}),
+                                 bodyOf(floor, {{1, 0, 0, 0}, {0, 0, -0.05}})};
+  const Tool box = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005);
+  const auto memory = std::make_unique<ToolMemory>();
+  const auto scratch = std::make_unique<ToolScratch>();
+  ToolContact tool(*memory, *scratch);
+  tool.hold(box);
+  const auto sharp = sharpPoints(*needle, 0.005, kMaxToolPoints);
+  const std::array obstacles{ToolContact::Obstacle{bodies[0].current, sharp, -1},
+                             ToolContact::Obstacle{bodies[1].current, {}, -1}};
+  tool.adopt(obstacles);
+  const Pose device{{1, 0, 0, 0}, {0, 0, 0.003}};
+  const Vec3 before_N = bring(tool, bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, device).force_N;
+  ASSERT_GE(tool.touching(), 1);
+  ToolTouch stale = memory->touches[0];
+  stale.ofBody = 0;
+  stale.body = 1;
+  stale.triangle = 1U << 30U;  // of what an edit has taken away
+  scratch->hits.fill(stale);
+  scratch->hitCount = scratch->hits.size();
+  EXPECT_LT(glm::distance(tool.follow(bodies, device, kCoupling).force_N, before_N), 0.01);
+}
+
 TEST(ToolContact, IsPushedByABodyThatMoves) {
   const auto wall = surfaceOf(makeBox({0.1, 0.1, 0.1}, 4).value());
   std::vector<Body> bodies{bodyOf(wall, {{1, 0, 0, 0}, {0, 0, -0.08}})};
