@@ -1,6 +1,5 @@
 """The viewer's window on an X server of its own, used as a person does: pointer, keys, and what is seen, or what a screen
 reader finds (AT-SPI)."""
-import contextlib
 import json
 import os
 import re
@@ -52,16 +51,18 @@ class Window(harness.Process):
         self.do("mouseup", 1)
 
     def type_into_dialog(self, title, text):
-        """Into the field that has the focus when the dialog opens, with Return, until it closes: its list of names may take a
-        Return for itself. There is no window manager to give it the focus."""
+        """Into the field that has the focus when the dialog opens, with Return, again where it stays open: on a busy machine
+        a Return was lost. There is no window manager to give it the focus."""
         harness.wait_until(lambda: self.windows(title), harness.START_TIMEOUT_S, f"no dialog {title!r}")
         for _ in range(3):
             if dialogs := self.windows(title):
                 self.do("windowfocus", dialogs[0], "sleep", 0.2, "key", "ctrl+a", "type", "--delay", 5, text)
                 self.do("key", "Return")
-            with contextlib.suppress(AssertionError):
+            try:
                 harness.wait_until(lambda: not self.windows(title) and not self.windows(title), 10, f"{title!r} stays open")
-                return self.focus()
+            except AssertionError:
+                continue
+            return self.focus()
         raise AssertionError(f"{title!r} stays open")
 
     def windows(self, title):

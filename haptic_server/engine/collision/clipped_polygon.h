@@ -15,7 +15,15 @@ struct ClippedPolygon {
   std::size_t count;
   std::array<PolytopeContact::Point, 2 * Polytope::kMaxOfFace> points;
 
+  /// Units of clipTo(), a side.
+  static constexpr std::int64_t kUnits = 60;
+
   [[nodiscard]] std::span<const PolytopeContact::Point> all() const noexcept { return std::span(points).first(count); }
+  /// The corners of a loop, numbered.
+  template <class PlaceOf>
+  void fill(std::size_t size, PlaceOf placeOf) noexcept {
+    for (count = 0; count < size; ++count) points[count] = {static_cast<std::uint32_t>(count), placeOf(count), {}, 0};
+  }
   /// Keeps what is behind a plane (Sutherland and Hodgman 1974).
   /// @param side  Which one it is, for the ids.
   void clip(Vec3 normal, double offset_m, std::uint32_t side) noexcept {

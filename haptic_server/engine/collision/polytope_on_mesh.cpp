@@ -16,8 +16,6 @@ namespace {
 constexpr std::int64_t kSupport = 60;
 /// Of a triangle over a face.
 constexpr std::int64_t kFace = 8;
-/// Of clipping it to one, a side.
-constexpr std::int64_t kClipped = 60;
 /// More than float32 makes of a box, of a body's extent.
 constexpr double kRounding = 1e-6;
 
@@ -98,13 +96,9 @@ enum class Bend {
 [[nodiscard]] ClippedPolygon partOver(const Polytope& solid, const Polytope::Face& face, Vec3 out, const Frame& pose,
                                       const FlatPart& part, PolytopeContact& found) noexcept {
   ClippedPolygon polygon;
-  polygon.count = 0;
-  for (const Vec3 corner : part.corners) {
-    polygon.points[polygon.count] = {static_cast<std::uint32_t>(polygon.count), corner, {}, 0};
-    ++polygon.count;
-  }
+  polygon.fill(part.corners.size(), [&](std::size_t i) { return part.corners[i]; });
   const auto loop = solid.loopOf(face);
-  found.units += kClipped * static_cast<std::int64_t>(loop.size());
+  found.units += ClippedPolygon::kUnits * static_cast<std::int64_t>(loop.size());
   polygon.clipTo(
       loop.size(), [&](std::size_t i) { return pose.toWorld(solid.corners[loop[i]]); }, out);
   return polygon;

@@ -339,12 +339,8 @@ class RoundMeeting {
       return first ? placeOfFirst(corner) : second_.corners[corner];
     };
     ClippedPolygon polygon;
-    polygon.count = 0;
     const auto fill = [&](const auto& loop, bool first) {
-      for (const Polytope::Corner corner : loop) {
-        polygon.points[polygon.count] = {static_cast<std::uint32_t>(polygon.count), placeOf(corner, first), {}, 0};
-        ++polygon.count;
-      }
+      polygon.fill(loop.size(), [&](std::size_t i) { return placeOf(loop[i], first); });
     };
     const auto clip = [&](const auto& loop, bool first) {
       polygon.clipTo(
@@ -397,7 +393,7 @@ std::optional<PolytopeContact> contactOf(const Polytope& polytope, const FlatPar
 
 PolytopeContact contactOver(const Polytope& polytope, const Frame& pose, const FlatPart& part,
                             std::array<double, 2> range_m, Polytope::Corner nearest, bool areCorners) noexcept {
-  constexpr std::int64_t kUnits = 40, kUnitsOfCorner = 20, kUnitsOfClipped = 60;
+  constexpr std::int64_t kUnits = 40, kUnitsOfCorner = 20;
   PolytopeContact made;
   made.normal = part.normal;
   const Polytope::Face& facing = polytope.facingAt(nearest, pose.toLocal(pose.origin - part.normal));
@@ -420,16 +416,11 @@ PolytopeContact contactOver(const Polytope& polytope, const Frame& pose, const F
     return made;
   }
   ClippedPolygon polygon;
-  polygon.count = 0;
-  for (const Polytope::Corner corner : loop) {
-    polygon.points[polygon.count] = {
-        static_cast<std::uint32_t>(polygon.count), pose.toWorld(polytope.corners[corner]), {}, 0};
-    ++polygon.count;
-  }
+  polygon.fill(loop.size(), [&](std::size_t i) { return pose.toWorld(polytope.corners[loop[i]]); });
   polygon.clipTo(
       part.corners.size(), [&](std::size_t i) { return part.corners[i]; }, part.normal);
   for (const auto& point : std::span(polygon.points).first(polygon.count)) add(point.id, point.on);
-  made.units = kUnits + kUnitsOfClipped * static_cast<std::int64_t>(loop.size());
+  made.units = kUnits + ClippedPolygon::kUnits * static_cast<std::int64_t>(loop.size());
   return made;
 }
 
