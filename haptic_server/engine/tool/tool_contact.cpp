@@ -96,6 +96,10 @@ constexpr double kLifts = 16;
   return highest;
 }
 
+[[nodiscard]] bool isSamePoints(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {
+  return a.size() == b.size() && (a.data() == b.data() || std::ranges::equal(a, b));
+}
+
 }  // namespace
 
 void ToolMemory::clear() noexcept {
@@ -164,13 +168,18 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
     isSame = isSame && origin == static_cast<int>(b);
   }
   memory_.sharpClearTo.count = listSharp(obstacles);
-  for (std::size_t b = 0; isSame && b < obstacles.size(); ++b)
-    isSame = scratch_.sharp[b].points.size() == sharpBefore[b].points.size();
+  std::array<bool, kMaxObstacles> keepsSharp;  // the other bodies decide how many are tested, the narrowest tool which
+  for (std::size_t b = 0; b < obstacles.size(); ++b) {
+    keepsSharp[b] =
+        obstacles[b].origin >= 0 &&
+        isSamePoints(scratch_.sharp[b].points, sharpBefore[static_cast<std::size_t>(obstacles[b].origin)].points);
+    isSame = isSame && keepsSharp[b];
+  }
   if (isSame) return;
   const auto end = std::remove_if(touches().begin(), touches().end(), [&](Touch& touch) {
     const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);
     touch.body = static_cast<std::uint16_t>(now - obstacles.begin());
-    return now == obstacles.end();
+    return now == obstacles.end() || (touch.ofBody && !keepsSharp[touch.body]);
   });
   memory_.touches.count = static_cast<std::size_t>(end - touches().begin());
   memory_.cursor = 0;

@@ -480,6 +480,29 @@ TEST(ToolContact, LooksAtNothingThatTheLastTickFoundInTheWay) {
   EXPECT_LT(glm::distance(tool.follow(bodies, device, kCoupling).force_N, before_N), 0.01);
 }
 
+TEST(ToolContact, ForgetsSharpPointsOfABodyThatAreOthersNow) {
+  const auto needle = surfaceOf(makeBox({0.0004, 0.0004, 0.04}, 1).value());
+  const std::vector<Body> bodies{bodyOf(needle, {{1, 0, 0, 0}, {0.0121, 0.0023, -0.02}})};
+  const Tool box = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005);
+  const auto memory = std::make_unique<ToolMemory>();
+  ToolScratch scratch;
+  ToolContact tool(*memory, scratch);
+  tool.hold(box);
+  const auto sharp = sharpPoints(*needle, 0.005, kMaxToolPoints);
+  tool.adopt(std::array{ToolContact::Obstacle{bodies[0].current, sharp, -1}});
+  const Pose device{{1, 0, 0, 0}, {0, 0, 0.003}};
+  const Vec3 before_N = bring(tool, bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, device).force_N;
+  const auto ofNeedle = [&] { return std::ranges::count(memory->touches.all(), 1, &ToolTouch::ofBody); };
+  ASSERT_GE(ofNeedle(), 1);
+  const auto again = sharp;  // the same ones elsewhere in memory
+  tool.adopt(std::array{ToolContact::Obstacle{bodies[0].current, again, 0}});
+  EXPECT_GE(ofNeedle(), 1);
+  const std::vector<Vec3> fewer(sharp.begin() + 1, sharp.end());  // as of a tool whose points are farther apart
+  tool.adopt(std::array{ToolContact::Obstacle{bodies[0].current, fewer, 0}});
+  EXPECT_EQ(ofNeedle(), 0);
+  EXPECT_LT(glm::distance(tool.follow(bodies, device, kCoupling).force_N, before_N), 0.01);
+}
+
 TEST(ToolContact, IsPushedByABodyThatMoves) {
   const auto wall = surfaceOf(makeBox({0.1, 0.1, 0.1}, 4).value());
   std::vector<Body> bodies{bodyOf(wall, {{1, 0, 0, 0}, {0, 0, -0.08}})};
