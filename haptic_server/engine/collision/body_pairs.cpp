@@ -29,18 +29,21 @@ constexpr double kStep = 0.003, kLowestStep_m = 10e-6, kHighestStep_m = 50e-6;
 struct Moving {
   Vec3 centre;  // of the sphere, world
   double radius_m;
-  Vec3 velocity;    // of its pivot()
-  double spin_m_s;  // of the farthest point about it
+  Vec3 velocity;     // of its pivot()
+  double spin_m_s;   // of the farthest point about it
+  double speed_m_s;  // of its fastest point, at most
 
   explicit Moving(const Collider& body) noexcept
       : centre(toWorld(body.pose, body.surface->centre())),
         radius_m(body.surface->radius_m()),
         velocity(0),
-        spin_m_s(0) {
+        spin_m_s(0),
+        speed_m_s(0) {
     if (!isAwake(body) && !body.isDriven) return;
     const RigidVelocity v = body.isDriven ? body.before : velocityOf(*body.rigidBody, *body.state);
     velocity = v.linear;
     spin_m_s = glm::length(v.angular) * (radius_m + glm::distance(centre, body.pivot()));
+    speed_m_s = glm::length(velocity) + spin_m_s;
   }
   Moving() = default;
 };
@@ -259,22 +262,25 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
   FoundContacts found;
   AllMoving moving;
   collectMoving(bodies, moving);
+  const auto isNear = [&](std::size_t a, std::size_t b) noexcept {
+    const double apart =
+        moving[a].radius_m + moving[b].radius_m + period_s * (moving[a].speed_m_s + moving[b].speed_m_s);
+    return squaredLength(moving[a].centre - moving[b].centre) < apart * apart && !bodies[a].absent && !bodies[b].absent;
+  };
+  for (std::size_t i = 0; i < pairs.places.count; ++i) {
+    BodyPair& pair = pairs.places[i];
+    if (pair.used == 0 || !isActive(bodies[pair.first], bodies[pair.second]) || isNear(pair.first, pair.second))
+      continue;
+    pair.used = 0;
+    if (pairs.search.pair == i + 1) pairs.search.pair = 0;
+  }
   PlaceTable places(pairs);
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     if (bodies[a].state == nullptr) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       if (b == a || (b < a && bodies[b].state != nullptr)) continue;  // of two that move the first one comes first
-      if (!isActive(bodies[a], bodies[b])) continue;
-      const double apart = moving[a].radius_m + moving[b].radius_m + reachOf(moving[a], moving[b], period_s);
-      const bool near =
-          !bodies[a].absent && !bodies[b].absent && squaredLength(moving[a].centre - moving[b].centre) < apart * apart;
+      if (!isActive(bodies[a], bodies[b]) || !isNear(a, b)) continue;
       std::uint8_t& slot = places.slot(a, b);
-      if (!near) {
-        const bool isOwn = slot != 0 && pairs.places[slot - 1U].first == a && pairs.places[slot - 1U].second == b;
-        if (isOwn) pairs.places[slot - 1U].used = 0;
-        if (isOwn && pairs.search.pair == slot) pairs.search.pair = 0;
-        continue;
-      }
       if (slot != 0) continue;
       const std::size_t place = roomIn(pairs, bodies, moving, period_s);
       if (place == kMaxPairs) {

@@ -146,6 +146,25 @@ void addSides(Polytope& made) {
   made.around.push_back(static_cast<std::uint32_t>(made.sides.size()));
 }
 
+void setBegins(Polytope& made) {
+  constexpr int kCells = Polytope::kCellsOfSide;
+  const auto middleOf = [](int cell) { return (cell + 0.5) * 2 / kCells - 1; };
+  Polytope::Corner last = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      for (int next = 0; next < kCells; ++next) {
+        for (int previous = 0; previous < kCells; ++previous) {
+          Vec3 along;
+          along[axis] = sign;
+          along[nextCorner(axis)] = middleOf(next);
+          along[previousCorner(axis)] = middleOf(previous);
+          made.begins[Polytope::cellOf(along)] = last = made.farthest(along, last);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Polytope::Corner Polytope::farthest(Vec3 along, Corner from) const noexcept {
@@ -219,15 +238,7 @@ std::optional<Polytope> polytopeOf(const CollisionMesh& mesh) {
   if (!isOne) return std::nullopt;
   for (const Vec3 corner : made.corners) made.radius_m = std::max(made.radius_m, glm::distance(corner, made.middle));
   addSides(made);
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int signs : {0, 1, 2, 3, 4, 5, 6, 7}) {
-      Vec3 along;
-      along[axis] = (signs & 4) != 0 ? 1 : -1;
-      along[nextCorner(axis)] = (signs & 2) != 0 ? 0.5 : -0.5;
-      along[previousCorner(axis)] = (signs & 1) != 0 ? 0.5 : -0.5;
-      made.begins[Polytope::cellOf(along)] = made.farthest(along, 0);
-    }
-  }
+  setBegins(made);
   if (isFew) addEdges(made);
   return made;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -44,14 +45,20 @@ struct Polytope {
   std::vector<Edge> edges;       ///< As the next: empty unless all is few.
   std::vector<Vec3> directions;  ///< Of the edges, unit; parallel ones share one.
 
-  std::array<Corner, 24> begins;  ///< The farthest ones along the middles of the quarters of a cube's sides.
+  static constexpr int kCellsOfSide = 8;                       ///< In a row, on a side of a cube.
+  std::array<Corner, 6 * kCellsOfSide * kCellsOfSide> begins;  ///< The farthest along the middles of its cells.
 
   [[nodiscard]] static std::size_t cellOf(Vec3 along) noexcept {
     const Vec3 size = glm::abs(along);
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const auto isPositive = [&](int d) { return along[d] >= 0 ? std::size_t{1} : std::size_t{0}; };
-    return static_cast<std::size_t>(axis) * 8 + isPositive(axis) * 4 + isPositive(nextCorner(axis)) * 2 +
-           isPositive(previousCorner(axis));
+    constexpr double kHalf = kCellsOfSide / 2.0;
+    const double perCell = kHalf / size[axis];
+    const auto cell = [&](int d) noexcept {  // none, if it is no direction
+      const double at = kHalf + along[d] * perCell;
+      return at > 0 ? static_cast<std::size_t>(std::min(at, kCellsOfSide - 0.5)) : 0;
+    };
+    const std::size_t side = static_cast<std::size_t>(axis) * 2 + (along[axis] >= 0 ? 1 : 0);
+    return (side * kCellsOfSide + cell(nextCorner(axis))) * kCellsOfSide + cell(previousCorner(axis));
   }
   [[nodiscard]] bool hasFew() const noexcept { return !edges.empty(); }
   [[nodiscard]] std::span<const Corner> loopOf(const Face& face) const noexcept {

@@ -251,8 +251,9 @@ class RoundMeeting {
     const bool shrinksFirst = first_.faces.size() >= second_.faces.size();
     const Vec3 middle = frame_.toWorld(first_.middle);
     const auto farthestApart = [&](Vec3 along) -> Simplex::Vertex {
-      onFirst_ = first_.farthest(inFirst(-along), onFirst_);
-      onSecond_ = second_.farthest(along, onSecond_);
+      const Vec3 ofFirst = inFirst(-along);
+      onFirst_ = first_.farthest(ofFirst, first_.nearFarthest(ofFirst));
+      onSecond_ = second_.farthest(along, second_.nearFarthest(along));
       Vec3 a = placeOfFirst(onFirst_), b = second_.corners[onSecond_];
       if (shrinksFirst) {
         a = glm::mix(a, middle, shrunk);
@@ -265,8 +266,6 @@ class RoundMeeting {
     Simplex simplex;
     Vec3 apart = way_.guess == Vec3(0) ? middle - second_.middle : way_.guess;
     if (squaredLength(apart) == 0) apart = Vec3(0, 0, 1);
-    onFirst_ = first_.nearFarthest(inFirst(-apart));
-    onSecond_ = second_.nearFarthest(apart);
     for (int step = 0; step < kMaxSteps; ++step) {
       ++steps_;
       const Simplex::Vertex vertex = farthestApart(apart);
