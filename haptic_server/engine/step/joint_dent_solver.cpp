@@ -204,11 +204,10 @@ class JointDentSolver {
   /// it is on the shapes at rest.
   void settle() noexcept {
     if (obstructed_ && isClear()) return;
-    Vec3 ihip = contact_.ihip, planeParts;
+    Vec3 planeParts;
     putFeetAtRest();
-    if (clearance_m(ihip) < -kOnSurface_m)  // a dent that goes along its surface lifts some of it
-      ihip = planesAt(ihip).nearestOutside(ihip, planeParts);
-    const Vec3 begin = ihip;
+    const Vec3 begin = liftedOut(contact_.ihip);  // a dent that goes along its surface lifts some of it
+    Vec3 ihip = begin;
     const auto nearestOnPlanes = [&](Vec3 from) noexcept {
       return planesAt(from).nearestOutside(state_.estimate.hip, planeParts);
     };
@@ -221,11 +220,15 @@ class JointDentSolver {
       ihip =
           inRounds(kJointRounds, ihip, [&](Vec3 from) noexcept { return clearOfDents(from, nearestOnPlanes(from)); });
     }
+    ihip = liftedOut(ihip);  // from where the surfaces are nearer than those from which the way began
     contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);
     if (!(contact_.penetration_m > 0)) {
-      const Obstruction met = firstObstruction(state_, static_cast<std::size_t>(contact_.body), contact_.ihip,
-                                               state_.estimate.hip, contact_.work.allowance);
-      return met.crossing ? loseTo(met, state_, contact_) : lose(state_, contact_);
+      Obstruction met = firstObstruction(state_, static_cast<std::size_t>(contact_.body), contact_.ihip,
+                                         state_.estimate.hip, contact_.work.allowance);
+      if (!met.crossing) return lose(state_, contact_);
+      putFeetAtRest();
+      met.point = clearOfDents(begin, met.point);
+      return loseTo(met, state_, contact_);
     }
     contact_.alongNormal = false;
     contact_.ihip = ihip;
@@ -261,6 +264,13 @@ class JointDentSolver {
 
   void putFeetAtRest() noexcept {
     std::ranges::transform(parts(), foot_.begin(), [](const Part& part) { return part.held.triangle; });
+  }
+
+  [[nodiscard]] Vec3 liftedOut(Vec3 place) noexcept {
+    Vec3 parts;
+    for (int round = 0; round < kMaxJointRounds && clearance_m(place) < -kOnSurface_m; ++round)
+      place = planesAt(place).nearestOutside(place, parts);
+    return place;
   }
 
   /// As far of a way as is outside of the dented surfaces, which are not flat: their planes may leave its end inside.
