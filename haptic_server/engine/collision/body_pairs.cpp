@@ -53,33 +53,26 @@ struct Moving {
   return period_s * (glm::distance(a.velocity, b.velocity) + a.spin_m_s + b.spin_m_s);
 }
 
-/// The places of pairs by their bodies.
-class PlaceTable {
+/// Pairs of so many bodies.
+class PairSet {
  public:
-  explicit PlaceTable(const BodyPairs& pairs) noexcept {
-    for (std::size_t i = 0; i < pairs.places.count; ++i) {
-      const BodyPair& pair = pairs.places[i];
-      if (pair.used != 0) slot(pair.first, pair.second) = static_cast<std::uint8_t>(i + 1);
-    }
+  explicit PairSet(std::size_t bodies) noexcept : bodies_(bodies) {
+    std::fill_n(words_.begin(), (bodies * bodies + kBits - 1) / kBits, std::uint64_t{0});
   }
-  /// 0: it has none; else one more than it.
-  [[nodiscard]] std::uint8_t& slot(std::size_t first, std::size_t second) noexcept {
-    std::size_t at = (first * 31 + second) % kSize;
-    while (place_[at] != 0 && key_[at] != keyOf(first, second)) at = at + 1 == kSize ? 0 : at + 1;
-    key_[at] = keyOf(first, second);
-    return place_[at];
+  void add(std::size_t first, std::size_t second) noexcept {
+    const std::size_t at = first * bodies_ + second;
+    words_[at / kBits] |= std::uint64_t{1} << (at % kBits);
+  }
+  [[nodiscard]] bool has(std::size_t first, std::size_t second) const noexcept {
+    const std::size_t at = first * bodies_ + second;
+    return (words_[at / kBits] >> (at % kBits) & 1) != 0;
   }
 
  private:
-  static constexpr std::size_t kSize = 509;  // prime, and more than twice kMaxPairs
-  std::array<std::uint8_t, kSize> place_{};
-  std::array<std::uint32_t, kSize> key_;
-
-  [[nodiscard]] static std::uint32_t keyOf(std::size_t first, std::size_t second) noexcept {
-    return static_cast<std::uint32_t>(first << 16U | second);
-  }
+  static constexpr std::size_t kBits = 64;
+  std::size_t bodies_;
+  std::array<std::uint64_t, kMaxColliders * kMaxColliders / kBits> words_;  // as far as they are used
 };
-static_assert(kMaxPairs < 255);
 
 [[nodiscard]] Pose relativePose(const Pose& first, const Pose& second) noexcept {
   const Quat back = glm::conjugate(second.rotation);
@@ -267,21 +260,22 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
         moving[a].radius_m + moving[b].radius_m + period_s * (moving[a].speed_m_s + moving[b].speed_m_s);
     return squaredLength(moving[a].centre - moving[b].centre) < apart * apart && !bodies[a].absent && !bodies[b].absent;
   };
+  PairSet known(bodies.size());
   for (std::size_t i = 0; i < pairs.places.count; ++i) {
     BodyPair& pair = pairs.places[i];
-    if (pair.used == 0 || !isActive(bodies[pair.first], bodies[pair.second]) || isNear(pair.first, pair.second))
+    if (pair.used == 0) continue;
+    if (!isActive(bodies[pair.first], bodies[pair.second]) || isNear(pair.first, pair.second)) {
+      known.add(pair.first, pair.second);
       continue;
+    }
     pair.used = 0;
     if (pairs.search.pair == i + 1) pairs.search.pair = 0;
   }
-  PlaceTable places(pairs);
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     if (bodies[a].state == nullptr) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       if (b == a || (b < a && bodies[b].state != nullptr)) continue;  // of two that move the first one comes first
-      if (!isActive(bodies[a], bodies[b]) || !isNear(a, b)) continue;
-      std::uint8_t& slot = places.slot(a, b);
-      if (slot != 0) continue;
+      if (!isNear(a, b) || !isActive(bodies[a], bodies[b]) || known.has(a, b)) continue;
       const std::size_t place = roomIn(pairs, bodies, moving, period_s);
       if (place == kMaxPairs) {
         found.areAllPairs = false;
@@ -297,7 +291,6 @@ FoundContacts findBodyContacts(std::span<const Collider> bodies, BodyPairs& pair
       pair.relative = {};
       pair.rolling_Nms = Vec3(0);
       pair.units = 0;
-      slot = static_cast<std::uint8_t>(place + 1);
     }
   }
   while (pairs.places.count > 0 && pairs.places[pairs.places.count - 1].used == 0) --pairs.places.count;
