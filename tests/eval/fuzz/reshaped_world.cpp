@@ -89,9 +89,11 @@ class Shape {
   }
   [[nodiscard]] double distance_m(Vec3 place) const { return glm::distance(nearestOnSurface(place), place); }
   /// Do steps over the surface, from the IHIP on it, each of them nearer to the HIP, lead more than `off_m` nearer? Long ones that
-  /// do may have passed an edge that is near; those of half a micrometre pass none.
+  /// do may have passed an edge that is near: the first few nanometres are to lead down as well.
   [[nodiscard]] bool leadsAway(Vec3 ihip, Vec3 hip, double off_m) const {
-    return nearerBySteps_m(20e-6, 200, ihip, hip) > off_m && nearerBySteps_m(0.5e-6, 4000, ihip, hip) > off_m;
+    constexpr double kShort_m = 2e-9, kSlope = 1e-3;
+    return nearerBySteps_m(20e-6, 200, ihip, hip) > off_m && nearerBySteps_m(0.5e-6, 4000, ihip, hip) > off_m &&
+           nearerBySteps_m(kShort_m, 1, ihip, hip) > kSlope * kShort_m;
   }
 
  private:
