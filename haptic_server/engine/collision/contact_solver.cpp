@@ -168,13 +168,20 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   c.axes[2].along = glm::cross(normal, c.axes[1].along);
   const Mover &first = movers_[a], &second = movers_[b];
   const glm::dmat3 &perInertiaA = first.perInertia(), &perInertiaB = second.perInertia();
-  const Vec3 armA = place - first.pivot(), armB = place - second.pivot();
+  Two perInertia[3][3];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) perInertia[i][j] = Two{perInertiaA[i][j], perInertiaB[i][j]};
+  }
+  const Vec3 armA = place - first.pivot(), armB = second.pivot() - place;
+  const Two arm[3] = {{armA.x, armB.x}, {armA.y, armB.y}, {armA.z, armB.z}};
   for (ContactConstraint::Axis& axis : c.axes) {
-    const Vec3 firstArm = glm::cross(armA, axis.along), secondArm = -glm::cross(armB, axis.along);
-    const Vec3 firstTurn = perInertiaA * firstArm, secondTurn = perInertiaB * secondArm;
     for (int i = 0; i < 3; ++i) {
-      axis.arms_m[i] = Two{firstArm[i], secondArm[i]};
-      axis.turns[i] = Two{firstTurn[i], secondTurn[i]};
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      axis.arms_m[i] = arm[j] * axis.along[k] - axis.along[j] * arm[k];
+    }
+    for (int i = 0; i < 3; ++i) {
+      axis.turns[i] =
+          perInertia[0][i] * axis.arms_m[0] + perInertia[1][i] * axis.arms_m[1] + perInertia[2][i] * axis.arms_m[2];
     }
   }
   const auto response = [&](const ContactConstraint::Axis& to, const ContactConstraint::Axis& from) {
