@@ -44,11 +44,13 @@ class ContactTick {
 
 /// What a step did after the allowance was spent cannot be trusted, so that it counts as not made.
 ContactResult ContactTick::run() noexcept {
-  // A tick after one that did not come to its end has all for its path: some steps cost more than the rest, however short.
-  const bool goesOn = tick_.stride < 1 && !tick_.state.containmentUnchecked;
-  const std::int64_t depenetrationReserve = goesOn ? 0 : tick_.work.allowance.left() / 4;
-  tick_.work.allowance.spend(depenetrationReserve);
+  const std::int64_t quarter = tick_.work.allowance.left() / 4;
   gather();  // 1 gather
+  // A tick after one that did not come to its end has all for its path: some steps cost more than the rest, however short.
+  const bool goesOn = tick_.stride < 1;
+  const bool mayDepenetrate = tick_.state.containmentUnchecked || (!goesOn && mayBeInside(tick_));
+  const std::int64_t depenetrationReserve = mayDepenetrate ? quarter : 0;
+  tick_.work.allowance.spend(depenetrationReserve);
   double now = 0;
   while (now < 1) {  // after kMaxSteps steps for one contact more: what is held then goes to the end
     const Checkpoint before = tick_.checkpoint();

@@ -435,6 +435,34 @@ TEST(World, FlushSheetsLetNothingThroughWhereverATickEnds) {
   EXPECT_EQ(lost, 0);
 }
 
+TEST(World, GoesOverWhereFourFlushTilesMeetWithinATickOf4kHz) {
+  const TriMesh tile = makeBox({0.03, 0.03, 0.049}, 1).value();
+  Vertices vertices;
+  for (const Vec3f& v : tile.vertices) vertices.push_back({v.x, v.y, v.z});
+  for (int turn = 0; turn < 20; ++turn) {
+    const Quat turned = glm::normalize(Quat(std::cos(turn), std::sin(2.7 * turn), std::cos(1.3 * turn + 1), 0.3));
+    World world(World::Device{.rate_Hz = 4000, .maxForce_N = 1000});
+    for (const double x : {-0.015, 0.015}) {
+      for (const double y : {-0.015, 0.015}) {
+        const Vec3 at = turned * Vec3(x, y, -0.0245);
+        world.add("tile " + std::to_string(x) + std::to_string(y), {vertices, tile.triangles},
+                  {.stiffness_N_per_m = 1000},
+                  {.position_m = {at.x, at.y, at.z}, .rotation = {turned.w, turned.x, turned.y, turned.z}});
+      }
+    }
+    World::Sample sample;
+    const auto step = [&](Vec3 hip) {
+      hip = turned * hip;
+      sample = world.step({hip.x, hip.y, hip.z});
+    };
+    for (int i = 0; i < 40; ++i) step({-0.003, 0, 0.0004 - 2e-5 * i});
+    for (int i = 0; i < 240; ++i) {
+      step({-0.003 + 2.5e-5 * i, 0, -0.0004});
+      EXPECT_FALSE(sample.allowanceSpent) << turn << ' ' << i;
+    }
+  }
+}
+
 TEST(World, VerticesAreMovedOfAMeshWhoseCrackIsClosed) {
   const Vertices patches{{0, 0, 0},           {0.05F, 0, 0},           {0.05F, 0.05F, 0}, {0, 0.05F, 0},
                          {0, 0.05000002F, 0}, {0.05F, 0.05000002F, 0}, {0.05F, 0.1F, 0},  {0, 0.1F, 0}};
