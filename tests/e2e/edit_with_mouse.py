@@ -9,7 +9,7 @@ import unittest
 import harness
 from cancelled_upload import write_grid
 from haptic_client import Client
-from viewer_window import Window
+from viewer_window import RESTING, Window
 
 AT_ONCE_S = 0.1
 BOX = """operations { add { name: "box" mesh { box { size_m { x: 0.07 y: 0.07 z: 0.05 } segments: 4 } }
@@ -26,7 +26,7 @@ ANSWER_TIMEOUT_S = 20
 class EditWithMouse(harness.EndToEnd):
     def setUp(self):
         super().setUp()
-        self.server = self.start_server(scene=BOX)
+        self.server = self.start_server(scene=BOX, options=RESTING)
         self.display = self.start_display()
         self.window = Window(self.server.address, self.display, folder=self.folder)
         self.addCleanup(self.window.kill)

@@ -12,6 +12,7 @@ from pathlib import Path
 import harness
 
 WIDTH, HEIGHT = 1270, 950
+RESTING = ["--hand", "none"]  # of a server: nothing is drawn anew but what is edited
 
 
 class Window(harness.Process):
@@ -37,10 +38,10 @@ class Window(harness.Process):
         self.do("mousemove", x, y, "sleep", 0.2, "click", 1)
 
     def stroke(self, begin, end, seconds):
-        steps = int(seconds * 60)
+        steps, events = int(seconds * 60), []
         for i in range(steps + 1):
-            self.move_to(*(round(a + (b - a) * i / steps) for a, b in zip(begin, end)))
-            time.sleep(1 / 60)
+            events += ["mousemove", *(round(a + (b - a) * i / steps) for a, b in zip(begin, end)), "sleep", 1 / 60]
+        self.do(*events)
 
     def drag(self, begin, end, seconds=0.5):
         self.move_to(*begin)

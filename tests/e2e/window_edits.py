@@ -13,7 +13,7 @@ import harness
 from haptic_client import Client
 from haptics.v1 import scene_pb2
 from led_hand import GROUND
-from viewer_window import MessageBus, ReadableWindow, Window
+from viewer_window import RESTING, MessageBus, ReadableWindow, Window
 
 EDITS = int(os.environ.get("HAPTICS_EDITS", "8"))
 # On a quiet machine 30 ms and 0.05; beside others the clock says less.
@@ -37,13 +37,13 @@ def content(client):
 
 
 class WindowEdits(harness.EndToEnd):
-    def start(self, scene=GROUND, options=()):
-        self.server = self.start_server(scene=scene, options=options)
+    def start(self, options=RESTING, telemetry_hz=0):
+        self.server = self.start_server(scene=GROUND, options=options)
         bus = MessageBus()
         self.addCleanup(bus.close)
         self.window = ReadableWindow(self.server.address, self.start_display(), bus)
         self.addCleanup(self.window.kill)
-        self.other = Client(self.server.address, "second editor", telemetry_hz=1000)
+        self.other = Client(self.server.address, "second editor", telemetry_hz=telemetry_hz)
         self.other.wait_live()
         self.addCleanup(self.other.close)
 
@@ -64,7 +64,7 @@ class WindowEdits(harness.EndToEnd):
         self.window.do("key", "Return")
 
     def test_a_dragged_slider_is_felt_at_once_and_its_last_value_arrives(self):
-        self.start()
+        self.start(options=[], telemetry_hz=1000)  # beside a hand that is drawn
         self.window.click(*ON_GROUND)
         self.window.widget("label", "^ground$")
         slider = self.window.widget("slider", "^stiffness slider$")
@@ -202,7 +202,7 @@ class WindowEdits(harness.EndToEnd):
         self.assertEqual(self.stiffness(), 555)
 
     def test_an_idle_window_costs_next_to_nothing(self):
-        server = self.start_server(scene=GROUND, options=["--hand", "none"])
+        server = self.start_server(scene=GROUND, options=RESTING)
         window = Window(server.address, self.start_display())
         self.addCleanup(window.kill)
 
