@@ -52,7 +52,7 @@ class Verb(unittest.TestCase):
 
 class Sweeps(Verb):
     """A verb whose parts are run apart comes to the same, byte for byte."""
-    SWEEP = "failures", "--method", "ours_without_guard"
+    SWEEP = "failures", "--method", "ours_without_guard", "--scene", "S7", "--seeds", "12"
 
     def start(self, *command, **options):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
@@ -749,7 +749,7 @@ class Table1(Verb):
             self.assertEqual(record["blocks"], 20)
 
     def test_keeps_what_was_measured_when_interrupted(self):
-        running = subprocess.Popen([PROGRAM, "table1", "--paper", "--finest", "64800", "--out", str(self.out)],
+        running = subprocess.Popen([PROGRAM, "table1", "--seconds", "5", "--runs", "3", "--finest", "64800", "--out", str(self.out)],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=WITHOUT_DISPLAY)
         self.addCleanup(running.kill)
         written = self.out / "table1.json"
