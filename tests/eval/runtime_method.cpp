@@ -18,20 +18,23 @@ std::unique_ptr<BodyWorld> MethodThatOverlooksPutBodies::makeBodyWorld() const {
   return std::make_unique<MovingWorld>(true);
 }
 
-std::shared_ptr<const SurfaceDetail> RuntimeMethod::makeDetail(const CollisionMesh& surface) const {
+std::shared_ptr<const SurfaceDetail> RuntimeMethod::detailOf(const std::shared_ptr<const CollisionMesh>& surface) {
   if (!surface_ && !shading_) return nullptr;
+  const auto [detail, isNew] = details_.try_emplace(surface);
+  if (!isNew) return detail->second;
   SurfaceProperties properties = surface_ ? surface_->properties : SurfaceProperties{};
   if (shading_) properties.shading = shading_;
-  return makeSurfaceDetail(surface, properties, {surface_ ? surface_->texture : nullptr, nullptr, nullptr});
+  detail->second = makeSurfaceDetail(*surface, properties, {surface_ ? surface_->texture : nullptr, nullptr, nullptr});
+  return detail->second;
 }
 
 ServoObject RuntimeMethod::makeObject(std::uint64_t id, const std::shared_ptr<const CollisionMesh>& surface,
-                                      const Pose& pose, double spring_N_per_m) const {
+                                      const Pose& pose, double spring_N_per_m) {
   return {.id = id,
           .surface = surface,
           .pose = pose,
           .stiffness_N_per_m = spring_N_per_m,
-          .detail = makeDetail(*surface),
+          .detail = detailOf(surface),
           .tissue = tissue_};
 }
 
@@ -82,6 +85,7 @@ void RuntimeMethod::edit(const EditedScene& edited, Vec3 /*hip*/) {
 
 void RuntimeMethod::setSurfaceProperties(const FeltSurface& surface) {
   surface_ = surface;
+  details_.clear();
   tissue_ = surface.tissue ? std::make_shared<const SoftTissue>(*surface.tissue) : nullptr;
   config_ = stepConfigFor(surface.device, 1 / kPeriod_s);
 }

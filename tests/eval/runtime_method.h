@@ -40,13 +40,14 @@ class RuntimeMethod : public Renderer {
   [[nodiscard]] Felt step(Vec3 hip);
   [[nodiscard]] Felt feelContact(std::span<const Body> bodies, Vec3 hip);
   [[nodiscard]] ServoObject makeObject(std::uint64_t id, const std::shared_ptr<const CollisionMesh>& surface,
-                                       const Pose& pose, double spring_N_per_m) const;
-  [[nodiscard]] std::shared_ptr<const SurfaceDetail> makeDetail(const CollisionMesh& surface) const;
+                                       const Pose& pose, double spring_N_per_m);
+  [[nodiscard]] std::shared_ptr<const SurfaceDetail> detailOf(const std::shared_ptr<const CollisionMesh>& surface);
 
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
   std::optional<FeltSurface> surface_;
   std::shared_ptr<const SoftTissue> tissue_;  // surface_'s
   std::optional<Shading> shading_;
+  std::map<std::shared_ptr<const CollisionMesh>, std::shared_ptr<const SurfaceDetail>> details_;  // surface_'s and shading_'s
   std::unique_ptr<const ServoScene> scene_;
   std::unique_ptr<const ServoScene> next_;            // until it is adopted
   std::vector<std::uint64_t> ids_;                    // of the bodies in the order of `poses`

@@ -133,7 +133,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, double duration_s, const std::filesyste
                    .limits = setup_.limits};
   if (setup_.hands > 1) options.facts.secondHand = HandFacts{devices_[1].info().name, steps[1]};
   options.record = recording;
-  options.folder = recording.parent_path() / "faults";
+  options.folder = recording;  // no folder: of faults, whose recordings nobody would play, none is made
   options.info = options.warning = [](const std::string&) {};
   options.ticksPerState = static_cast<std::uint64_t>(setup_.rate_Hz / kStatesPer_s);
   auto recorder = FlightRecorder::open(std::move(options), *ring_);

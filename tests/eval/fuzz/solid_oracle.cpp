@@ -11,6 +11,7 @@ namespace {
 
 /// Winding numbers are whole but for rounding.
 constexpr double kHalf = 0.5;
+constexpr std::size_t kGroup = 8;  ///< Faces.
 
 double squaredDistanceToBox(Vec3 p, Vec3 low, Vec3 high) {
   return squaredLength(glm::max(glm::max(low - p, p - high), Vec3(0)));
@@ -32,8 +33,22 @@ SolidOracle::SolidOracle(std::span<const Vec3f> vertices, std::span<const Triang
     face.high = glm::max(face.corner[0], glm::max(face.corner[1], face.corner[2]));
     low_ = glm::min(low_, face.low);
     high_ = glm::max(high_, face.high);
+    if (faces_.size() % kGroup == 0) groups_.push_back(face);
+    groups_.back() = {glm::min(groups_.back().low, face.low), glm::max(groups_.back().high, face.high)};
     faces_.push_back(face);
   }
+}
+
+template <class Meets, class Is>
+bool SolidOracle::anyFace(Meets meets, Is is) const {
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    if (!meets(groups_[g])) continue;
+    const std::size_t first = g * kGroup, count = std::min(kGroup, faces_.size() - first);
+    for (const Face& face : std::span(faces_).subspan(first, count)) {
+      if (meets(face) && is(face)) return true;
+    }
+  }
+  return false;
 }
 
 Vec3 SolidOracle::turned(Vec3 point) {
@@ -49,17 +64,21 @@ bool SolidOracle::isInBox(Vec3 turned) const {
 /// it says is confirmed by the solid angles before it counts.
 int SolidOracle::crossingsAbove(Vec3 p) const {
   int crossings = 0;
-  for (const Face& face : faces_) {
-    if (p.y < face.low.y || p.y > face.high.y || p.z < face.low.z || p.z > face.high.z || p.x > face.high.x) continue;
+  const auto onRay = [&](const Box& box) {
+    return p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z && p.z <= box.high.z && p.x <= box.high.x;
+  };
+  const auto count = [&](const Face& face) {
     const auto& [a, b, c] = face.corner;
     const auto area = [&](Vec3 u, Vec3 v) { return (u.y - p.y) * (v.z - p.z) - (u.z - p.z) * (v.y - p.y); };
     const Vec3 part{area(b, c), area(c, a), area(a, b)};
     const bool out = part.x > 0 && part.y > 0 && part.z > 0;
     const bool in = part.x < 0 && part.y < 0 && part.z < 0;
-    if (!out && !in) continue;
+    if (!out && !in) return false;
     const double x = glm::dot(part, Vec3(a.x, b.x, c.x)) / (part.x + part.y + part.z);
     if (x > p.x) crossings += out ? 1 : -1;
-  }
+    return false;  // all are counted
+  };
+  (void)anyFace(onRay, count);
   return crossings;
 }
 
@@ -81,18 +100,18 @@ double SolidOracle::windingAt(Vec3 turned) const {
 
 double SolidOracle::distanceFrom(Vec3 turned) const {
   double nearest = std::numeric_limits<double>::infinity();
-  for (const Face& face : faces_) {
-    if (squaredDistanceToBox(turned, face.low, face.high) >= nearest) continue;
+  const auto mayBeNearer = [&](const Box& box) { return squaredDistanceToBox(turned, box.low, box.high) < nearest; };
+  const auto measure = [&](const Face& face) {
     nearest = std::min(nearest, squaredLength(closestOnTriangle(turned, face.corner) - turned));
-  }
+    return false;  // there may be a nearer one
+  };
+  (void)anyFace(mayBeNearer, measure);
   return std::sqrt(nearest);
 }
 
 bool SolidOracle::isNearTurned(Vec3 turned, double within) const {
-  return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
-    return squaredDistanceToBox(turned, face.low, face.high) <= within * within &&
-           glm::distance(closestOnTriangle(turned, face.corner), turned) <= within;
-  });
+  return anyFace([&](const Box& box) { return squaredDistanceToBox(turned, box.low, box.high) <= within * within; },
+                 [&](const Face& face) { return glm::distance(closestOnTriangle(turned, face.corner), turned) <= within; });
 }
 
 double SolidOracle::depth_m(Vec3 point) const {

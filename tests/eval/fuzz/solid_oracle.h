@@ -32,10 +32,15 @@ class SolidOracle {
   [[nodiscard]] bool isNear(Vec3 point, double within) const { return isNearTurned(turned(point), within); }
 
  private:
-  struct Face {
+  struct Box {
     Vec3 low, high;
+  };
+  struct Face : Box {
     std::array<Vec3, 3> corner;
   };
+  /// Is some face, where a test of its box and of that of its group let it through, what is asked for?
+  template <class Meets, class Is>
+  [[nodiscard]] bool anyFace(Meets meets, Is is) const;
   [[nodiscard]] static Vec3 turned(Vec3 point);
   [[nodiscard]] bool isInBox(Vec3 turned) const;
   [[nodiscard]] int crossingsAbove(Vec3 turned) const;
@@ -43,6 +48,7 @@ class SolidOracle {
   [[nodiscard]] double distanceFrom(Vec3 turned) const;
   [[nodiscard]] bool isNearTurned(Vec3 turned, double within) const;
 
+  std::vector<Box> groups_;  // of faces that follow one another, which are mostly neighbours
   std::vector<Face> faces_;  // in a turned frame, so that no ray along an axis meets the edges of a box
   double rounding_m_ = kMinRounding_m;
   Vec3 low_;
