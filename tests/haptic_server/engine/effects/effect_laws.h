@@ -100,11 +100,13 @@ inline double workRound(const std::function<Vec3(Vec3)>& forceAt, const std::arr
     return glm::dot((first + last) / 2.0, place(to) - place(from));
   };
   constexpr int kSteps = 200;
-  static_cast<void>(force(0));
+  Vec3 first = force(0);
   double sum_J = 0;
   for (int i = 0; i < kSteps; ++i) {
     const double from = static_cast<double>(i) / kSteps, to = static_cast<double>(i + 1) / kSteps;
-    sum_J += work(from, to, force(from), force(to));
+    const Vec3 last = force(to);
+    sum_J += work(from, to, first, last);
+    first = last;
   }
   return sum_J;
 }

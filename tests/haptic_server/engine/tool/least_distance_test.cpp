@@ -30,15 +30,18 @@ std::vector<HalfSpace> randomHalfSpaces(std::mt19937_64& random, std::size_t cou
   return all;
 }
 
-/// Hildreth's method: slow, and of a few lines.
+/// Hildreth's method: slow, and of a few lines. It ends where a sweep moves nothing by more than rounding does.
 Freedoms nearestByRelaxation(const std::vector<HalfSpace>& all) {
   Freedoms x{};
   std::vector<double> multiplier(all.size());
-  for (int sweep = 0; sweep < 200'000; ++sweep) {
+  double moved = 1;
+  for (int sweep = 0; sweep < 200'000 && moved > 1e-15; ++sweep) {
+    moved = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const double step =
           std::max(-multiplier[i], (all[i].offset - dot(all[i].normal, x)) / dot(all[i].normal, all[i].normal));
       multiplier[i] += step;
+      moved = std::max(moved, std::abs(step));
       for (std::size_t k = 0; k < kMaxFreedoms; ++k) x[k] += step * all[i].normal[k];
     }
   }
