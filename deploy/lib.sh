@@ -104,6 +104,13 @@ check_disk() {
     fail "the disk is full; make room (a build takes 2 GB), then the same command goes on from here"
 }
 
+# is_configured PRESET TESTS: by these presets and with the packages that are installed; what else is changed the build sees.
+is_configured() {
+  local made=$top/build/$1/build.ninja
+  [ "$made" -nt "$top/CMakePresets.json" ] && [ "$made" -nt /var/lib/dpkg/status ] &&
+    grep -qx "HAPTICS_TESTS:[A-Z]*=$2" "$top/build/$1/CMakeCache.txt"
+}
+
 # build_preset PRESET [TARGET...]: configures and builds below build/PRESET; without tests where their packages are missing.
 build_preset() {
   local preset=$1 targets=() tests=ON
@@ -111,7 +118,8 @@ build_preset() {
   [ -z "$(missing_packages Test)" ] || tests=OFF
   [ $# -eq 0 ] || targets=(--target "$@")
   say "Building $preset"
-  (cd "$top" && cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" -Wno-dev --log-level=NOTICE >/dev/null &&
+  (cd "$top" &&
+    { is_configured "$preset" "$tests" || cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" -Wno-dev --log-level=NOTICE >/dev/null; } &&
     NINJA_STATUS='[%f/%t, %es] ' cmake --build --preset "$preset" "${targets[@]}") && return
   check_disk
   return 1
