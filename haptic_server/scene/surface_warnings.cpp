@@ -72,6 +72,7 @@ std::string bumpWarning(const TextureDetail& detail, double stiffness_N_per_m, c
 
 /// Empty when it is felt as it was asked for.
 std::string clampWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  if (std::isinf(device.stableLateral_N_per_m)) return {};  // to sample the texture takes milliseconds
   const Texture& texture = *record.material.surface.texture;
   const double k = stiffestPlace_N_per_m(record, assets, device);
   const TextureDetail detail(*assets.mesh->surface, texture, assets.textureField);
