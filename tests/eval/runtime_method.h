@@ -47,7 +47,7 @@ class RuntimeMethod : public Renderer {
   std::optional<FeltSurface> surface_;
   std::shared_ptr<const SoftTissue> tissue_;  // surface_'s
   std::optional<Shading> shading_;
-  std::map<std::shared_ptr<const CollisionMesh>, std::shared_ptr<const SurfaceDetail>> details_;  // surface_'s and shading_'s
+  std::map<std::shared_ptr<const CollisionMesh>, std::shared_ptr<const SurfaceDetail>> details_;  // as dressed
   std::unique_ptr<const ServoScene> scene_;
   std::unique_ptr<const ServoScene> next_;            // until it is adopted
   std::vector<std::uint64_t> ids_;                    // of the bodies in the order of `poses`

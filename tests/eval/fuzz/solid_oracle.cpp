@@ -110,8 +110,9 @@ double SolidOracle::distanceFrom(Vec3 turned) const {
 }
 
 bool SolidOracle::isNearTurned(Vec3 turned, double within) const {
-  return anyFace([&](const Box& box) { return squaredDistanceToBox(turned, box.low, box.high) <= within * within; },
-                 [&](const Face& face) { return glm::distance(closestOnTriangle(turned, face.corner), turned) <= within; });
+  return anyFace(
+      [&](const Box& box) { return squaredDistanceToBox(turned, box.low, box.high) <= within * within; },
+      [&](const Face& face) { return glm::distance(closestOnTriangle(turned, face.corner), turned) <= within; });
 }
 
 double SolidOracle::depth_m(Vec3 point) const {
