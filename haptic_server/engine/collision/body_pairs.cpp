@@ -88,12 +88,12 @@ class PairSet {
 /// How a pair is in this tick.
 struct PairNow {
   PairNow(std::span<const Collider> bodies, std::span<const Moving> moving, const BodyPair& pair,
-          double period_s) noexcept
+          double tickPeriod_s) noexcept
       : first(bodies[pair.first]),
         second(bodies[pair.second]),
         relative(relativePose(first.pose, second.pose)),
-        period_s(period_s),
-        reach_m(reachOf(moving[pair.first], moving[pair.second], period_s)),
+        period_s(tickPeriod_s),
+        reach_m(reachOf(moving[pair.first], moving[pair.second], tickPeriod_s)),
         smaller_m(std::min(moving[pair.first].radius_m, moving[pair.second].radius_m)),
         step_m(std::clamp(kStep * smaller_m, kLowestStep_m, kHighestStep_m)) {}
 
