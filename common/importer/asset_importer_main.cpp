@@ -1,6 +1,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -58,8 +59,7 @@ void say(ImporterMessage::Kind kind, std::string_view bytes, const MeshReport& r
   say(bytes.data(), bytes.size());
 }
 
-/// A file that the file includes.
-std::optional<std::string> askFor(const std::string& name) {
+std::optional<std::string> askForExactly(const std::string& name) {
   if (name.size() > kLongestInclude) return std::nullopt;
   say(ImporterMessage::Kind::kInclude, name);
   IncludeReply reply = IncludeReply::kNo;
@@ -69,6 +69,15 @@ std::optional<std::string> askFor(const std::string& name) {
   auto bytes = readFile(file);
   if (!bytes) return std::nullopt;
   return *std::move(bytes);
+}
+
+/// A file that the file includes; some write the ways to them with backslashes.
+std::optional<std::string> askFor(const std::string& name) {
+  auto bytes = askForExactly(name);
+  if (bytes || name.find('\\') == name.npos) return bytes;
+  std::string plain = name;
+  std::ranges::replace(plain, '\\', '/');
+  return askForExactly(plain);
 }
 
 /// Whether a library is at work that may take any time on a file that was made for it to.

@@ -24,8 +24,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/importer/chunks_3ds.h"
 #include "common/importer/collada_text.h"
 #include "common/importer/far_origin.h"
+#include "common/importer/fbx_objects.h"
 #include "common/importer/gltf_numbers.h"
 #include "common/importer/joined_3mf.h"
 #include "common/importer/model_3mf.h"
@@ -186,8 +188,9 @@ struct Beforehand {
   std::optional<std::uint64_t> triangles = std::nullopt;      ///< Of glTF.
   std::string positions = {};                                 ///< Likewise.
   std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
+  std::uint64_t shapesOfFbx = 0;                              ///< Likewise, beside those that it says.
+  std::string fault = {};                                     ///< Of a mesh that Assimp leaves out, in our words.
   std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
-  bool isCutOff = false;                                      ///< Its text.
   Vec3 centre{0};                                             ///< See moveToOrigin().
   std::size_t includedBytes = 0;                              ///< Of files that are in the text by now.
   Names names = {};                                           ///< That a person gave, by Assimp's.
@@ -214,11 +217,6 @@ Result<ZipArchive::Entry> textIn(const ZipArchive& archive, const std::string& e
   return *texts.front();
 }
 
-Result<void> notTooDeep(std::string_view text) {
-  if (deepestNestingOf(text) <= kDeepestNesting) return {};
-  return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
-}
-
 /// Names of the elements that have an id, of which Assimp makes a name, behind `prefix`.
 Names namesIn(std::string_view text, std::initializer_list<std::string_view> elements, const std::string& prefix) {
   Names names;
@@ -242,7 +240,9 @@ Result<Beforehand> lookAtCollada(std::string& file) {
   }
   return plainXml(std::move(file))
       .and_then(
-          [](const std::string& text) { return notTooDeep(text).and_then([&] { return preparedCollada(text); }); })
+          [](const std::string& text) {
+            return checkNesting(text, "COLLADA").and_then([&] { return preparedCollada(text); });
+          })
       .map([&](ColladaText collada) {
         file = std::move(collada.text);
         return Beforehand{.unit_m = positive(collada.unit),
@@ -262,7 +262,9 @@ Result<std::vector<Model3mf>> modelsIn(const ZipArchive& archive) {
     if (!isModel && entry.name != "_rels/.rels") continue;
     auto text = archive.unpacked(entry).and_then(plainXml);
     if (!text) return tl::unexpected(std::move(text).error());
-    if (auto ok = notTooDeep(*text); !ok) return tl::unexpected(std::move(ok).error());
+    if (auto ok = checkNesting(*text, isModel ? "model" : "Relationships"); !ok) {
+      return refused("", "has " + inQuotes(entry.name) + ", which " + ok.error().reason);
+    }
     if (isModel) {
       models.push_back({entry.name, *std::move(text)});
       continue;
@@ -319,29 +321,31 @@ Result<Beforehand> lookAt3mf(std::string& file) {
 }
 
 Result<Beforehand> lookAtX3d(std::string& file, const IncludeReader& readIncluded) {
-  bool isCutOff = false;
   std::size_t includedBytes = 0;
   const IncludeReader read = [&](const std::string& name) {
     auto bytes = readIncluded(name);
     const std::string plain = withoutPercents(name);
     return bytes || plain == name ? std::move(bytes) : readIncluded(plain);
   };
+  constexpr std::string_view kClassic = "#X3D ";
+  if (file.starts_with(kClassic))
+    return refused("", "is X3D in its classic encoding; save it as XML (.x3d), or as VRML 97 (.wrl)");
   return plainXml(std::move(file))
-      .and_then([&](const std::string& text) { return withInlines(text, read); })
+      .and_then([&](const std::string& text) {
+        return checkNesting(text, "X3D").and_then([&] { return withInlines(text, read); });
+      })
       .and_then([&](InlinedX3d inlined) {
         includedBytes = inlined.bytes;
         return withGroupsInPlace(std::move(inlined.text));
       })
       .and_then([&](const std::string& text) {
-        isCutOff = text.rfind("</X3D") == text.npos;
-        return notTooDeep(text).and_then([&] { return preparedX3d(text); });
+        return checkNesting(text, "X3D").and_then([&] { return preparedX3d(text); });
       })
       .map([&](X3dText x3d) {
         file = std::move(x3d.text);
         return Beforehand{.unit_m = positive(x3d.unit),
                           .shapesSkipped = x3d.skipped,
                           .leftOut = LeftOut{.unshown = x3d.unshown},
-                          .isCutOff = isCutOff,
                           .centre = moveToOrigin(file, MeshFormat::kX3d),
                           .includedBytes = includedBytes};
       });
@@ -371,8 +375,18 @@ Result<Beforehand> lookAt(std::string& file, MeshFormat format, const IncludeRea
       return lookAtCollada(file);
     case MeshFormat::kX3d:
       return lookAtX3d(file, readIncluded);
+    case MeshFormat::kFbx:
+      return preparedFbx(std::move(file)).map([&](FbxFile fbx) {
+        file = std::move(fbx.file);
+        return Beforehand{.shapesOfFbx = fbx.skipped,
+                          .fault = std::move(fbx.fault),
+                          .leftOut = fbx.leftOut,
+                          .centre = moveToOrigin(file, format)};
+      });
     default:
-      return Beforehand{.centre = moveToOrigin(file, format)};
+      return checked3ds(file).map([](std::uint64_t hidden) {
+        return Beforehand{.leftOut = LeftOut{.unshown = hidden}};
+      });
   }
 }
 
@@ -543,12 +557,26 @@ std::uint64_t trianglesIn(const aiScene& scene) {
   return triangles;
 }
 
-tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& importer, const Files& files) {
+tl::unexpected<Error> noMeshShown(const Beforehand& known) {
+  const std::uint64_t unshown = known.leftOut ? known.leftOut->unshown : 0;
+  return refused("", "holds no mesh that its scene shows" +
+                         (unshown > 0 ? "; hidden, or without a place in it: " + std::to_string(unshown) : ""));
+}
+
+tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& importer, const Files& files,
+                              const Beforehand& known) {
   const std::string said = importer.GetErrorString();
+  const auto says = [&](const char* what) { return said.find(what) != said.npos; };
+  if (says("has no faces") && known.triangles.value_or(0) > 0)
+    return refused("", "holds a mesh of which every triangle names a vertex that is not there");
+  if (says("No faces loaded") && known.leftOut && known.leftOut->unshown > 0) return noMeshShown(known);
   if (!files.missing().empty()) {
     return refused(
         "", "names the file " + inQuotes(files.missing()) +
                 ", which is not in its folder or below, where alone files are looked for; a .glb holds all in one");
+  }
+  if (says("Draco")) {
+    return refused("", "has a primitive whose KHR_draco_mesh_compression cannot be unpacked: Assimp says " + words(said));
   }
   return refused("", std::string("cannot be read as ") + format + ": Assimp says " + words(said));
 }
@@ -575,7 +603,7 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
 #endif
   const aiScene* const scene = importer.ReadFile(name, 0);
   if (log.ranOutOfMemory()) throw std::bad_alloc();
-  if (scene == nullptr) return notRead(names.name, importer, *files);
+  if (scene == nullptr) return notRead(names.name, importer, *files, *known);
   if (log.movedIndices()) return refused("", "has triangles that name a vertex that is not there");
 
   const std::size_t most =
@@ -588,15 +616,15 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
   }
   const auto placed = placedIn(*scene, toFilesAxes(*scene, format), most);
   if (!placed) return tl::unexpected(placed.error());
-  if (placed->empty() && known->shapesSkipped.value_or(0) == 0) {
-    if (known->isCutOff) return refused("", "is cut off: its text does not end with </X3D>");
-    return refused("", log.leftOut() == 0 ? "holds no mesh that its scene shows"
-                                          : "holds no mesh that can be read: Assimp says " + words(log.reason()));
+  if (placed->empty() && known->shapesSkipped.value_or(0) + known->shapesOfFbx == 0) {
+    if (!known->fault.empty()) return refused("", "holds no mesh that can be read: " + known->fault);
+    if (log.leftOut() > 0) return refused("", "holds no mesh that can be read: Assimp says " + words(log.reason()));
+    return noMeshShown(*known);
   }
   Gathering gathering(*scene, most, known->centre, known->names);
   if (auto ok = gathering.take(*placed, part.text()); !ok) return tl::unexpected(std::move(ok).error());
   gathering.found.unit_m = unit_m;
-  gathering.found.shapesSkipped = log.leftOut();
+  gathering.found.shapesSkipped = log.leftOut() + known->shapesOfFbx;
   if (known->shapesSkipped) {
     gathering.found.shapesSkipped = *known->shapesSkipped;
     if (format == MeshFormat::kX3d) gathering.found.leftOut.points = 0;  // lines among them

@@ -31,6 +31,13 @@ constexpr std::string_view kUnfeltOfCollada[] = {
 constexpr std::string_view kPrimitives[] = {"triangles", "trifans", "tristrips", "polylist",
                                             "polygons",  "lines",   "linestrips"};
 
+// What places a node, and its numbers.
+struct Placing {
+  std::string_view element;
+  std::size_t count;
+};
+constexpr Placing kPlacing[] = {{"translate", 3}, {"scale", 3}, {"matrix", 16}, {"lookat", 9}};
+
 /// Of an element's own id; empty: of another file.
 std::string_view idIn(std::string_view url) {
   url.remove_prefix(std::min(url.find_first_not_of(" \t\r\n"), url.size()));
@@ -90,8 +97,16 @@ class ColladaPreparing {
     if (scene_.empty() && !meshes_.empty()) {
       return refused("", "shows none of its scenes: it has no <scene> with an <instance_visual_scene>");
     }
+    if (!scene_.empty() && !scenes_.contains(asKnown(scene_, scenes_)))
+      return refused("", "shows the scene " + inQuotes(scene_) + " (instance_visual_scene), which is not there");
+    if (!fault_.empty()) return refused("", fault_);
     eachTag(rewriting_.text(), [&](const XmlTag& tag) {
-      if (rewriting_.isReplaced(tag)) return true;
+      if (tag.ends && !open_.empty()) open_.pop_back();
+      const bool begins = !tag.ends && !tag.inside.ends_with('/');
+      if (rewriting_.isReplaced(tag)) {
+        if (begins) open_.push_back(tag.name);
+        return true;
+      }
       if (tag.ends) {
         if (tag.name == "visual_scene") isUnshown_ = false;
         if (tag.name == "vertices") isOfVertices_ = false;
@@ -102,6 +117,7 @@ class ColladaPreparing {
         }
       } else {
         take(tag);
+        if (begins) open_.push_back(tag.name);
       }
       return fault_.empty();
     });
@@ -176,7 +192,8 @@ class ColladaPreparing {
     return tag.name == "convex_mesh" && !tag.inside.ends_with('/') && attributeIn(tag.inside, "convex_hull_of").empty();
   }
   std::string fault_;
-  std::set<std::string_view> meshes_, nodes_;
+  std::set<std::string_view> meshes_, nodes_, scenes_;
+  std::vector<std::string_view> open_;  ///< Elements.
   std::map<std::string_view, Controller> controllers_;
   std::string_view scene_;
   bool isUnshown_ = false;    ///< In a visual_scene that is not shown.
@@ -220,6 +237,7 @@ class ColladaPreparing {
       if (tag.name == "controller") controller = id;
       if (tag.name == "mesh" || isConvexMesh(tag)) meshes_.insert(geometry);
       if (tag.name == "node") nodes_.insert(id);
+      if (tag.name == "visual_scene") scenes_.insert(id);
       if (tag.name == "skin" || tag.name == "morph") {
         controllers_[controller] = {idIn(attributeIn(tag.inside, "source")), tag.name == "morph"};
       }
@@ -228,6 +246,10 @@ class ColladaPreparing {
     });
     for (const auto& [id, positions] : positionsOf_) {
       const auto accessor = accessors_.find(positions);
+      if (accessor == accessors_.end() && fault_.empty()) {
+        fault_ = "has <vertices> of the id " + inQuotes(id) + " whose POSITION is the <source> " + inQuotes(positions) +
+                 ", which is not there";
+      }
       if (accessor == accessors_.end() || accessor->second.isNamed || accessor->second.stride < 3) continue;
       std::iota(std::begin(accessor->second.xyz), std::end(accessor->second.xyz), std::size_t{0});
       accessor->second.last = 2;
@@ -273,6 +295,9 @@ class ColladaPreparing {
       } else {
         fault_ = "has a <rotate> of " + inQuotes(text) + "; it is an axis, which has a length, and an angle";
       }
+    } else if (const auto* placing = std::ranges::find(kPlacing, tag.name, &Placing::element);
+               placing != std::end(kPlacing) && !open_.empty() && open_.back() == "node") {
+      checkPlacing(tag, placing->count);
     } else if (isConvexMesh(tag)) {
       isOfConvex_ = true;
       rewriting_.replace(tag.name, "mesh");
@@ -304,6 +329,18 @@ class ColladaPreparing {
     } else if (tag.name == "p" && corners_) {
       takeIndices(textAfter(rewriting_.text(), tag));
     }
+  }
+
+  void checkPlacing(const XmlTag& tag, std::size_t count) {
+    const std::string_view text = textAfter(rewriting_.text(), tag);
+    std::string points(text);  // in place of decimal commas, of which Assimp knows
+    std::size_t words = 0;
+    for (TextScan scan(text); !scan.word().empty();) ++words;
+    if (words == count) std::ranges::replace(points, ',', '.');
+    const auto numbers = wordsIn(points);
+    const bool areNumbers = std::ranges::all_of(numbers, [](auto word) { return numberOf<double>(word).has_value(); });
+    if (areNumbers && numbers.size() == count) return;
+    fault_ = "has a <" + std::string(tag.name) + "> of " + inQuotes(text) + "; it is " + std::to_string(count) + " numbers";
   }
 
   /// By the inputs at a primitive's beginning; nothing: none of them is of points.
@@ -344,14 +381,22 @@ class ColladaPreparing {
   std::size_t roomOf(std::string_view source, Accessor& accessor) {
     if (accessor.room) return *accessor.room;
     const auto array = arrays_.find(accessor.array);
-    if (array == arrays_.end()) return std::numeric_limits<std::size_t>::max();  // Assimp says so
+    if (array == arrays_.end()) {
+      fault_ = "has a <source> of the id " + inQuotes(source) + " whose <accessor> reads the array " +
+               inQuotes(accessor.array) + ", which is not there";
+      return 0;
+    }
     const std::size_t before = accessor.offset + accessor.last, numbers = array->second.count;
     std::size_t room = numbers > before ? (numbers - before - 1) / std::max<std::size_t>(accessor.stride, 1) + 1 : 0;
     if (accessor.stride == 0 && room > 0) room = accessor.count;
     accessor.room = std::min(room, accessor.count);
     std::size_t words = 0;
-    eachWord(array->second.numbers, [&](std::string_view) { ++words; });
-    if (words < numbers) {
+    eachWord(array->second.numbers, [&](std::string_view word) {
+      if (++words > numbers || numberOf<double>(word) || !fault_.empty()) return;
+      fault_ = "has a <float_array> with " + inQuotes(word) + " where a number should be, in the <source> " +
+               inQuotes(source);
+    });
+    if (words < numbers && fault_.empty()) {
       fault_ = "has a <float_array> of count " + std::to_string(numbers) + " with " + std::to_string(words) +
                " numbers, in the <source> " + inQuotes(source);
     }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -12,6 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "common/importer/gltf_fields.h"
+#include "common/importer/gltf_pose.h"
+#include "common/importer/gltf_values.h"
 #include "common/importer/xml_text.h"
 #include "common/mesh/text_scan.h"
 
@@ -20,7 +23,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kInt8 = 5120, kUint8 = 5121, kInt16 = 5122, kUint16 = 5123, kFloat32 = 5126;
 constexpr std::uint64_t kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;  // modes of a primitive
 constexpr std::size_t kGlbHead = 12, kChunkHead = 8;
 
@@ -66,64 +68,38 @@ int deepestNesting(std::string_view text) {
   return deepest;
 }
 
-/// The member, where it is a whole number from 0; else `instead`.
-std::uint64_t numberIn(const json& object, const char* key, std::uint64_t instead) {
-  const auto at = object.is_object() ? object.find(key) : object.end();
-  return at != object.end() && at->is_number_unsigned() ? at->get<std::uint64_t>() : instead;
-}
-
-/// Element of a list that is a member; null where it is not there.
-const json& itemIn(const json& object, const char* key, std::uint64_t index) {
-  static const json nothing;
-  const auto at = object.is_object() ? object.find(key) : object.end();
-  return at != object.end() && at->is_array() && index < at->size() ? (*at)[index] : nothing;
-}
-const json& memberIn(const json& object, const char* key) {
-  static const json nothing;
-  const auto at = object.is_object() ? object.find(key) : object.end();
-  return at != object.end() ? *at : nothing;
-}
-
-constexpr std::uint64_t kNone = ~std::uint64_t{0};
-
-/// What base64 says, up to a character that is none of its own.
-std::string fromBase64(std::string_view text) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    const std::size_t digit = kDigits.find(c);
-    if (digit == kDigits.npos) break;
-    bits = bits << 6 | static_cast<std::uint32_t>(digit);
-    if ((count += 6) < 8) continue;
-    count -= 8;
-    bytes += static_cast<char>(bits >> count & 0xff);
-  }
-  return bytes;
-}
-
 class Checker {
  public:
   Checker(json& root, std::optional<std::string_view> binary, std::uint64_t mostOfNothing,
           const IncludeReader& readIncluded)
-      : root_(root), binary_(binary), mostOfNothing_(mostOfNothing), readIncluded_(readIncluded) {}
+      : root_(root),
+        binary_(binary),
+        mostOfNothing_(mostOfNothing),
+        values_(root, binary, readIncluded),
+        fields_(root, binary.has_value()) {}
 
   Result<Gltf> run() {
     if (auto ok = extensions(); !ok) return tl::unexpected(std::move(ok).error());
-    const auto meshes = meshesOfScene();
-    if (!meshes) return tl::unexpected(meshes.error());
+    if (auto ok = fields_.root(); !ok) return tl::unexpected(std::move(ok).error());
+    const auto shown = meshesOfScene();
+    if (!shown) return tl::unexpected(shown.error());
+    for (const std::uint64_t mesh : *shown) {
+      if (auto ok = fields_.mesh(mesh); !ok) return tl::unexpected(std::move(ok).error());
+    }
+    if (auto ok = pose(); !ok) return tl::unexpected(std::move(ok).error());
     leaveOut();
     std::uint64_t triangles = 0;
     bool isKnown = true;
-    for (const std::uint64_t mesh : *meshes) {
+    std::set<std::uint64_t> meshes;
+    for (const json& node : memberIn(root_, "nodes")) meshes.insert(numberIn(node, "mesh", kNoIndex));
+    for (const std::uint64_t mesh : meshes) {
       for (const json& primitive : memberIn(itemIn(root_, "meshes", mesh), "primitives")) {
-        const std::uint64_t positions = numberIn(memberIn(primitive, "attributes"), "POSITION", kNone);
-        const std::uint64_t indices = numberIn(primitive, "indices", kNone);
-        if (auto ok = accessor(positions, true); !ok) return tl::unexpected(std::move(ok).error());
-        if (auto ok = accessor(indices, false); !ok) return tl::unexpected(std::move(ok).error());
+        const std::uint64_t positions = numberIn(memberIn(primitive, "attributes"), "POSITION", kNoIndex);
+        const std::uint64_t indices = numberIn(primitive, "indices", kNoIndex);
+        if (auto ok = accessor(positions, "VEC3"); !ok) return tl::unexpected(std::move(ok).error());
+        if (auto ok = accessor(indices, "SCALAR"); !ok) return tl::unexpected(std::move(ok).error());
         const std::uint64_t corners =
-            numberIn(itemIn(root_, "accessors", indices != kNone ? indices : positions), "count", 0);
+            numberIn(itemIn(root_, "accessors", indices != kNoIndex ? indices : positions), "count", 0);
         const std::uint64_t mode = numberIn(primitive, "mode", kTriangles);
         if (mode == kTriangles) triangles += corners / 3;
         if ((mode == kTriangleStrip || mode == kTriangleFan) && corners > 2) triangles += corners - 2;
@@ -133,7 +109,9 @@ class Checker {
         }
       }
     }
-    if (auto ok = dequantize(*meshes); !ok) return tl::unexpected(std::move(ok).error());
+    if (auto ok = dequantize(meshes); !ok) return tl::unexpected(std::move(ok).error());
+    if (!gltf_.positions.empty())
+      root_["buffers"].push_back({{"byteLength", gltf_.positions.size()}, {"uri", kGltfPositions}});
     if (isKnown) gltf_.triangles = triangles;
     return std::move(gltf_);
   }
@@ -142,9 +120,10 @@ class Checker {
   json& root_;
   const std::optional<std::string_view> binary_;
   const std::uint64_t mostOfNothing_;
-  const IncludeReader& readIncluded_;
+  GltfValues values_;
+  GltfFields fields_;
   Gltf gltf_;
-  std::map<std::string_view, std::string> read_;  ///< By the URI in `root_`.
+  std::vector<std::uint64_t> posed_ = {};  ///< Nodes that are shown, and whose meshes are moved.
 
   [[nodiscard]] Result<void> extensions() const {
     for (const json& name : memberIn(root_, "extensionsRequired")) {
@@ -178,6 +157,7 @@ class Checker {
           if (!item.is_number_unsigned()) continue;
           const auto index = item.get<std::uint64_t>();
           const json& node = itemIn(root_, "nodes", index);
+          if (auto ok = fields_.node(index); !ok) return tl::unexpected(std::move(ok).error());
           if (!nodes.insert(index).second) {
             return refused("", "node " + std::to_string(index) + " is the child of two, or of itself");
           }
@@ -185,8 +165,9 @@ class Checker {
           const bool isHidden =
               isBelowHidden || memberIn(memberIn(more, "KHR_node_visibility"), "visible") == json(false);
           if (isHidden) hidden.insert(index);
-          if (const std::uint64_t mesh = numberIn(node, "mesh", kNone); mesh != kNone && !isHidden) {
+          if (const std::uint64_t mesh = numberIn(node, "mesh", kNoIndex); mesh != kNoIndex && !isHidden) {
             meshes.insert(mesh);
+            if (isPosed(root_, node)) posed_.push_back(index);
             count(node, itemIn(root_, "meshes", mesh));
           }
           if (const json& children = memberIn(node, "children"); !children.empty()) {
@@ -202,11 +183,10 @@ class Checker {
 
   /// What a node that is shown has beside its mesh.
   void count(const json& node, const json& mesh) {
-    gltf_.leftOut.skins += memberIn(node, "skin").is_null() ? 0 : 1;
     const json& primitives = memberIn(mesh, "primitives");
     const bool hasTargets = std::any_of(primitives.begin(), primitives.end(),
                                         [](const json& each) { return !memberIn(each, "targets").empty(); });
-    gltf_.leftOut.morphs += hasTargets ? 1 : 0;
+    gltf_.leftOut.morphs += hasTargets && !isPosed(root_, node) ? 1 : 0;
     const json& instancing = memberIn(memberIn(node, "extensions"), "EXT_mesh_gpu_instancing");
     std::uint64_t copies = 0;
     for (const json& accessor : memberIn(instancing, "attributes")) {
@@ -221,8 +201,8 @@ class Checker {
     std::set<std::uint64_t> placed;
     const json& nodes = memberIn(root_, "nodes");
     for (std::uint64_t index = 0; nodes.is_array() && index < nodes.size(); ++index) {
-      const std::uint64_t mesh = numberIn(nodes[index], "mesh", kNone);
-      if (mesh == kNone) continue;
+      const std::uint64_t mesh = numberIn(nodes[index], "mesh", kNoIndex);
+      if (mesh == kNoIndex) continue;
       placed.insert(mesh);
       if (reached.contains(index) && !hidden.contains(index)) continue;
       ++gltf_.leftOut.unshown;
@@ -244,8 +224,17 @@ class Checker {
         if (item.is_object()) take(item);
       }
     };
+    for (const char* const list : {"scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers"}) {
+      eachIn(list, [](json& item) {
+        if (!memberIn(item, "name").is_string()) item.erase("name");
+      });
+    }
     eachIn("nodes", [](json& node) {
       for (const char* const key : {"skin", "camera", "weights", "extensions"}) node.erase(key);
+      makeUnit(node);
+    });
+    eachIn("buffers", [](json& buffer) {
+      if (const json& uri = memberIn(buffer, "uri"); uri.is_string()) buffer["uri"] = plainDataUri(uri);
     });
     eachIn("meshes", [&](json& mesh) {
       mesh.erase("weights");
@@ -273,77 +262,103 @@ class Checker {
     });
   }
 
+  /// Assimp scales by a quaternion whose length is not 1.
+  static void makeUnit(json& node) {
+    const json& turn = memberIn(node, "rotation");
+    double sum = 0;
+    for (const json& each : turn) sum += each.is_number() ? each.get<double>() * each.get<double>() : NAN;
+    constexpr double kOfRounding = 1e-6;  // stays as it is
+    if (turn.size() != 4 || !(sum > 0) || !std::isfinite(sum) || std::abs(sum - 1) < kOfRounding) return;
+    for (json& each : node["rotation"]) each = each.get<double>() / std::sqrt(sum);
+  }
+
+  /// In the letters of base64 that Assimp knows (RFC 4648, section 4, not 5), filled up to four.
+  static std::string plainDataUri(std::string uri) {
+    const std::size_t text = uri.starts_with("data:") ? uri.find(',') : uri.npos;
+    if (text == uri.npos) return uri;
+    std::replace(uri.begin() + static_cast<std::ptrdiff_t>(text), uri.end(), '-', '+');
+    std::replace(uri.begin() + static_cast<std::ptrdiff_t>(text), uri.end(), '_', '/');
+    uri.append((4 - (uri.size() - text - 1) % 4) % 4, '=');
+    return uri;
+  }
+
   /// KHR_mesh_quantization: positions of integers, which Assimp does not read.
   [[nodiscard]] Result<void> dequantize(const std::set<std::uint64_t>& meshes) {
     std::set<std::uint64_t> quantized;
     for (const std::uint64_t mesh : meshes) {
       for (const json& primitive : memberIn(itemIn(root_, "meshes", mesh), "primitives")) {
-        const std::uint64_t index = numberIn(memberIn(primitive, "attributes"), "POSITION", kNone);
+        const std::uint64_t index = numberIn(memberIn(primitive, "attributes"), "POSITION", kNoIndex);
         const json& accessor = itemIn(root_, "accessors", index);
-        if (memberIn(primitive, "extensions").is_null() && numberIn(accessor, "componentType", kFloat32) != kFloat32)
+        if (memberIn(primitive, "extensions").is_null() && numberIn(accessor, "componentType", gltf::kFloat32) != gltf::kFloat32)
           quantized.insert(index);
       }
     }
-    if (quantized.empty()) return {};
-    const auto isList = [&](const char* key) { return memberIn(root_, key).is_array(); };
-    if (!isList("buffers") || !isList("bufferViews")) return refused("", "has accessors of no buffer");
-    const std::size_t buffer = root_["buffers"].size();
     for (const std::uint64_t index : quantized) {
-      json& accessor = root_["accessors"][index];
-      const json& view = itemIn(root_, "bufferViews", numberIn(accessor, "bufferView", kNone));
-      if (view.is_null() || !memberIn(accessor, "sparse").is_null()) {
-        return refused("", "accessor " + std::to_string(index) +
-                               " has quantized positions that are sparse, or of no bytes; export them as float32");
+      const auto values = values_.of(index, "VEC3", mostOfNothing_);
+      if (!values) return tl::unexpected(values.error());
+      std::string bytes;
+      for (const double value : *values) {
+        const auto number = static_cast<float>(value);
+        bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
       }
-      const auto bytes = bytesIn(numberIn(view, "buffer", 0));
-      if (!bytes) return tl::unexpected(bytes.error());
-      const std::size_t from = gltf_.positions.size();
-      const std::string_view all = *bytes;
-      const std::uint64_t at = numberIn(view, "byteOffset", 0) + numberIn(accessor, "byteOffset", 0);
-      const std::uint64_t element = bytesOf(accessor), stride = strideOf(view, element);
-      const std::uint64_t count = numberIn(accessor, "count", 0);
-      if (count > 0 && at + (count - 1) * stride + element > all.size()) {
-        return refused("", "accessor " + std::to_string(index) + " is of more bytes than its buffer has");
-      }
-      for (std::uint64_t i = 0; i < count; ++i) appendFloats(accessor, all.substr(at + i * stride, element));
-      const std::size_t size = gltf_.positions.size() - from;
-      accessor["componentType"] = kFloat32;
-      accessor["bufferView"] = root_["bufferViews"].size();
-      for (const char* const key : {"byteOffset", "normalized", "min", "max"}) accessor.erase(key);
-      root_["bufferViews"].push_back({{"buffer", buffer}, {"byteOffset", from}, {"byteLength", size}});
+      root_["accessors"][index] = accessorOf(bytes);
     }
-    root_["buffers"].push_back({{"byteLength", gltf_.positions.size()}, {"uri", kGltfPositions}});
     return {};
   }
 
-  void appendFloats(const json& accessor, std::string_view element) {
-    const std::uint64_t type = numberIn(accessor, "componentType", 0);
-    const bool isWide = type == kInt16 || type == kUint16, isSigned = type == kInt8 || type == kInt16;
-    const int bits = isWide ? 16 : 8, size = isWide ? 2 : 1;
-    const bool isNormalized = memberIn(accessor, "normalized") == json(true);
-    const double most = isSigned ? (1 << (bits - 1)) - 1 : (1 << bits) - 1;
-    for (int i = 0; i < 3; ++i) {
-      int value = static_cast<unsigned char>(element[i * size]);
-      if (isWide) value |= static_cast<unsigned char>(element[i * size + 1]) << 8;
-      if (isSigned && value >= 1 << (bits - 1)) value -= 1 << bits;
-      const auto number = static_cast<float>(isNormalized ? std::max(value / most, -1.0) : value);
-      gltf_.positions.append(reinterpret_cast<const char*>(&number), sizeof number);
-    }
+  /// Of positions that are added to the file's.
+  json accessorOf(const std::string& bytes) {
+    constexpr std::size_t kPoint_bytes = 3 * sizeof(float);
+    if (!memberIn(root_, "bufferViews").is_array()) root_["bufferViews"] = json::array();
+    const std::size_t view = root_["bufferViews"].size(), from = gltf_.positions.size();
+    root_["bufferViews"].push_back(
+        {{"buffer", memberIn(root_, "buffers").size()}, {"byteOffset", from}, {"byteLength", bytes.size()}});
+    gltf_.positions += bytes;
+    return {{"bufferView", view}, {"componentType", gltf::kFloat32}, {"type", "VEC3"}, {"count", bytes.size() / kPoint_bytes}};
   }
 
-  [[nodiscard]] Result<std::string_view> bytesIn(std::uint64_t index) {
-    const json& uri = memberIn(itemIn(root_, "buffers", index), "uri");
-    if (!uri.is_string()) return binary_.value_or("");
-    const auto& text = uri.get_ref<const std::string&>();
-    if (const auto at = read_.find(text); at != read_.end()) return at->second;
-    std::optional<std::string> bytes;
-    if (text.starts_with("data:")) {
-      bytes = fromBase64(std::string_view(text).substr(text.find(',') + 1));
-    } else {
-      bytes = readIncluded_(withoutPercents(text));
+  /// Gives nodes that are posed meshes of their own; of those with a skin, to a node of the scene.
+  [[nodiscard]] Result<void> pose() {
+    if (posed_.empty()) return {};
+    GltfPose poses(root_, values_, mostOfNothing_);
+    for (const std::uint64_t index : posed_) {
+      json& node = root_["nodes"][index];
+      json mesh = itemIn(root_, "meshes", numberIn(node, "mesh", kNoIndex));
+      if (isPacked(mesh)) {
+        ++(memberIn(node, "skin").is_null() ? gltf_.leftOut.morphs : gltf_.leftOut.skins);
+        continue;
+      }
+      const auto positions = poses.of(node);
+      if (!positions) return tl::unexpected(positions.error());
+      json primitives = json::array();
+      for (std::size_t i = 0; i < positions->size(); ++i) {
+        if ((*positions)[i].empty()) continue;
+        primitives.push_back(mesh["primitives"][i]);
+        primitives.back()["attributes"] = json{{"POSITION", root_["accessors"].size()}};
+        root_["accessors"].push_back(accessorOf((*positions)[i]));
+      }
+      mesh["primitives"] = std::move(primitives);
+      const std::size_t own = root_["meshes"].size();
+      root_["meshes"].push_back(std::move(mesh));
+      if (memberIn(node, "skin").is_null()) {
+        node["mesh"] = own;
+        continue;
+      }
+      json shown{{"mesh", own}};
+      if (const json& name = memberIn(node, "name"); !name.is_null()) shown["name"] = name;
+      node.erase("mesh");
+      root_["scenes"][numberIn(root_, "scene", 0)]["nodes"].push_back(root_["nodes"].size());
+      root_["nodes"].push_back(std::move(shown));
     }
-    if (!bytes) return refused("", "names the file " + inQuotes(text) + ", which is not in its folder or below");
-    return read_.emplace(text, *std::move(bytes)).first->second;
+    return {};
+  }
+
+  /// By Draco, whose points Assimp knows alone.
+  static bool isPacked(const json& mesh) {
+    const json& primitives = memberIn(mesh, "primitives");
+    return std::any_of(primitives.begin(), primitives.end(), [](const json& each) {
+      return !memberIn(memberIn(each, "extensions"), "KHR_draco_mesh_compression").is_null();
+    });
   }
 
   /// As Assimp has it: 0 is that of values without a gap.
@@ -352,14 +367,9 @@ class Checker {
     return stride > 0 ? stride : element;
   }
 
-  [[nodiscard]] static std::uint64_t bytesOf(const json& accessor) {
-    const std::uint64_t type = numberIn(accessor, "componentType", 0);
-    const std::uint64_t each = type == kInt8 || type == kUint8 ? 1 : type == kInt16 || type == kUint16 ? 2 : 4;
-    return each * (memberIn(accessor, "type") == "VEC3" ? 3 : 1);
-  }
-
   /// What a buffer may hold: what its file has, where that is this one.
   [[nodiscard]] std::uint64_t bytesOfBuffer(std::uint64_t index) const {
+    if (index == memberIn(root_, "buffers").size()) return gltf_.positions.size();  // which is added at last
     const json& buffer = itemIn(root_, "buffers", index);
     const std::uint64_t claimed = numberIn(buffer, "byteLength", 0);
     const json& uri = memberIn(buffer, "uri");
@@ -369,19 +379,14 @@ class Checker {
     return text.starts_with("data:") ? std::min<std::uint64_t>(claimed, text.size()) : claimed;
   }
 
-  [[nodiscard]] Result<void> accessor(std::uint64_t index, bool isOfPositions) const {
+  [[nodiscard]] Result<void> accessor(std::uint64_t index, const char* type) {
     const json& accessor = itemIn(root_, "accessors", index);
     if (accessor.is_null()) return {};
-    const std::string name = "accessor " + std::to_string(index);
-    const std::uint64_t type = numberIn(accessor, "componentType", kFloat32);
-    if (isOfPositions && type != kFloat32 && !(type >= kInt8 && type <= kUint16)) {
-      return refused("", name + " has positions of component type " + std::to_string(type) +
-                             "; they are float32, or integers of 8 or 16 bits");
-    }
-    if (isOfPositions && memberIn(accessor, "type") != "VEC3")
-      return refused("", name + " has positions whose type is not \"VEC3\"");
-    const std::uint64_t count = numberIn(accessor, "count", 0), element = bytesOf(accessor);
-    const json& view = itemIn(root_, "bufferViews", numberIn(accessor, "bufferView", kNone));
+    const std::string name = "accessors[" + std::to_string(index) + "]";
+    const std::uint64_t count = numberIn(accessor, "count", 0);
+    const std::uint64_t element =
+        gltf::bytesOf(numberIn(accessor, "componentType", 0)) * gltf::componentsOf(accessor);
+    const json& view = itemIn(root_, "bufferViews", numberIn(accessor, "bufferView", kNoIndex));
     const std::uint64_t stride = strideOf(view, element);
     std::uint64_t most = mostOfNothing_;
     if (!view.is_null()) {
@@ -392,16 +397,23 @@ class Checker {
       view_bytes -= std::min(offset, view_bytes);
       most = view_bytes < element ? 0 : (view_bytes - element) / stride + 1;
     }
-    if (count <= most) return {};
+    if (count <= most && memberIn(accessor, "sparse").is_null()) return {};
+    if (count <= most) return values_.of(index, type, mostOfNothing_).map([](const auto& /*numbers*/) {});
     return refused("",
                    name + " claims " + std::to_string(count) + " values; there are bytes for " + std::to_string(most));
   }
 };
 
-/// A file of no scene shows all of its nodes.
+/// A file of no scene shows all of its nodes, and one without nodes all of its meshes.
 void showAllNodes(json& root) {
-  const json& nodes = memberIn(root, "nodes");
-  if (memberIn(root, "scenes").size() > 0 || !nodes.is_array()) return;
+  if (memberIn(root, "scenes").size() > 0) return;
+  if (memberIn(root, "nodes").empty()) {
+    root["nodes"] = json::array();
+    for (std::size_t mesh = 0; mesh < memberIn(root, "meshes").size(); ++mesh)
+      root["nodes"].push_back(json{{"mesh", mesh}});
+  }
+  const json& nodes = root["nodes"];
+  if (!nodes.is_array()) return;
   std::vector<bool> isChild(nodes.size(), false);
   for (const json& node : nodes) {
     for (const json& child : memberIn(node, "children")) {
@@ -441,10 +453,21 @@ Result<Gltf> preparedGltf(std::string file, std::uint64_t mostOfNothing, const I
   if (deepestNesting(chunks->text) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
-  json root = json::parse(chunks->text, nullptr, false);
-  if (!root.is_object()) return refused("", "is no glTF: its JSON is cut off or damaged");
+  json root;
+  try {
+    root = json::parse(chunks->text);
+  } catch (const json::parse_error& error) {
+    const std::string_view before = chunks->text.substr(0, error.byte);
+    const std::string line = std::to_string(1 + std::ranges::count(before, '\n'));
+    const bool isCode = std::string_view(error.what()).find("UTF-8") != std::string_view::npos;
+    return refused("", "is no glTF: its JSON is " + std::string(isCode ? "not in UTF-8" : "cut off or damaged") +
+                           " in line " + line);
+  }
+  if (!root.is_object()) return refused("", "is no glTF: its JSON is no object {}");
   if (memberIn(root, "meshes").is_object())
     return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};  // of version 1
+  writeWholeNumbersAsSuch(root);
+  if (json& asset = root["asset"]; memberIn(asset, "version") == 2) asset["version"] = "2.0";
   showAllNodes(root);
   auto gltf = Checker(root, chunks->binary, mostOfNothing, readIncluded).run();
   if (!gltf) return gltf;

@@ -56,11 +56,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <deque>
 #include <filesystem>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 #include <new>
@@ -71,6 +74,7 @@
 #include <vector>
 
 #include "common/importer/unpacked.h"
+#include "common/importer/vrml_protos.h"
 #include "common/mesh/text_scan.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/text/plain_text.h"
@@ -83,17 +87,30 @@ namespace {
 /// models nest below 50.
 constexpr int kDeepestNesting = 500;
 
+constexpr std::string_view kBetweenWords = " \t\r\n,[]{}\"#";
+
 /// Messages of Coin while it reads a file, which would go to stderr: the first one, and the last of what it cannot read, at
 /// which it ends. That a picture is missing ends nothing.
 struct Said {
   std::string first, last;
 
+  /// "line 2: Unknown field ..." of "Coin read error: Unknown field ...\n\tOccurred at line   2 in ...".
   [[nodiscard]] std::string text() const {
     std::string text = last.empty() ? first : last;
+    std::string line;
+    constexpr std::string_view kHead = "Coin read error: ", kPlace = "Occurred at line";
+    if (text.starts_with(kHead)) text.erase(0, kHead.size());
+    if (const std::size_t place = text.find(kPlace); place != text.npos) {
+      const std::size_t digits = text.find_first_of("0123456789", place);
+      if (digits != text.npos) line = text.substr(digits, text.find_first_not_of("0123456789", digits) - digits);
+      text.resize(place);
+    }
     std::erase(text, '\t');
     std::ranges::replace(text, '\n', ' ');
+    while (text.ends_with(' ')) text.pop_back();
     constexpr std::size_t kMaxSaid = 200;
-    return text.empty() ? text : ": Coin says \"" + printable(text.substr(0, kMaxSaid)) + '"';
+    if (text.empty()) return {};
+    return (line.empty() ? ": " : " at line " + line + ": ") + "Coin says \"" + printable(text.substr(0, kMaxSaid)) + '"';
   }
 };
 Said& said() {
@@ -101,8 +118,9 @@ Said& said() {
   return all;
 }
 
-int deepestNesting(std::string_view text) {
-  int depth = 0, deepest = 0;
+/// Each character of a text that is in no comment and no quotes.
+template <class Take>
+void eachPlain(std::string_view text, const Take& take) {
   bool quote = false, comment = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -115,13 +133,57 @@ int deepestNesting(std::string_view text) {
       quote = true;
     } else if (c == '#') {
       comment = true;
-    } else if (c == '{' || c == '[') {
-      deepest = std::max(deepest, ++depth);
-    } else if (c == '}' || c == ']') {
-      --depth;
+    } else {
+      take(i);
     }
   }
-  return deepest;
+}
+
+/// Braces and brackets within one another, and those that are open at the end.
+struct Nesting {
+  int deepest = 0, open = 0;
+};
+Nesting nestingOf(std::string_view text) {
+  Nesting nesting;
+  eachPlain(text, [&](std::size_t i) {
+    const char c = text[i];
+    if (c == '{' || c == '[') nesting.deepest = std::max(nesting.deepest, ++nesting.open);
+    if (c == '}' || c == ']') --nesting.open;
+  });
+  return nesting;
+}
+int deepestNesting(std::string_view text) { return nestingOf(text).deepest; }
+
+/// Whether the first line says so.
+bool isBinary(std::string_view text) { return text.substr(0, text.find('\n')).find("binary") != text.npos; }
+
+/// Coin takes a number that float32 does not hold for another.
+Result<void> checkNumbers(std::string_view text) {
+  if (isBinary(text)) return {};
+  constexpr std::string_view kInWord = "+-.0123456789eE";
+  std::size_t end = 0;
+  std::string fault;
+  eachPlain(text, [&](std::size_t i) {
+    const bool isDigit = text[i] >= '0' && text[i] <= '9';
+    if (i < end || !fault.empty()) return;
+    if (!isDigit && (text[i] != '.' && text[i] != '-' && text[i] != '+')) {
+      if (kBetweenWords.find(text[i]) == kBetweenWords.npos)
+        end = std::min(text.find_first_of(kBetweenWords, i), text.size());  // a name
+      return;
+    }
+    end = std::min(text.find_first_not_of(kInWord, i), text.size());
+    const std::string_view word = text.substr(i, end - i);
+    double value = 0;
+    const auto [last, error] = std::from_chars(word.data() + (word[0] == '+' ? 1 : 0), word.data() + word.size(), value);
+    const bool isTooLarge = error == std::errc::result_out_of_range
+                                ? word.find("e-") == word.npos && word.find("E-") == word.npos
+                                : std::abs(value) > static_cast<double>(std::numeric_limits<float>::max());
+    if (!isTooLarge) return;
+    fault = "has the number " + inQuotes(word) + " at line " +
+            std::to_string(1 + std::ranges::count(text.substr(0, i), '\n')) + ", which float32 does not hold";
+  });
+  if (fault.empty()) return {};
+  return refused("", fault);
 }
 
 /// Without a byte order mark and blanks before the head.
@@ -129,7 +191,10 @@ std::string plain(std::string_view file) {
   if (file.starts_with("\xef\xbb\xbf")) file.remove_prefix(3);
   const std::size_t head = file.find_first_not_of(" \t\r\n");
   if (head != std::string_view::npos && file[head] == '#') file.remove_prefix(head);
-  return std::string(file);
+  std::string text(file);
+  constexpr std::string_view kVrml = "#VRML V2.0 utf8";
+  if (inLowerCase(text.substr(0, kVrml.size())) == inLowerCase(kVrml)) text.replace(0, kVrml.size(), kVrml);
+  return text;
 }
 
 /// The result of fopen() while Coin opens a file that it may include; null: none.
@@ -147,14 +212,14 @@ struct Included {
   const IncludeReader& read;
   std::deque<std::string> files = {};               ///< Coin reads them where they are.
   std::map<std::string, SoSeparator*> scenes = {};  ///< Of Inlines, by path; null: none, or it is being read.
-  std::uint64_t leftOut = 0;
+  std::vector<std::string> missing = {};            ///< Names; of each a part is left out.
   std::size_t bytes = 0;
 
   /// Null: it is not there, or nests more levels than `deepest`.
-  const std::string* take(const std::string& name, int deepest) {
+  std::string* take(const std::string& name, int deepest) {
     const auto file = read(name);
     const Result<std::string> text = file ? unpacked(*file).map(plain) : refused("", "is not there");
-    if (!text || deepestNesting(*text) > deepest) return nullptr;
+    if (!text || deepestNesting(*text) > deepest || !checkNumbers(*text)) return nullptr;
     bytes += text->size();
     return &files.emplace_back(*text);
   }
@@ -172,7 +237,7 @@ class ConfinedInput final : public SoInput {
       handedOver() = nullptr;
       if (pushed) return TRUE;
     }
-    ++included_.leftOut;
+    included_.missing.emplace_back(name);
     return FALSE;
   }
 
@@ -180,8 +245,13 @@ class ConfinedInput final : public SoInput {
   Included& included_;
 };
 
-/// Null: it cannot be read.
-SoSeparator* read(const std::string& text, Included& included) {
+/// Null: it cannot be read. @param text  Afterwards, as Coin reads it.
+SoSeparator* read(std::string& text, Included& included) {
+  if (text.starts_with("#VRML V2")) {
+    auto protos = withProtosThatAreThere(text, [&](const std::string& name) { return included.read(name).has_value(); });
+    std::ranges::move(protos.missing, std::back_inserter(included.missing));
+    text = std::move(protos.text);
+  }
   ConfinedInput input(included);
   input.setBuffer(text.data(), text.size());
   return input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
@@ -217,7 +287,7 @@ void fillInlines(SoNode& root, const std::filesystem::path& folder, int deepest,
       if (name.empty() || name.find("://") != name.npos) continue;
       const std::filesystem::path path = (folder / name).lexically_normal();
       const auto [scene, isNew] = included.scenes.try_emplace(path.string());
-      const std::string* const text = isNew ? included.take(path.string(), deepest) : nullptr;
+      std::string* const text = isNew ? included.take(path.string(), deepest) : nullptr;
       if (SoSeparator* const own = text != nullptr ? read(*text, included) : nullptr) {
         own->ref();
         fillInlines(*own, path.parent_path(), deepest - deepestNesting(*text) - 1, included);
@@ -232,7 +302,7 @@ void fillInlines(SoNode& root, const std::filesystem::path& folder, int deepest,
       }
       break;
     }
-    if (!names.empty() && filled == nullptr) ++included.leftOut;
+    if (!names.empty() && filled == nullptr) included.missing.push_back(names.front());
   }
 }
 
@@ -486,6 +556,7 @@ SoCallbackAction::Response takeVrmlFaces(void* data, SoCallbackAction* action, c
   const SoNode* points = shape.coord.getValue();
   static const SoMFVec3f none;
   const bool isThere = points != nullptr && points->isOfType(SoVRMLCoordinate::getClassTypeId());
+  if (points != nullptr && !isThere) return skip(data, action, node);  // of a prototype
   Faces faces(*static_cast<Gathering*>(data), *action,
               isThere ? &static_cast<const SoVRMLCoordinate*>(points)->point : &none, shape.ccw.getValue() == FALSE);
   eachRun(shape.coordIndex, [&](const auto& face) { faces.add(face); });
@@ -630,6 +701,29 @@ void gather(SoNode* root, Gathering& gathering) {
   action.apply(root);
 }
 
+/// Whether a text in Open Inventor or VRML has its first line; binary files have one, too.
+bool hasHead(std::string_view file) { return file.starts_with("#Inventor V") || file.starts_with("#VRML V"); }
+
+std::string listOf(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 8;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) list += (i > 0 ? ", " : "") + inQuotes(names[i]);
+  return list + (names.size() > kMost ? " and " + std::to_string(names.size() - kMost) + " more" : "");
+}
+
+Error notRead(const std::string& file) {
+  const std::string line = printable(std::string_view(file).substr(0, std::min(file.find_first_of("\r\n"), std::size_t{40})));
+  if (!hasHead(file)) {
+    return {"", "begins with \"" + line + "\"; the first line of Open Inventor and VRML is \"#Inventor V2.1 ascii\" or \"#VRML V2.0 utf8\""};
+  }
+  if (file.starts_with("#VRML V") && !file.starts_with("#VRML V1.0") && !file.starts_with("#VRML V2.0"))
+    return {"", "is VRML of another version, \"" + line + "\"; V1.0 and V2.0 (VRML 97) are read"};
+  if (const int open = nestingOf(file).open; open > 0 && !isBinary(file)) {
+    return {"", "is cut off or damaged: at its end " + std::to_string(open) + " braces or brackets are open" + said().text()};
+  }
+  return {"", "cannot be read as Open Inventor" + said().text()};
+}
+
 }  // namespace
 
 void startInventor() {
@@ -650,27 +744,32 @@ void startInventor() {
 Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& readIncluded) {
   opensFiles() = false;
   if (const auto text = plainText(bytes); !text) return tl::unexpected(text.error());
-  const std::string file = plain(bytes);
+  std::string file = plain(bytes);
   if (deepestNesting(file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
+  if (auto ok = checkNumbers(file); !ok) return tl::unexpected(std::move(ok).error());
   Included included{readIncluded};
   SoSeparator* root = read(file, included);
-  if (root == nullptr) {
-    return refused("", "cannot be read as Open Inventor" + said().text());
-  }
+  if (root == nullptr) return tl::unexpected(notRead(file));
   root->ref();
   fillInlines(*root, {}, kDeepestNesting - deepestNesting(file), included);
   const std::size_t most = kMaxOfFewBytes + file.size() + included.bytes;
   Gathering gathering{.found = {}, .maxTriangles = std::min<std::size_t>(kMaxTriangles, most)};
-  gathering.found.shapesSkipped = included.leftOut;
+  gathering.found.shapesSkipped = included.missing.size();
   Walk walk;
   gathering.fault = walk.fault(*root, most);
   if (gathering.fault.empty()) gather(root, gathering);
   gathering.found.leftOut.unshown += walk.shapesBeside(gathering.shown);
   root->unref();
   if (!gathering.fault.empty()) return refused("", gathering.fault);
-  return std::move(gathering.found);
+  PolygonSoup& found = gathering.found;
+  if (found.triangles.empty() && !included.missing.empty() && found.shapesSkipped == included.missing.size())
+    return refused("", "holds nothing but what is in files that are not in its folder or below: " + listOf(included.missing));
+  if (found.triangles.empty() && found.degenerate + found.shapesSkipped == 0 && !hasHead(file))
+    return tl::unexpected(notRead(file));
+  if (nestingOf(file).open > 0 && !isBinary(file)) found.cutOff = notRead(file).reason;
+  return std::move(found);
 }
 
 }  // namespace haptics

@@ -24,6 +24,10 @@ class Checking {
       if (!tag.ends) take(tag);
       return fault_.empty();
     });
+    for (const auto& [element, id] : named_) {
+      if (fault_.empty() && !objects_.contains(id))
+        fault_ = "has " + element + " of the object of id " + inQuotes(id) + ", which is not there (objectid)";
+    }
     for (auto& [id, object] : objects_) {
       if (fault_.empty() && isInItself(object))
         fault_ = "has an object of id " + inQuotes(id) + " that is a part of itself";
@@ -41,6 +45,7 @@ class Checking {
   std::string_view text_;
   std::string fault_;
   std::map<std::string_view, Object> objects_;
+  std::vector<std::pair<std::string, std::string_view>> named_;  ///< By items and components: an element, an object.
   std::string_view object_;  ///< The last that began.
   std::size_t vertices_ = 0, triangles_ = 0;
 
@@ -64,8 +69,10 @@ class Checking {
       if (!objects_.try_emplace(object_).second) fault_ = "has two objects of id " + inQuotes(object_);
     } else if (tag.name == "component") {
       objects_[object_].parts.push_back(attributeIn(tag.inside, "objectid"));
+      named_.emplace_back("a <component>", attributeIn(tag.inside, "objectid"));
       checkTransform(tag);
     } else if (tag.name == "item") {
+      named_.emplace_back("an <item>", attributeIn(tag.inside, "objectid"));
       checkTransform(tag);
     } else if (tag.name == "model") {
       const std::string_view unit = attributeIn(tag.inside, "unit");

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -93,6 +94,24 @@ constexpr std::string_view kUnfeltOfX3d[] = {"Appearance",
                                              "TextureProjectorParallel",
                                              "ListenerPointSource",
                                              "SpatialSound"};
+
+/// Fields of numbers: so many, or so many to each point of a list.
+struct NumbersField {
+  std::string_view node, field;
+  std::size_t count;
+  bool isList;
+};
+constexpr NumbersField kNumbers[] = {{"Coordinate", "point", 3, true},
+                                     {"Transform", "translation", 3, false},
+                                     {"Transform", "scale", 3, false},
+                                     {"Transform", "center", 3, false},
+                                     {"Box", "size", 3, false},
+                                     {"Sphere", "radius", 1, false},
+                                     {"Rectangle2D", "size", 2, false},
+                                     {"TriangleSet2D", "vertices", 2, true}};
+
+// The numbers of points, and of some -1 after each face.
+constexpr std::string_view kIndexed[] = {"IndexedTriangleSet", "IndexedTriangleStripSet", "IndexedTriangleFanSet"};
 
 /// Indices without faces of no corner.
 std::string withoutEmpty(std::string_view indices) {
@@ -288,6 +307,7 @@ class X3dPreparing {
   std::string fault_;
   std::vector<Open> open_;
   std::map<std::size_t, std::size_t> points_;  ///< Of clockwise TriangleSets, by where each begins.
+  std::set<std::string_view> names_;           ///< Of DEF.
   std::size_t mostOfStrips_ = rewriting_.text().size();
 
   [[nodiscard]] static bool endsItself(const XmlTag& tag) { return tag.inside.ends_with('/'); }
@@ -302,6 +322,7 @@ class X3dPreparing {
         if (!open.empty()) open.pop_back();
         return true;
       }
+      if (const std::string_view name = attributeIn(tag.inside, "DEF"); !name.empty()) names_.insert(name);
       if (!open.empty() && open.back() != nullptr && *open.back() == 0 && isOneOf(kOfPoints, tag.name)) {
         eachWord(attributeIn(tag.inside, "point"), [&](std::string_view) { ++*open.back(); });
         *open.back() /= 3;
@@ -352,8 +373,41 @@ class X3dPreparing {
     }
   }
 
+  /// Assimp takes some words for 0.
+  void checkNumbers(const XmlTag& tag) {
+    const auto as = readAs().find(tag.name);
+    const std::string_view name = as != readAs().end()        ? as->second
+                                  : tag.name == "GeoCoordinate" ? std::string_view("Coordinate")
+                                                                : tag.name;
+    for (const auto& [node, field, count, isList] : kNumbers) {
+      if (node != name) continue;
+      const std::string_view text = attributeIn(tag.inside, field);
+      std::size_t words = 0;
+      std::string_view wrong;
+      eachWord(text, [&](std::string_view word) {
+        ++words;
+        if (wrong.empty() && !numberOf<double>(word)) wrong = word;
+      });
+      const bool comesOut = isList ? words % count == 0 : words == count || text.empty();
+      if ((wrong.empty() && comesOut) || !fault_.empty()) continue;
+      fault_ = "has a " + std::string(tag.name) + " whose " + std::string(field) + " has " +
+               (wrong.empty() ? std::to_string(words) + " numbers" : inQuotes(wrong)) + "; it has " +
+               std::to_string(count) + " numbers" + (isList ? " for each point" : "");
+    }
+    if (!isOneOf(kIndexed, name)) return;
+    eachWord(attributeIn(tag.inside, "index"), [&](std::string_view word) {
+      if (word == "-1" || numberOf<std::uint32_t>(word) || !fault_.empty()) return;
+      fault_ = "has an " + std::string(name) + " whose index has " + inQuotes(word) +
+               "; it has the numbers of points, from 0";
+    });
+  }
+
   void take(const XmlTag& tag, Open& own) {
     const auto attribute = [&](std::string_view name) { return attributeIn(tag.inside, name); };
+    checkNumbers(tag);
+    if (const std::string_view used = attribute("USE"); !used.empty() && !names_.contains(used) && fault_.empty()) {
+      fault_ = "uses a " + std::string(tag.name) + " of the name " + inQuotes(used) + " (USE), which is not there (DEF)";
+    }
     if (tag.name == "unit" && attribute("category") == "length") prepared_.unit = attribute("conversionFactor");
     const bool isUsed = !attribute("USE").empty();
     if (isUsed) own.children = 1;  // of what it uses

@@ -8,8 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/text/printable.h"
+
 namespace haptics {
 namespace {
+
+/// Of an element, in a refusal.
+constexpr std::size_t kLongestName = 40;
 
 /// Of UTF-16; nothing: it is damaged.
 std::optional<std::string> inUtf8(std::string_view text, bool isBigEndian) {
@@ -167,14 +172,33 @@ Result<std::string> plainXml(std::string text) {
   return text;
 }
 
-int deepestNestingOf(std::string_view text) {
-  int depth = 0, deepest = 0;
+Result<void> checkNesting(std::string_view text, std::string_view root) {
+  const auto tagOf = [](std::string_view name, bool ends = false) {
+    return (ends ? "</" : "<") + printable(name.substr(0, kLongestName)) + '>';
+  };
+  std::vector<std::string_view> open;
+  std::string fault;
+  bool hasBegun = false;
   eachTag(text, [&](const XmlTag& tag) {
-    if (!tag.inside.ends_with('/')) depth = std::max(depth + (tag.ends ? -1 : 1), 0);
-    deepest = std::max(deepest, depth);
-    return true;
+    if (!hasBegun && tag.name != root)
+      fault = "begins with " + tagOf(tag.name, tag.ends) + "; its first element has to be " + tagOf(root);
+    hasBegun = true;
+    if (tag.ends && !open.empty() && open.back() != tag.name)
+      fault = "is damaged: " + tagOf(open.back()) + " ends with " + tagOf(tag.name, true);
+    if (tag.ends && open.empty() && fault.empty()) fault = "is damaged: " + tagOf(tag.name, true) + " ends nothing";
+    if (!fault.empty()) return false;
+    if (tag.ends) {
+      open.pop_back();
+    } else if (!tag.inside.ends_with('/')) {
+      open.push_back(tag.name);
+      if (open.size() > kDeepestNesting) fault = "nests more than " + std::to_string(kDeepestNesting) + " levels deep";
+    }
+    return fault.empty();
   });
-  return deepest;
+  if (!hasBegun) fault = "is no XML: it has no element; its first has to be " + tagOf(root);
+  if (fault.empty() && !open.empty()) fault = "is cut off: " + tagOf(open.back()) + " does not end";
+  if (fault.empty()) return {};
+  return refused("", fault);
 }
 
 std::string_view XmlRewriting::whole(const XmlTag& tag) const {

@@ -63,8 +63,9 @@ void eachTag(std::string_view text, const Take& take) {
 /// ("&#10;"), and the prefix that its first element has, if any, of each element that has the same. Refused: UTF-16 that is cut off or damaged.
 [[nodiscard]] Result<std::string> plainXml(std::string text);
 
-/// How many elements are within one another.
-[[nodiscard]] int deepestNestingOf(std::string_view text);
+/// Refused: elements that nest deeper than kDeepestNesting, that do not end, or that end within others; a first one of another
+/// name. @param root  Its name.
+[[nodiscard]] Result<void> checkNesting(std::string_view text, std::string_view root);
 
 /// A text part of which is written anew, in the text's order.
 class XmlRewriting {

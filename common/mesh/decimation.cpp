@@ -10,7 +10,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <ranges>
 
 #include "common/interruption/interruption.h"
 #include "common/mesh/import.h"
@@ -290,8 +289,8 @@ TriMesh Decimation::copyOf(std::size_t triangles) const {
   const auto collapses = std::min(collapses_.size(), static_cast<std::size_t>(at - trianglesAfter_.begin()));
   std::vector<std::uint32_t> stands(mesh_.vertices.size());  // for each vertex, the one that has taken its place
   std::iota(stands.begin(), stands.end(), 0);
-  for (const auto& [from, to] :
-       std::views::reverse(std::views::take(collapses_, static_cast<std::ptrdiff_t>(collapses)))) {
+  for (std::size_t i = collapses; i-- > 0;) {
+    const auto& [from, to] = collapses_[i];
     stands[from] = stands[to];
   }
   std::vector<TriangleIndices> left;

@@ -123,6 +123,73 @@ def tetrahedron():
     return b"HMSH" + struct.pack("<IQQ12f12I", 1, 4, 4, *vertices, *triangles)
 
 
+def mesh_files():
+    """A tetrahedron in each format of mesh_file_fuzz.cpp, by its number there."""
+    points = "0 0 0 1 0 0 0 1 0 0 0 1"
+    faces = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+    lines = [points[i:i + 5] for i in range(0, len(points), 6)]
+    rows = "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)
+    ply = "ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n" \
+          "property list uchar int vertex_indices\nend_header\n"
+    corners = [tuple(map(float, lines[i].split())) for face in faces for i in face]
+    buffer = struct.pack("<12f12H", *map(float, points.split()), *(i for face in faces for i in face))
+    gltf = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+            "nodes": [{"mesh": 0, "skin": 0, "rotation": [0, 0, 0, 1]}, {"translation": [1, 0, 0]}], "skins": [{"joints": [1]}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 2}, "indices": 1}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                          {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+                          {"bufferView": 0, "componentType": 5121, "count": 4, "type": "VEC4", "normalized": True}],
+            "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}]}
+    packed = json.dumps({**gltf, "buffers": [{"byteLength": 72}]})
+    packed += " " * (-len(packed) % 4)
+    chunks = struct.pack("<I4s", len(packed), b"JSON") + packed.encode() + struct.pack("<I4s", 72, b"BIN\0") + buffer
+    uri = "data:application/octet-stream;base64," + base64.b64encode(buffer).decode()
+    x3d = f'<X3D version="3.3"><Scene><Transform DEF="a" rotation="0 0 1 1" scale="1 1 2"><Shape><IndexedFaceSet ccw="false" ' \
+          f'coordIndex="0 2 1 -1 0 1 3 -1"><Coordinate point="{points}"/></IndexedFaceSet></Shape></Transform><Transform USE="a"/>' \
+          '<Switch whichChoice="0"><Shape><Extrusion/></Shape></Switch></Scene></X3D>'
+    model = '<model unit="inch"><resources><object id="1"><mesh><vertices>' + \
+            "".join('<vertex x="{}" y="{}" z="{}"/>'.format(*line.split()) for line in lines) + "</vertices><triangles>" + \
+            "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in faces) + "</triangles></mesh></object></resources>" \
+            '<build><item objectid="1" transform="1 0 0 0 1 0 0 0 1 9 9 9"/></build></model>'
+    collada = '<COLLADA version="1.4.1"><asset><unit meter="0.01"/></asset><library_geometries><geometry id="g"><mesh><source id="p">' \
+              f'<float_array id="a" count="12">{points}</float_array><technique_common><accessor source="#a" count="4" stride="3">' \
+              '<param name="X"/><param name="Y"/><param name="Z"/></accessor></technique_common></source><vertices id="v">' \
+              '<input semantic="POSITION" source="#p"/></vertices><polygons count="1"><input semantic="VERTEX" source="#v" ' \
+              'offset="0"/><ph><p>0 2 1</p><h>0 1 3</h></ph></polygons><trifans count="1"><input semantic="VERTEX" source="#v" ' \
+              'offset="0"/><p>0 1 2 3</p></trifans></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s">' \
+              '<node><skew>30 0 1 0 1 0 0</skew><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes><scene>' \
+              '<instance_visual_scene url="#s"/></scene></COLLADA>'
+    fbx = 'FBXHeaderExtension: {\n FBXVersion: 7400\n}\nObjects: {\n Geometry: 10, "Geometry::g", "Mesh" {\n  Vertices: *12 {\n   a: ' + \
+          points.replace(" ", ",") + '\n  }\n  PolygonVertexIndex: *3 {\n   a: 0,2,-2\n  }\n }\n Model: 20, "Model::m", "Mesh" {\n' \
+          '  Properties70: {\n   P: "Show", "bool", "", "",0\n  }\n }\n}\nConnections: {\n C: "OO",20,0\n C: "OO",10,20\n}\n'
+
+    version = b"FBXVersionI" + struct.pack("<i", 7400)
+    binary = b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<4IB", 7400, 40 + len(version), 1, 5, 10) + version + bytes(13)
+
+    def chunk(kind, data):
+        return struct.pack("<HI", kind, 6 + len(data)) + data
+
+    mesh = chunk(0x4110, struct.pack("<H12f", 4, *map(float, points.split())))
+    studio = chunk(0x4D4D, chunk(0x3D3D, chunk(0x4000, b"part\0" + chunk(0x4010, b"") + chunk(0x4100, mesh))))
+    stl = "solid\n" + "".join("facet normal 0 0 0\nouter loop\n" + "".join(
+        f"vertex {lines[i]}\n" for i in face) + "endloop\nendfacet\n" for face in faces) + "endsolid\n"
+    texts = {
+        "obj": (0, "".join(f"v {line}\n" for line in lines) + "".join(
+            f"f {a + 1}/1 {b + 1}//2 \\\n{c - 4}\n" for a, b, c in faces)),
+        "ply": (1, ply.format("ascii") + "\n".join(lines) + "\n" + rows),
+        "ply_binary": (1, ply.format("binary_big_endian").encode() + struct.pack(">12f", *map(float, points.split())) +
+                       b"".join(struct.pack(">B3i", 3, *face) for face in faces)),
+        "stl": (2, stl),
+        "stl_binary": (2, bytes(80) + struct.pack("<I", 4) + b"".join(
+            bytes(12) + struct.pack("<9f", *sum(corners[3 * i:3 * i + 3], ())) + bytes(2) for i in range(4))),
+        "off": (3, "NOFF 4 4 0\n" + "".join(f"{line} 0 0 1\n" for line in lines) + rows),
+        "gltf": (4, json.dumps({**gltf, "buffers": [{"byteLength": 72, "uri": uri}]})),
+        "glb": (5, b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks),
+        "x3d": (6, x3d), "3mf": (7, model), "dae": (8, collada), "fbx": (9, fbx), "fbx_binary": (9, binary), "3ds": (10, studio)}
+    return {name: bytes([number]) + (text if isinstance(text, bytes) else text.encode())
+            for name, (number, text) in texts.items()}
+
+
 def envelope(body, text="", **fields):
     message = envelope_pb2.Envelope(protocol_version=1, message_id=1)
     part = getattr(message, body)
@@ -343,6 +410,8 @@ def main():
     write("mesh_bytes", "moved", MOVED)
     write("mesh_bytes", "claims_much_moved", b"HMOV" + struct.pack("<IQ", 1, 1 << 60))
     write("mesh_bytes", "claims_much", b"HMSH" + struct.pack("<IQQ", 1, 1 << 60, 1 << 60))
+    for name, data in mesh_files().items():
+        write("mesh_file", name, data)
 
     for name, properties in RECORDED.items():
         write("recording", name, pieces([part.SerializeToString() for part in recording(mesh, properties)]))

@@ -13,6 +13,7 @@ namespace {
 
 using fixture::tetrahedron;
 using ::testing::AnyOf;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 using ImportInventor = fixture::FileImports;
@@ -54,7 +55,7 @@ TEST_F(ImportInventor, SaysWhatFloat32LeavesOfWhatATransformBringsBack) {
 
 TEST_F(ImportInventor, NamesTheInlineOfVrml1AndUtf16) {
   const std::string inner = "#VRML V1.0 ascii\nWWWInline { name \"inner.wrl\" }\n";
-  EXPECT_THAT(refusal("t.wrl", inner), HasSubstr("not below its folder (Inline, WWWInline)"));
+  EXPECT_THAT(refusal("t.wrl", inner), HasSubstr("holds nothing but what is in files that are not in its folder or below: "));
   EXPECT_EQ(import("t.wrl", inner + kTetrahedron)->report.shapesSkipped, 1U);
   write("inner.wrl", "#VRML V1.0 ascii\n" + kTetrahedron);
   const auto inlined = import("t.wrl", inner);
@@ -172,7 +173,7 @@ TEST_F(ImportInventor, SaysWhatCoinCannotReadAndWhere) {
   EXPECT_THAT(
       refusal("t.iv",
               kHeader + "Separator { Texture2 { filename \"none.rgb\" }\n Cube { width 3 }\n Cube { widht 3 } }"),
-      ::testing::AllOf(HasSubstr("widht"), HasSubstr("line   5"), ::testing::Not(HasSubstr("none.rgb"))));
+      ::testing::AllOf(HasSubstr("widht"), HasSubstr("line 5"), ::testing::Not(HasSubstr("none.rgb"))));
 }
 
 TEST_F(ImportInventor, SkipsAndCountsNurbs) {
@@ -236,8 +237,11 @@ TEST_F(ImportInventor, EndsWhenAFileIncludesItself) {
 }
 
 TEST_F(ImportInventor, RefusesWhatItCannotRead) {
-  EXPECT_THAT(refusal("t.iv", "just text\n"), HasSubstr("cannot be read as Open Inventor"));
-  EXPECT_THAT(refusal("t.iv", kHeader + "Separator { Cube {"), HasSubstr("Coin says"));
+  EXPECT_THAT(refusal("t.iv", "just text\n"), HasSubstr("begins with \"just text\"; the first line"));
+  EXPECT_THAT(refusal("t.iv", kHeader + "Separator { Cube {"),
+              AllOf(HasSubstr("2 braces or brackets are open"), HasSubstr("Coin says")));
+  EXPECT_THAT(refusal("t.wrl", "#VRML V3.0 utf8\nShape { }\n"), HasSubstr("is VRML of another version"));
+  EXPECT_TRUE(import("t.wrl", "#VRML V2.0 UTF8\nShape { geometry Box { } }\n"));
   EXPECT_THAT(refusal("t.iv", kHeader + "Separator { }"), HasSubstr("no face"));
   EXPECT_THAT(refusal("t.iv", kHeader), ::testing::Ne("loaded"));
   EXPECT_THAT(refusal("t.iv", kHeader + "Coordinate3 { point [ 0 0 0, 1e39 0 0, 0 1 0 ] }\n"
@@ -404,6 +408,50 @@ TEST_F(ImportInventor, RefusesNestingThatWouldOverflowTheStack) {
   EXPECT_THAT(refusal("t.iv", deep), HasSubstr("levels deep"));
   EXPECT_TRUE(import("t.iv", kHeader + "# {{{{\nSeparator { Label { label \"" + std::string(1000, '{') + "\" } " +
                                  kTetrahedron + "}"));
+}
+
+const std::string kVrml = "#VRML V2.0 utf8\n";
+
+std::string boxAt(const std::string& x) {
+  return "Transform { translation " + x + " 0 0 children [ Shape { geometry Box { size 1 1 1 } } ] }\n";
+}
+
+TEST_F(ImportInventor, LeavesOutPrototypesOfFilesThatAreNotThere) {
+  const std::string proto = "EXTERNPROTO Far [ field SFVec3f at eventIn SFBool on exposedField MFNode in ]\n";
+  const std::string use = "Far { at 1 2 3 in [ Shape { geometry Box { } } ] }\n";
+  const auto missing = import("t.wrl", kVrml + proto + "[ \"urn:x\" \"none.wrl#Far\" ]\n" + use + boxAt("0"));
+  ASSERT_TRUE(missing) << missing.error().text();
+  EXPECT_EQ(missing->report.boxMax_m, Vec3(0.5));
+  EXPECT_EQ(missing->report.shapesSkipped, 1U);
+  write("far.wrl", kVrml + "PROTO Far [ field SFVec3f at 0 0 0 ] { Transform { translation IS at children [ Shape { "
+                           "geometry Box { size 1 1 1 } } ] } }\n");
+  const std::string there = "EXTERNPROTO Far [ field SFVec3f at ] # or [ \"x.wrl\" ]\n[ \"urn:x\", \"none.wrl\" \"far.wrl#Far\" ]\n";
+  const auto found = import("t.wrl", kVrml + there + "Far { at 4 0 0 }\n" + boxAt("0"));
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_EQ(found->report.boxMax_m, Vec3(4.5, 0.5, 0.5));
+  EXPECT_EQ(found->report.shapesSkipped, 0U);
+}
+
+TEST_F(ImportInventor, RefusesNumbersThatFloat32DoesNotHold) {
+  for (const std::string number : {"1e39", "-3.5E+38", "1e999"}) {
+    EXPECT_THAT(refusal("t.wrl", kVrml + boxAt("0") + boxAt(number)),
+                HasSubstr("has the number \"" + number + "\" at line 3, which float32 does not hold"));
+  }
+  EXPECT_TRUE(import("t.wrl", kVrml + "# 1e39\n" + boxAt("1e-50") + "DEF a1e39 " + boxAt("3e38")));
+}
+
+TEST_F(ImportInventor, SaysWhereAFileIsCutOffUnlessTheMeshIsClosed) {
+  const std::string sheet = "IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } coordIndex [ 0 1 2 ] }";
+  EXPECT_THAT(refusal("t.wrl", kVrml + "Group { children [ Shape { geometry " + sheet + " }\n"),
+              HasSubstr("2 braces or brackets are open"));
+}
+
+TEST_F(ImportInventor, FindsFilesByWaysWithBackslashes) {
+  std::filesystem::create_directory(folder_ / "parts");
+  write("parts/box.wrl", kVrml + boxAt("4"));
+  const auto imported = import("t.wrl", kVrml + "Inline { url \"parts\\\\box.wrl\" }\n");
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->report.boxMax_m, Vec3(4.5, 0.5, 0.5));
 }
 
 TEST_F(ImportInventor, CanBeUsedFromSeveralThreads) {
