@@ -66,7 +66,7 @@ Format formatOf(MeshFormat format) {
     case MeshFormat::kGltf:
       return {"glTF", "gltf"};
     case MeshFormat::kGlb:
-      return {"binary glTF", "glb"};
+      return {"binary glTF", "gltf"};
     case MeshFormat::kCollada:
       return {"COLLADA", "dae"};
     case MeshFormat::k3mf:
@@ -186,7 +186,7 @@ using Names = std::map<std::string, std::string, std::less<>>;
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
   std::optional<std::uint64_t> triangles = std::nullopt;      ///< Of glTF.
-  std::string positions = {};                                 ///< Likewise.
+  std::vector<std::pair<std::string, std::string>> given = {};  ///< Files beside it, each its name and its bytes.
   std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
   std::uint64_t shapesOfFbx = 0;                              ///< Likewise, beside those that it says.
   std::string fault = {};                                     ///< Of a mesh that Assimp leaves out, in our words.
@@ -365,7 +365,7 @@ Result<Beforehand> lookAt(std::string& file, MeshFormat format, const IncludeRea
         file = std::move(gltf.file);
         return Beforehand{.unit_m = 1,
                           .triangles = gltf.triangles,
-                          .positions = std::move(gltf.positions),
+                          .given = {{kGltfPositions, std::move(gltf.positions)}, {kGltfBinary, std::move(gltf.binary)}},
                           .shapesSkipped = gltf.skipped,
                           .leftOut = gltf.leftOut};
       });
@@ -569,6 +569,8 @@ tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& import
   const auto says = [&](const char* what) { return said.find(what) != said.npos; };
   if (says("has no faces") && known.triangles.value_or(0) > 0)
     return refused("", "holds a mesh of which every triangle names a vertex that is not there");
+  if (says("exceeds size of actual data"))
+    return refused("", "has a buffer whose byteLength is more than the bytes of the file that its uri names");
   if (says("No faces loaded") && known.leftOut && known.leftOut->unshown > 0) return noMeshShown(known);
   if (!files.missing().empty()) {
     return refused(
@@ -592,7 +594,7 @@ Result<PolygonSoup> gatherByAssimp(std::string file, MeshFormat format, const Pa
 
   const std::string name = std::string("mesh.") + names.ending;
   auto* const files = new Files(name, file, readIncluded);
-  if (!known->positions.empty()) files->give(kGltfPositions, std::move(known->positions));
+  for (auto& [beside, bytes] : known->given) files->give(beside, std::move(bytes));
   const Log log;
   Assimp::Importer importer;
   importer.SetIOHandler(files);  // which owns it from now on

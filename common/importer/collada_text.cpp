@@ -495,7 +495,7 @@ class ColladaPreparing {
     std::vector<Controller*> passed;
     auto at = controllers_.find(id);
     for (; at != controllers_.end() && !at->second.last; at = controllers_.find(id)) {
-      at->second.last.emplace();
+      at->second.last = Source{};
       passed.push_back(&at->second);
       id = at->second.source;
     }

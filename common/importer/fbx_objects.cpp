@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/importer/fbx_records.h"
-#include "common/text/printable.h"
+#include "common/mesh/text_scan.h"
 
 namespace haptics {
 namespace {

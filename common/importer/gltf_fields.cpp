@@ -105,7 +105,8 @@ Result<void> GltfFields::mesh(std::uint64_t index) {
     const std::string path = mesh + '[' + std::to_string(i) + ']';
     const json& attributes = memberIn(primitive, "attributes");
     if (!attributes.is_object()) return wrong(path + ".attributes", attributes, "an object with POSITION");
-    if (auto ok = wholeNumber(primitive, path, "mode", false); !ok) return ok;
+    if (const json& mode = memberIn(primitive, "mode"); !mode.is_null() && numberIn(primitive, "mode", kNoIndex) > 6)
+      return wrong(path + ".mode", mode, "a whole number from 0 to 6");
     if (auto ok = reference(attributes, path + ".attributes", "POSITION", "accessors"); !ok) return ok;
     if (auto ok = reference(primitive, path, "indices", "accessors"); !ok) return ok;
     for (const bool isOfPositions : {true, false}) {
@@ -187,10 +188,11 @@ Result<void> GltfFields::buffer(std::uint64_t index) {
                          std::to_string(bytes->size()) + " bytes");
 }
 
-void writeWholeNumbersAsSuch(json& value) {
+void plainGltf(json& value) {
   constexpr double kMost = 9e15;
   if (value.is_structured()) {
-    for (json& each : value) writeWholeNumbersAsSuch(each);
+    for (json& each : value) plainGltf(each);
+    for (auto at = value.begin(); value.is_object() && at != value.end();) at = at->is_null() ? value.erase(at) : ++at;
   } else if (value.is_number_float()) {
     const auto number = value.get<double>();
     if (number >= 0 && number < kMost && number == std::floor(number)) value = static_cast<std::uint64_t>(number);

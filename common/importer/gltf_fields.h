@@ -36,7 +36,7 @@ class GltfFields {
   [[nodiscard]] Result<void> buffer(std::uint64_t index);
 };
 
-/// Whole numbers that are written as "4.0", as integers.
-void writeWholeNumbersAsSuch(nlohmann::json& value);
+/// Writes whole numbers that are written as "4.0" as integers, and leaves members out that are null.
+void plainGltf(nlohmann::json& value);
 
 }  // namespace haptics

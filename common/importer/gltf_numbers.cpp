@@ -43,11 +43,18 @@ Result<Chunks> chunksOf(std::string_view file) {
   if (const auto version = number32(file, 4); version != 2) {
     return refused("", "is binary glTF of version " + std::to_string(version) + "; only version 2 is read");
   }
+  if (file.substr(kGlbHead + 4, 4) != "JSON") return refused("", "is a binary glTF whose first chunk is not \"JSON\"");
   const std::uint64_t size = number32(file, kGlbHead);
   const std::string_view rest = file.substr(kGlbHead + kChunkHead);
   if (size > rest.size()) return refused("", "is a binary glTF that is cut off");
-  const std::string_view after = rest.substr(size);
-  return Chunks{rest.substr(0, size), after.substr(std::min(kChunkHead, after.size()))};
+  Chunks chunks{rest.substr(0, size), {}};
+  for (std::string_view left = rest.substr(size); left.size() >= kChunkHead && !chunks.binary;) {
+    const std::string_view content = left.substr(kChunkHead);
+    const std::string_view own = content.substr(0, std::min<std::uint64_t>(number32(left, 0), content.size()));
+    if (left.substr(4, 4) == std::string_view("BIN\0", 4)) chunks.binary = own;
+    left = content.substr(own.size());
+  }
+  return chunks;
 }
 
 int deepestNesting(std::string_view text) {
@@ -101,7 +108,7 @@ class Checker {
         const std::uint64_t corners =
             numberIn(itemIn(root_, "accessors", indices != kNoIndex ? indices : positions), "count", 0);
         const std::uint64_t mode = numberIn(primitive, "mode", kTriangles);
-        if (mode == kTriangles) triangles += corners / 3;
+        if (mode == kTriangles) triangles += (corners + 2) / 3;  // one that is not complete, too
         if ((mode == kTriangleStrip || mode == kTriangleFan) && corners > 2) triangles += corners - 2;
         isKnown = isKnown && memberIn(primitive, "extensions").is_null();
         if (triangles > mostOfNothing_) {
@@ -110,6 +117,9 @@ class Checker {
       }
     }
     if (auto ok = dequantize(meshes); !ok) return tl::unexpected(std::move(ok).error());
+    const bool hasBuffers = !memberIn(root_, "buffers").empty();
+    if (binary_ && hasBuffers && memberIn(root_["buffers"][0], "uri").is_null())
+      root_["buffers"][0]["uri"] = kGltfBinary;
     if (!gltf_.positions.empty())
       root_["buffers"].push_back({{"byteLength", gltf_.positions.size()}, {"uri", kGltfPositions}});
     if (isKnown) gltf_.triangles = triangles;
@@ -466,27 +476,13 @@ Result<Gltf> preparedGltf(std::string file, std::uint64_t mostOfNothing, const I
   if (!root.is_object()) return refused("", "is no glTF: its JSON is no object {}");
   if (memberIn(root, "meshes").is_object())
     return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};  // of version 1
-  writeWholeNumbersAsSuch(root);
+  plainGltf(root);
   if (json& asset = root["asset"]; memberIn(asset, "version") == 2) asset["version"] = "2.0";
   showAllNodes(root);
   auto gltf = Checker(root, chunks->binary, mostOfNothing, readIncluded).run();
   if (!gltf) return gltf;
-  std::string text = root.dump(-1, ' ', false, json::error_handler_t::replace);
-  if (!chunks->binary) {
-    gltf->file = std::move(text);
-    return gltf;
-  }
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::string_view after =
-      std::string_view(file).substr(static_cast<std::size_t>(chunks->text.data() + chunks->text.size() - file.data()));
-  const auto put = [&](std::size_t number) {
-    const auto value = static_cast<std::uint32_t>(number);
-    gltf->file.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  gltf->file.assign(file, 0, 8);
-  put(kGlbHead + kChunkHead + text.size() + after.size());
-  put(text.size());
-  gltf->file.append(file, kGlbHead + 4, 4).append(text).append(after);
+  gltf->file = root.dump(-1, ' ', false, json::error_handler_t::replace);
+  gltf->binary = chunks->binary.value_or("");
   return gltf;
 }
 

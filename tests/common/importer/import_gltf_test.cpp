@@ -132,12 +132,13 @@ TEST_F(ImportGltf, MovesTargetsByTheirWeights) {
 }
 
 TEST_F(ImportGltf, ReadsWhatOthersWriteALittleOtherwise) {
-  std::vector<File> files(5);
+  std::vector<File> files(6);
   files[0].root.erase("scene");
   files[1].root.erase("scenes"), files[1].root.erase("scene"), files[1].root.erase("nodes");
   files[2].root["accessors"][0]["count"] = 4.0;
   files[3].root["asset"]["version"] = 2.0;
   files[4].root["nodes"][0]["rotation"] = {0, 0, 0, 3};  // of another length
+  files[5].root["meshes"][0]["primitives"][0]["material"] = nullptr, files[5].root["nodes"][0]["name"] = 7;
   for (const File& file : files) {
     const auto imported = import("t.gltf", file.text());
     ASSERT_TRUE(imported) << file.text() << imported.error().text();
@@ -147,6 +148,29 @@ TEST_F(ImportGltf, ReadsWhatOthersWriteALittleOtherwise) {
   for (int i = 0; i < 4; ++i) url.bytes[static_cast<std::size_t>(i)] = raw(-1.25e-5F)[static_cast<std::size_t>(i)];
   ASSERT_NE(url.text(), url.text("-_"));
   EXPECT_EQ(import("t.gltf", url.text("-_"))->mesh, import("t.gltf", url.text())->mesh);
+}
+
+TEST_F(ImportGltf, FindsTheBufferOfABinaryFileBehindOtherChunks) {
+  File file;
+  file.root["buffers"] = {{{"byteLength", file.bytes.size()}}};
+  std::string text = file.text();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const auto chunk = [](const std::string& bytes, const char* type) {
+    return raw(static_cast<std::uint32_t>(bytes.size())) + std::string(type, 4) + bytes;
+  };
+  const std::string chunks = chunk(text, "JSON") + chunk("abcd", "MORE") + chunk(file.bytes, "BIN\0") + "end";
+  const std::string head = "glTF" + raw(std::uint32_t{2}) + raw(static_cast<std::uint32_t>(12 + chunks.size()));
+  const auto imported = import("t.glb", head + chunks);
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh, tetrahedron());
+  EXPECT_THAT(refusal("t.glb", head + chunk(file.bytes, "BIN\0") + chunk(text, "JSON")),
+              HasSubstr("whose first chunk is not \"JSON\""));
+}
+
+TEST_F(ImportGltf, CountsATriangleThatIsNotComplete) {
+  File file;
+  file.root["accessors"][1]["count"] = 11;
+  EXPECT_EQ(import("t.gltf", file.text())->report.droppedOutOfRange, 1U);
 }
 
 TEST_F(ImportGltf, ReadsSparseAccessors) {
@@ -188,6 +212,7 @@ TEST_F(ImportGltf, NamesTheFieldThatIsNotAsItShouldBe) {
       {"/meshes/0/primitives", "x", "meshes[0].primitives is \"x\"; it is a list"},
       {"/meshes/0/primitives/0/attributes", "x", "meshes[0].primitives[0].attributes is \"x\""},
       {"/meshes/0/primitives/0/attributes/POSITION", 9, "attributes.POSITION is 9; it is the number of one of the 2 accessors"},
+      {"/meshes/0/primitives/0/mode", 9, "meshes[0].primitives[0].mode is 9; it is a whole number from 0 to 6"},
       {"/meshes/0/primitives/0/indices", 9, "meshes[0].primitives[0].indices is 9"},
       {"/accessors/0/componentType", "FLOAT", "accessors[0].componentType is \"FLOAT\""},
       {"/accessors/0/componentType", 5130, "accessors[0].componentType is 5130; it is 5126 (float32) for positions"},
