@@ -185,15 +185,15 @@ using Names = std::map<std::string, std::string, std::less<>>;
 /// What is known of a file before it is read.
 struct Beforehand {
   std::optional<double> unit_m = std::nullopt;
-  std::optional<std::uint64_t> triangles = std::nullopt;      ///< Of glTF.
+  std::optional<std::uint64_t> triangles = std::nullopt;        ///< Of glTF.
   std::vector<std::pair<std::string, std::string>> given = {};  ///< Files beside it, each its name and its bytes.
-  std::optional<std::uint64_t> shapesSkipped = std::nullopt;  ///< Where Assimp does not see them.
-  std::uint64_t shapesOfFbx = 0;                              ///< Likewise, beside those that it says.
-  std::string fault = {};                                     ///< Of a mesh that Assimp leaves out, in our words.
-  std::optional<LeftOut> leftOut = std::nullopt;              ///< Where Assimp does not see it.
-  Vec3 centre{0};                                             ///< See moveToOrigin().
-  std::size_t includedBytes = 0;                              ///< Of files that are in the text by now.
-  Names names = {};                                           ///< That a person gave, by Assimp's.
+  std::optional<std::uint64_t> shapesSkipped = std::nullopt;    ///< Where Assimp does not see them.
+  std::uint64_t shapesOfFbx = 0;                                ///< Likewise, beside those that it says.
+  std::string fault = {};                                       ///< Of a mesh that Assimp leaves out, in our words.
+  std::optional<LeftOut> leftOut = std::nullopt;                ///< Where Assimp does not see it.
+  Vec3 centre{0};                                               ///< See moveToOrigin().
+  std::size_t includedBytes = 0;                                ///< Of files that are in the text by now.
+  Names names = {};                                             ///< That a person gave, by Assimp's.
 };
 
 Result<void> checkUnpacked(const ZipArchive& archive) {
@@ -239,10 +239,9 @@ Result<Beforehand> lookAtCollada(std::string& file) {
     file = *std::move(text);
   }
   return plainXml(std::move(file))
-      .and_then(
-          [](const std::string& text) {
-            return checkNesting(text, "COLLADA").and_then([&] { return preparedCollada(text); });
-          })
+      .and_then([](const std::string& text) {
+        return checkNesting(text, "COLLADA").and_then([&] { return preparedCollada(text); });
+      })
       .map([&](ColladaText collada) {
         file = std::move(collada.text);
         return Beforehand{.unit_m = positive(collada.unit),
@@ -384,9 +383,8 @@ Result<Beforehand> lookAt(std::string& file, MeshFormat format, const IncludeRea
                           .centre = moveToOrigin(file, format)};
       });
     default:
-      return checked3ds(file).map([](std::uint64_t hidden) {
-        return Beforehand{.leftOut = LeftOut{.unshown = hidden}};
-      });
+      return checked3ds(file).map(
+          [](std::uint64_t hidden) { return Beforehand{.leftOut = LeftOut{.unshown = hidden}}; });
   }
 }
 
@@ -578,7 +576,8 @@ tl::unexpected<Error> notRead(const char* format, const Assimp::Importer& import
                 ", which is not in its folder or below, where alone files are looked for; a .glb holds all in one");
   }
   if (says("Draco")) {
-    return refused("", "has a primitive whose KHR_draco_mesh_compression cannot be unpacked: Assimp says " + words(said));
+    return refused("",
+                   "has a primitive whose KHR_draco_mesh_compression cannot be unpacked: Assimp says " + words(said));
   }
   return refused("", std::string("cannot be read as ") + format + ": Assimp says " + words(said));
 }

@@ -55,8 +55,9 @@ class Chunks3ds {
       const Chunk3ds chunk = chunkAt(at);
       if (chunk.end > end || chunk.end < chunk.from) {
         char text[120];
-        std::snprintf(text, sizeof text, "is cut off or damaged: the chunk 0x%04X at byte %zu is of %zu bytes; %zu are left",
-                      chunk.id, at, chunk.end - at, end - at);
+        std::snprintf(text, sizeof text,
+                      "is cut off or damaged: the chunk 0x%04X at byte %zu is of %zu bytes; %zu are left", chunk.id, at,
+                      chunk.end - at, end - at);
         fault_ = text;
         return;
       }

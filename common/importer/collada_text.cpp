@@ -340,7 +340,8 @@ class ColladaPreparing {
     const auto numbers = wordsIn(points);
     const bool areNumbers = std::ranges::all_of(numbers, [](auto word) { return numberOf<double>(word).has_value(); });
     if (areNumbers && numbers.size() == count) return;
-    fault_ = "has a <" + std::string(tag.name) + "> of " + inQuotes(text) + "; it is " + std::to_string(count) + " numbers";
+    fault_ =
+        "has a <" + std::string(tag.name) + "> of " + inQuotes(text) + "; it is " + std::to_string(count) + " numbers";
   }
 
   /// By the inputs at a primitive's beginning; nothing: none of them is of points.

@@ -153,7 +153,8 @@ class Objects {
 
   static std::int64_t countIn(std::string_view word) {
     std::int64_t count = 0;
-    for (const char c : word.substr(1)) count = c >= '0' && c <= '9' && count < 1'000'000'000 ? 10 * count + c - '0' : count;
+    for (const char c : word.substr(1))
+      count = c >= '0' && c <= '9' && count < 1'000'000'000 ? 10 * count + c - '0' : count;
     return count;
   }
 

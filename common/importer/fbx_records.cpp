@@ -167,7 +167,8 @@ class TextRecords {
   std::size_t at_ = 0;
 
   void skipBlanks() {
-    while ((at_ = std::min(text_.find_first_not_of(kBlanksOfFbx, at_), text_.size())) < text_.size() && text_[at_] == ';')
+    while ((at_ = std::min(text_.find_first_not_of(kBlanksOfFbx, at_), text_.size())) < text_.size() &&
+           text_[at_] == ';')
       at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
   }
 

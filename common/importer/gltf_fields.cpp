@@ -23,7 +23,8 @@ std::string textOf(const json& value) {
 }
 
 tl::unexpected<Error> wrong(const std::string& path, const json& value, const std::string& right) {
-  return refused("", value.is_null() ? path + " is missing; it is " + right : path + " is " + textOf(value) + "; it is " + right);
+  return refused(
+      "", value.is_null() ? path + " is missing; it is " + right : path + " is " + textOf(value) + "; it is " + right);
 }
 
 std::string at(const char* list, std::uint64_t index) { return std::string(list) + '[' + std::to_string(index) + ']'; }
@@ -126,7 +127,8 @@ Result<void> GltfFields::accessor(std::uint64_t index, bool isOfPositions) {
     if (auto ok = wholeNumber(accessor, path, key, isNeeded); !ok) return ok;
   }
   const char* const type = isOfPositions ? "VEC3" : "SCALAR";
-  if (memberIn(accessor, "type") != type) return wrong(path + ".type", memberIn(accessor, "type"), '"' + std::string(type) + '"');
+  if (memberIn(accessor, "type") != type)
+    return wrong(path + ".type", memberIn(accessor, "type"), '"' + std::string(type) + '"');
   const std::uint64_t component = numberIn(accessor, "componentType", 0);
   const bool isSigned = component == gltf::kInt8 || component == gltf::kInt16, isReal = component == gltf::kFloat32;
   const bool isWide = component == gltf::kUint32;
@@ -162,7 +164,8 @@ Result<void> GltfFields::view(std::uint64_t index, std::uint64_t element_bytes) 
   }
   const std::uint64_t stride = numberIn(view, "byteStride", 0);
   if (stride > 0 && stride < element_bytes)
-    return wrong(path + ".byteStride", view["byteStride"], std::to_string(element_bytes) + " or more, as one value takes");
+    return wrong(path + ".byteStride", view["byteStride"],
+                 std::to_string(element_bytes) + " or more, as one value takes");
   if (auto ok = reference(view, path, "buffer", "buffers"); !ok) return ok;
   return buffer(numberIn(view, "buffer", 0));
 }
@@ -189,13 +192,13 @@ Result<void> GltfFields::buffer(std::uint64_t index) {
 }
 
 void plainGltf(json& value) {
-  constexpr double kMost = 9e15;
+  constexpr double kMax = 9e15;
   if (value.is_structured()) {
     for (json& each : value) plainGltf(each);
     for (auto at = value.begin(); value.is_object() && at != value.end();) at = at->is_null() ? value.erase(at) : ++at;
   } else if (value.is_number_float()) {
     const auto number = value.get<double>();
-    if (number >= 0 && number < kMost && number == std::floor(number)) value = static_cast<std::uint64_t>(number);
+    if (number >= 0 && number < kMax && number == std::floor(number)) value = static_cast<std::uint64_t>(number);
   }
 }
 

@@ -299,7 +299,8 @@ class Checker {
       for (const json& primitive : memberIn(itemIn(root_, "meshes", mesh), "primitives")) {
         const std::uint64_t index = numberIn(memberIn(primitive, "attributes"), "POSITION", kNoIndex);
         const json& accessor = itemIn(root_, "accessors", index);
-        if (memberIn(primitive, "extensions").is_null() && numberIn(accessor, "componentType", gltf::kFloat32) != gltf::kFloat32)
+        if (memberIn(primitive, "extensions").is_null() &&
+            numberIn(accessor, "componentType", gltf::kFloat32) != gltf::kFloat32)
           quantized.insert(index);
       }
     }
@@ -324,7 +325,10 @@ class Checker {
     root_["bufferViews"].push_back(
         {{"buffer", memberIn(root_, "buffers").size()}, {"byteOffset", from}, {"byteLength", bytes.size()}});
     gltf_.positions += bytes;
-    return {{"bufferView", view}, {"componentType", gltf::kFloat32}, {"type", "VEC3"}, {"count", bytes.size() / kPoint_bytes}};
+    return {{"bufferView", view},
+            {"componentType", gltf::kFloat32},
+            {"type", "VEC3"},
+            {"count", bytes.size() / kPoint_bytes}};
   }
 
   /// Gives nodes that are posed meshes of their own; of those with a skin, to a node of the scene.
@@ -394,8 +398,7 @@ class Checker {
     if (accessor.is_null()) return {};
     const std::string name = "accessors[" + std::to_string(index) + "]";
     const std::uint64_t count = numberIn(accessor, "count", 0);
-    const std::uint64_t element =
-        gltf::bytesOf(numberIn(accessor, "componentType", 0)) * gltf::componentsOf(accessor);
+    const std::uint64_t element = gltf::bytesOf(numberIn(accessor, "componentType", 0)) * gltf::componentsOf(accessor);
     const json& view = itemIn(root_, "bufferViews", numberIn(accessor, "bufferView", kNoIndex));
     const std::uint64_t stride = strideOf(view, element);
     std::uint64_t most = mostOfNothing_;

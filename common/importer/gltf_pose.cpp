@@ -73,20 +73,20 @@ Matrix GltfPose::placed(std::uint64_t index) const {
 }
 
 Result<std::vector<Matrix>> GltfPose::jointsOf(std::uint64_t skinIndex) {
-  constexpr std::uint64_t kMost = 1'000'000;
+  constexpr std::uint64_t kMax = 1'000'000;
   const json& skin = itemIn(root_, "skins", skinIndex);
   const std::string path = "skins[" + std::to_string(skinIndex) + "]";
   std::vector<Matrix> joints;
   for (const json& joint : memberIn(skin, "joints")) {
     const std::uint64_t own = joint.is_number_unsigned() ? joint.get<std::uint64_t>() : kNoIndex;
-    if (own >= parents_.size() || joints.size() >= kMost)
+    if (own >= parents_.size() || joints.size() >= kMax)
       return refused("", path + ".joints has " + joint.dump().substr(0, 20) + ", which is no node");
     joints.push_back(placed(own));
   }
   if (joints.empty()) return refused("", path + ".joints is missing or empty; it is a list of nodes");
   const std::uint64_t bound = numberIn(skin, "inverseBindMatrices", kNoIndex);
   if (bound == kNoIndex) return joints;
-  const auto matrices = values_.of(bound, "MAT4", kMost);
+  const auto matrices = values_.of(bound, "MAT4", kMax);
   if (!matrices) return tl::unexpected(matrices.error());
   if (matrices->size() < 16 * joints.size()) {
     return refused("", path + ".inverseBindMatrices has " + std::to_string(matrices->size() / 16) + " matrices for " +

@@ -31,7 +31,8 @@ class GltfPose {
   [[nodiscard]] glm::dmat4 placed(std::uint64_t node) const;
   /// How each joint moves a point that is stored.
   [[nodiscard]] Result<std::vector<glm::dmat4>> jointsOf(std::uint64_t skin);
-  [[nodiscard]] Result<std::vector<double>> morphed(const nlohmann::json& primitive, const std::vector<double>& weights);
+  [[nodiscard]] Result<std::vector<double>> morphed(const nlohmann::json& primitive,
+                                                    const std::vector<double>& weights);
   [[nodiscard]] Result<void> skin(const nlohmann::json& attributes, const std::vector<glm::dmat4>& joints,
                                   std::vector<double>& points);
 };

@@ -128,7 +128,8 @@ Result<std::vector<double>> GltfValues::of(std::uint64_t index, const char* type
   for (std::size_t i = 0; i < places->size(); ++i) {
     const double place = (*places)[i];
     if (!(place >= 0 && place < static_cast<double>(count))) {
-      return refused("", name + ".sparse.indices has a number that is none of its " + std::to_string(count) + " values");
+      return refused("",
+                     name + ".sparse.indices has a number that is none of its " + std::to_string(count) + " values");
     }
     std::copy_n(changed->begin() + static_cast<std::ptrdiff_t>(i * components), components,
                 all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::uint64_t>(place) * components));
@@ -148,8 +149,8 @@ Result<std::vector<double>> GltfValues::numbers(const Layout& layout, const std:
   const std::uint64_t own = numberIn(view, "byteStride", 0), stride = own > 0 ? own : element;
   const std::uint64_t room = bytes.size() < element ? 0 : (bytes.size() - element) / stride + 1;
   if (layout.count > room) {
-    return refused("", name + " claims " + std::to_string(layout.count) + " values; there are bytes for " +
-                           std::to_string(room));
+    return refused(
+        "", name + " claims " + std::to_string(layout.count) + " values; there are bytes for " + std::to_string(room));
   }
   std::vector<double> all;
   all.reserve(layout.count * layout.components);

@@ -110,7 +110,8 @@ struct Said {
     while (text.ends_with(' ')) text.pop_back();
     constexpr std::size_t kMaxSaid = 200;
     if (text.empty()) return {};
-    return (line.empty() ? ": " : " at line " + line + ": ") + "Coin says \"" + printable(text.substr(0, kMaxSaid)) + '"';
+    return (line.empty() ? ": " : " at line " + line + ": ") + "Coin says \"" + printable(text.substr(0, kMaxSaid)) +
+           '"';
   }
 };
 Said& said() {
@@ -174,7 +175,8 @@ Result<void> checkNumbers(std::string_view text) {
     end = std::min(text.find_first_not_of(kInWord, i), text.size());
     const std::string_view word = text.substr(i, end - i);
     double value = 0;
-    const auto [last, error] = std::from_chars(word.data() + (word[0] == '+' ? 1 : 0), word.data() + word.size(), value);
+    const auto [last, error] =
+        std::from_chars(word.data() + (word[0] == '+' ? 1 : 0), word.data() + word.size(), value);
     const bool isTooLarge = error == std::errc::result_out_of_range
                                 ? word.find("e-") == word.npos && word.find("E-") == word.npos
                                 : std::abs(value) > static_cast<double>(std::numeric_limits<float>::max());
@@ -248,7 +250,8 @@ class ConfinedInput final : public SoInput {
 /// Null: it cannot be read. @param text  Afterwards, as Coin reads it.
 SoSeparator* read(std::string& text, Included& included) {
   if (text.starts_with("#VRML V2")) {
-    auto protos = withProtosThatAreThere(text, [&](const std::string& name) { return included.read(name).has_value(); });
+    auto protos =
+        withProtosThatAreThere(text, [&](const std::string& name) { return included.read(name).has_value(); });
     std::ranges::move(protos.missing, std::back_inserter(included.missing));
     text = std::move(protos.text);
   }
@@ -705,21 +708,24 @@ void gather(SoNode* root, Gathering& gathering) {
 bool hasHead(std::string_view file) { return file.starts_with("#Inventor V") || file.starts_with("#VRML V"); }
 
 std::string listOf(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMax = 8;
   std::string list;
-  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) list += (i > 0 ? ", " : "") + inQuotes(names[i]);
-  return list + (names.size() > kMost ? " and " + std::to_string(names.size() - kMost) + " more" : "");
+  for (std::size_t i = 0; i < std::min(names.size(), kMax); ++i) list += (i > 0 ? ", " : "") + inQuotes(names[i]);
+  return list + (names.size() > kMax ? " and " + std::to_string(names.size() - kMax) + " more" : "");
 }
 
 Error notRead(const std::string& file) {
-  const std::string line = printable(std::string_view(file).substr(0, std::min(file.find_first_of("\r\n"), std::size_t{40})));
+  const std::string line =
+      printable(std::string_view(file).substr(0, std::min(file.find_first_of("\r\n"), std::size_t{40})));
   if (!hasHead(file)) {
-    return {"", "begins with \"" + line + "\"; the first line of Open Inventor and VRML is \"#Inventor V2.1 ascii\" or \"#VRML V2.0 utf8\""};
+    return {"", "begins with \"" + line +
+                    "\"; the first line of Open Inventor and VRML is \"#Inventor V2.1 ascii\" or \"#VRML V2.0 utf8\""};
   }
   if (file.starts_with("#VRML V") && !file.starts_with("#VRML V1.0") && !file.starts_with("#VRML V2.0"))
     return {"", "is VRML of another version, \"" + line + "\"; V1.0 and V2.0 (VRML 97) are read"};
   if (const int open = nestingOf(file).open; open > 0 && !isBinary(file)) {
-    return {"", "is cut off or damaged: at its end " + std::to_string(open) + " braces or brackets are open" + said().text()};
+    return {"", "is cut off or damaged: at its end " + std::to_string(open) + " braces or brackets are open" +
+                    said().text()};
   }
   return {"", "cannot be read as Open Inventor" + said().text()};
 }
@@ -765,7 +771,8 @@ Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& 
   if (!gathering.fault.empty()) return refused("", gathering.fault);
   PolygonSoup& found = gathering.found;
   if (found.triangles.empty() && !included.missing.empty() && found.shapesSkipped == included.missing.size())
-    return refused("", "holds nothing but what is in files that are not in its folder or below: " + listOf(included.missing));
+    return refused(
+        "", "holds nothing but what is in files that are not in its folder or below: " + listOf(included.missing));
   if (found.triangles.empty() && found.degenerate + found.shapesSkipped == 0 && !hasHead(file))
     return tl::unexpected(notRead(file));
   if (nestingOf(file).open > 0 && !isBinary(file)) found.cutOff = notRead(file).reason;

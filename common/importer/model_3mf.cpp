@@ -46,7 +46,7 @@ class Checking {
   std::string fault_;
   std::map<std::string_view, Object> objects_;
   std::vector<std::pair<std::string, std::string_view>> named_;  ///< By items and components: an element, an object.
-  std::string_view object_;  ///< The last that began.
+  std::string_view object_;                                      ///< The last that began.
   std::size_t vertices_ = 0, triangles_ = 0;
 
   void take(const XmlTag& tag) {

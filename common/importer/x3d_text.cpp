@@ -101,14 +101,10 @@ struct NumbersField {
   std::size_t count;
   bool isList;
 };
-constexpr NumbersField kNumbers[] = {{"Coordinate", "point", 3, true},
-                                     {"Transform", "translation", 3, false},
-                                     {"Transform", "scale", 3, false},
-                                     {"Transform", "center", 3, false},
-                                     {"Box", "size", 3, false},
-                                     {"Sphere", "radius", 1, false},
-                                     {"Rectangle2D", "size", 2, false},
-                                     {"TriangleSet2D", "vertices", 2, true}};
+constexpr NumbersField kNumbers[] = {{"Coordinate", "point", 3, true},  {"Transform", "translation", 3, false},
+                                     {"Transform", "scale", 3, false},  {"Transform", "center", 3, false},
+                                     {"Box", "size", 3, false},         {"Sphere", "radius", 1, false},
+                                     {"Rectangle2D", "size", 2, false}, {"TriangleSet2D", "vertices", 2, true}};
 
 // The numbers of points, and of some -1 after each face.
 constexpr std::string_view kIndexed[] = {"IndexedTriangleSet", "IndexedTriangleStripSet", "IndexedTriangleFanSet"};
@@ -376,7 +372,7 @@ class X3dPreparing {
   /// Assimp takes some words for 0.
   void checkNumbers(const XmlTag& tag) {
     const auto as = readAs().find(tag.name);
-    const std::string_view name = as != readAs().end()        ? as->second
+    const std::string_view name = as != readAs().end()          ? as->second
                                   : tag.name == "GeoCoordinate" ? std::string_view("Coordinate")
                                                                 : tag.name;
     for (const auto& [node, field, count, isList] : kNumbers) {
@@ -406,7 +402,8 @@ class X3dPreparing {
     const auto attribute = [&](std::string_view name) { return attributeIn(tag.inside, name); };
     checkNumbers(tag);
     if (const std::string_view used = attribute("USE"); !used.empty() && !names_.contains(used) && fault_.empty()) {
-      fault_ = "uses a " + std::string(tag.name) + " of the name " + inQuotes(used) + " (USE), which is not there (DEF)";
+      fault_ =
+          "uses a " + std::string(tag.name) + " of the name " + inQuotes(used) + " (USE), which is not there (DEF)";
     }
     if (tag.name == "unit" && attribute("category") == "length") prepared_.unit = attribute("conversionFactor");
     const bool isUsed = !attribute("USE").empty();

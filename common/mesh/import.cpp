@@ -98,9 +98,10 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
                            std::to_string(soup.vertices.size()) + ')');
   }
   if (taken == 0 && soup.shapesSkipped > 0) {
-    return refused("", "holds nothing but " + std::to_string(soup.shapesSkipped) +
-                           " parts that are not read: NURBS, splines, texts, lines, points, unknown nodes, or meshes and "
-                           "files that are not there, or not below its folder");
+    return refused("",
+                   "holds nothing but " + std::to_string(soup.shapesSkipped) +
+                       " parts that are not read: NURBS, splines, texts, lines, points, unknown nodes, or meshes and "
+                       "files that are not there, or not below its folder");
   }
   const LeftOut& left = soup.leftOut;
   if (taken == 0 && left.points + left.lines > 0) {

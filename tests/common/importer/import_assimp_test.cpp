@@ -1190,7 +1190,8 @@ TEST_F(ImportAssimp, RefusesNumbersThatTheFileCannotStandFor) {
        "accessors[0] claims 4000000000 values; there are bytes for 4"},
       {{.positions = R"("componentType": 5126, "count": 4, "byteOffset": 40)"}, "there are bytes for 0"},
       {{.indices = R"("count": 13)"}, "accessors[1] claims 13 values; there are bytes for 12"},
-      {{.positions = R"("componentType": 5125, "count": 4)"}, "accessors[0].componentType is 5125; it is 5126 (float32) for positions"},
+      {{.positions = R"("componentType": 5125, "count": 4)"},
+       "accessors[0].componentType is 5125; it is 5126 (float32) for positions"},
       {{.more = R"(, "extensionsRequired": ["EXT_meshopt_compression"])"}, "EXT_meshopt_compression"}};
   for (const auto& [gltf, reason] : files) EXPECT_THAT(refusal("t.glb", gltf.glb()), HasSubstr(reason));
   EXPECT_TRUE(import("t.glb", Gltf{.more = R"(, "extensionsRequired": ["KHR_materials_unlit"])"}.glb()));
@@ -1238,7 +1239,8 @@ TEST_F(ImportAssimp, SaysWhatIsNoFileOfItsKindAndWhereItIsCutOff) {
   EXPECT_THAT(refusal("t.dae", "<COLLADA"), HasSubstr("is cut off: <COLLADA> does not end"));
   EXPECT_THAT(refusal("t.dae", dae.substr(0, dae.find("<polylist"))), HasSubstr("is cut off: <mesh> does not end"));
   EXPECT_THAT(refusal("t.dae", "hello"), HasSubstr("is no XML"));
-  EXPECT_THAT(refusal("t.dae", "<html></html>"), HasSubstr("begins with <html>; its first element has to be <COLLADA>"));
+  EXPECT_THAT(refusal("t.dae", "<html></html>"),
+              HasSubstr("begins with <html>; its first element has to be <COLLADA>"));
   for (const std::string begin : {"<a:/", "<x:<"})
     EXPECT_THAT(refusal("t.dae", begin + std::string(1'000'000, ' ')), HasSubstr("begins with <"));
   EXPECT_THAT(refusal("t.dae", "\xff\xfe<"), HasSubstr("UTF-16 that is cut off"));
@@ -1264,7 +1266,8 @@ TEST_F(ImportAssimp, RefusesX3dWhoseWordsAreNoNumbers) {
   EXPECT_THAT(refusal("t.x3d", changed("0 0 1\"", "0 0 one\"")),
               HasSubstr("has a Coordinate whose point has \"one\"; it has 3 numbers for each point"));
   EXPECT_THAT(refusal("t.x3d", changed("0 0 1\"", "0 0\"")), HasSubstr("whose point has 11 numbers"));
-  EXPECT_THAT(refusal("t.x3d", changed("'1 0 0'", "'1 0'")), HasSubstr("has a Transform whose translation has 2 numbers"));
+  EXPECT_THAT(refusal("t.x3d", changed("'1 0 0'", "'1 0'")),
+              HasSubstr("has a Transform whose translation has 2 numbers"));
   EXPECT_THAT(refusal("t.x3d", scene3("<Shape><Box size='1 2 x'/></Shape>")),
               HasSubstr("has a Box whose size has \"x\"; it has 3 numbers"));
   EXPECT_THAT(refusal("t.x3d", scene3("<Shape><IndexedTriangleSet index='0 1 b'><Coordinate point='0 0 0 1 0 0 0 1 0'/>"
@@ -1301,8 +1304,9 @@ TEST_F(ImportAssimp, Refuses3mfThatNamesAnObjectThatIsNotThere) {
   };
   EXPECT_THAT(refusal("t.3mf", changed("objectid=\"1\"", "objectid=\"7\"")),
               HasSubstr("has an <item> of the object of id \"7\", which is not there"));
-  EXPECT_THAT(refusal("t.3mf", changed("</resources>", "<object id=\"2\"><components><component objectid=\"9\"/>"
-                                                       "</components></object></resources>")),
+  EXPECT_THAT(refusal("t.3mf", changed("</resources>",
+                                       "<object id=\"2\"><components><component objectid=\"9\"/>"
+                                       "</components></object></resources>")),
               HasSubstr("has a <component> of the object of id \"9\", which is not there"));
 }
 

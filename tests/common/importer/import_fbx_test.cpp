@@ -60,11 +60,10 @@ TEST_F(ImportFbx, ShowsWhatIsNotHidden) {
   const std::string layer = R"(	CollectionExclusive: 40, "DisplayLayer::l", "DisplayLayer" {
 		Properties70:  {
 )" + kNotShown + "\t\t}\n\t}\n";
-  for (const std::string& hidden : {twice(model(21, kFarAway + kNotVisible), {{21, 0}}),
-                                    twice(model(21, kFarAway + kNotShown), {{21, 0}}),
-                                    twice(model(22, kNotVisible, "Null") + model(21, kFarAway), {{22, 0}, {21, 22}}),
-                                    twice(layer + model(21, kFarAway), {{21, 0}, {21, 40}}),
-                                    twice(model(21, kFarAway), {})}) {
+  for (const std::string& hidden :
+       {twice(model(21, kFarAway + kNotVisible), {{21, 0}}), twice(model(21, kFarAway + kNotShown), {{21, 0}}),
+        twice(model(22, kNotVisible, "Null") + model(21, kFarAway), {{22, 0}, {21, 22}}),
+        twice(layer + model(21, kFarAway), {{21, 0}, {21, 40}}), twice(model(21, kFarAway), {})}) {
     const auto imported = import("t.fbx", hidden);
     ASSERT_TRUE(imported) << hidden << imported.error().text();
     EXPECT_EQ(imported->mesh, tetrahedron()) << hidden;
@@ -72,10 +71,9 @@ TEST_F(ImportFbx, ShowsWhatIsNotHidden) {
   EXPECT_EQ(import("t.fbx", twice(model(21, kNotShown), {{21, 0}}))->report.leftOut.unshown, 1U);
 
   const std::string own = kFarAway + "P: \"Visibility Inheritance\", \"Visibility Inheritance\", \"\", \"\",0\n";
-  for (const std::string& shown :
-       {twice(model(21, kFarAway), {{21, 0}}),
-        twice(model(22, kNotVisible, "Null") + model(21, own), {{22, 0}, {21, 22}}),
-        twice(model(22, kNotShown, "Null") + model(21, kFarAway), {{22, 0}, {21, 22}})}) {
+  for (const std::string& shown : {twice(model(21, kFarAway), {{21, 0}}),
+                                   twice(model(22, kNotVisible, "Null") + model(21, own), {{22, 0}, {21, 22}}),
+                                   twice(model(22, kNotShown, "Null") + model(21, kFarAway), {{22, 0}, {21, 22}})}) {
     const auto imported = import("t.fbx", shown);
     ASSERT_TRUE(imported) << shown << imported.error().text();
     EXPECT_EQ(imported->mesh.triangles.size(), 8U) << shown;

@@ -18,8 +18,7 @@ using nlohmann::json;
 constexpr int kUint8 = 5121, kUint16 = 5123, kFloat32 = 5126;
 
 std::string base64(const std::string& bytes, std::string_view last = "+/") {
-  const std::string digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789" + std::string(last);
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789" + std::string(last);
   std::string text;
   std::uint32_t bits = 0;
   int count = 0;
@@ -54,17 +53,15 @@ struct File {
     root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", own.size()}});
     bytes += own;
     bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
-    root["accessors"].push_back({{"bufferView", root["bufferViews"].size() - 1},
-                                 {"componentType", type},
-                                 {"type", shape},
-                                 {"count", count}});
+    root["accessors"].push_back(
+        {{"bufferView", root["bufferViews"].size() - 1}, {"componentType", type}, {"type", shape}, {"count", count}});
     return static_cast<int>(root["accessors"].size()) - 1;
   }
   [[nodiscard]] std::string text(std::string_view last = "+/") const {
     json whole = root;
     if (!whole.contains("buffers")) {
-      whole["buffers"] = {{{"byteLength", bytes.size()},
-                           {"uri", "data:application/octet-stream;base64," + base64(bytes, last)}}};
+      whole["buffers"] = {
+          {{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(bytes, last)}}};
     }
     return whole.dump();
   }
@@ -80,7 +77,8 @@ class ImportGltf : public fixture::FileImports {
     ASSERT_EQ(imported->mesh.vertices.size(), points.size());
     for (const Vec3& point : points) {
       double nearest = 1;
-      for (const Vec3f& vertex : imported->mesh.vertices) nearest = std::min(nearest, glm::distance(Vec3(vertex), point));
+      for (const Vec3f& vertex : imported->mesh.vertices)
+        nearest = std::min(nearest, glm::distance(Vec3(vertex), point));
       EXPECT_LT(nearest, 1e-6) << point.x << ' ' << point.y << ' ' << point.z;
     }
   }
@@ -90,7 +88,8 @@ class ImportGltf : public fixture::FileImports {
 File skinned() {
   File file;
   json& primitive = file.root["meshes"][0]["primitives"][0];
-  primitive["attributes"]["JOINTS_0"] = file.add<std::uint8_t>({0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0}, kUint8, "VEC4", 4);
+  primitive["attributes"]["JOINTS_0"] =
+      file.add<std::uint8_t>({0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0}, kUint8, "VEC4", 4);
   primitive["attributes"]["WEIGHTS_0"] =
       file.add<float>({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0.25, 0.75, 0, 0}, kFloat32, "VEC4", 4);
   std::vector<float> bound;
@@ -183,10 +182,12 @@ TEST_F(ImportGltf, ReadsSparseAccessors) {
     const int at = file.add<std::uint16_t>({3}, kUint16, "SCALAR", 1);
     const int to = isQuantized ? file.add<std::uint8_t>({0, 0, 2}, kUint8, "VEC3", 1)
                                : file.add<float>({0, 0, 2}, kFloat32, "VEC3", 1);
-    const auto viewOf = [&](int accessor) { return file.root["accessors"][static_cast<std::size_t>(accessor)]["bufferView"]; };
+    const auto viewOf = [&](int accessor) {
+      return file.root["accessors"][static_cast<std::size_t>(accessor)]["bufferView"];
+    };
     file.root["accessors"][0]["sparse"] = {{"count", 1},
-                           {"indices", {{"bufferView", viewOf(at)}, {"componentType", kUint16}}},
-                           {"values", {{"bufferView", viewOf(to)}}}};
+                                           {"indices", {{"bufferView", viewOf(at)}, {"componentType", kUint16}}},
+                                           {"values", {{"bufferView", viewOf(to)}}}};
     expectPoints(file, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}});
     file.bytes[file.root["bufferViews"][viewOf(at).get<std::size_t>()]["byteOffset"].get<std::size_t>()] = 9;
     EXPECT_THAT(refusal("t.gltf", file.text()),
@@ -211,7 +212,8 @@ TEST_F(ImportGltf, NamesTheFieldThatIsNotAsItShouldBe) {
       {"/meshes", json::array(), "has no meshes"},
       {"/meshes/0/primitives", "x", "meshes[0].primitives is \"x\"; it is a list"},
       {"/meshes/0/primitives/0/attributes", "x", "meshes[0].primitives[0].attributes is \"x\""},
-      {"/meshes/0/primitives/0/attributes/POSITION", 9, "attributes.POSITION is 9; it is the number of one of the 2 accessors"},
+      {"/meshes/0/primitives/0/attributes/POSITION", 9,
+       "attributes.POSITION is 9; it is the number of one of the 2 accessors"},
       {"/meshes/0/primitives/0/mode", 9, "meshes[0].primitives[0].mode is 9; it is a whole number from 0 to 6"},
       {"/meshes/0/primitives/0/indices", 9, "meshes[0].primitives[0].indices is 9"},
       {"/accessors/0/componentType", "FLOAT", "accessors[0].componentType is \"FLOAT\""},
@@ -225,7 +227,8 @@ TEST_F(ImportGltf, NamesTheFieldThatIsNotAsItShouldBe) {
       {"/buffers/0/byteLength", 100, "buffers[0].byteLength is 100; its uri holds 72 bytes"},
       {"/buffers/0/uri", nullptr, "buffers[0].uri is missing; it is the name of a file"},
       {"/buffers/0/uri", "data:application/octet-stream;base64,@@", "buffers[0].uri is not base64"},
-      {"/buffers/0", {{"byteLength", 72}, {"extensions", {{"EXT_meshopt_compression", json::object()}}}},
+      {"/buffers/0",
+       {{"byteLength", 72}, {"extensions", {{"EXT_meshopt_compression", json::object()}}}},
        "buffers[0] is packed by EXT_meshopt_compression"}};
   for (const auto& [place, value, reason] : changes) {
     File file;

@@ -12,8 +12,8 @@ namespace haptics::import_inventor_test {
 namespace {
 
 using fixture::tetrahedron;
-using ::testing::AnyOf;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 using ImportInventor = fixture::FileImports;
@@ -55,7 +55,8 @@ TEST_F(ImportInventor, SaysWhatFloat32LeavesOfWhatATransformBringsBack) {
 
 TEST_F(ImportInventor, NamesTheInlineOfVrml1AndUtf16) {
   const std::string inner = "#VRML V1.0 ascii\nWWWInline { name \"inner.wrl\" }\n";
-  EXPECT_THAT(refusal("t.wrl", inner), HasSubstr("holds nothing but what is in files that are not in its folder or below: "));
+  EXPECT_THAT(refusal("t.wrl", inner),
+              HasSubstr("holds nothing but what is in files that are not in its folder or below: "));
   EXPECT_EQ(import("t.wrl", inner + kTetrahedron)->report.shapesSkipped, 1U);
   write("inner.wrl", "#VRML V1.0 ascii\n" + kTetrahedron);
   const auto inlined = import("t.wrl", inner);
@@ -423,9 +424,11 @@ TEST_F(ImportInventor, LeavesOutPrototypesOfFilesThatAreNotThere) {
   ASSERT_TRUE(missing) << missing.error().text();
   EXPECT_EQ(missing->report.boxMax_m, Vec3(0.5));
   EXPECT_EQ(missing->report.shapesSkipped, 1U);
-  write("far.wrl", kVrml + "PROTO Far [ field SFVec3f at 0 0 0 ] { Transform { translation IS at children [ Shape { "
-                           "geometry Box { size 1 1 1 } } ] } }\n");
-  const std::string there = "EXTERNPROTO Far [ field SFVec3f at ] # or [ \"x.wrl\" ]\n[ \"urn:x\", \"none.wrl\" \"far.wrl#Far\" ]\n";
+  write("far.wrl", kVrml +
+                       "PROTO Far [ field SFVec3f at 0 0 0 ] { Transform { translation IS at children [ Shape { "
+                       "geometry Box { size 1 1 1 } } ] } }\n");
+  const std::string there =
+      "EXTERNPROTO Far [ field SFVec3f at ] # or [ \"x.wrl\" ]\n[ \"urn:x\", \"none.wrl\" \"far.wrl#Far\" ]\n";
   const auto found = import("t.wrl", kVrml + there + "Far { at 4 0 0 }\n" + boxAt("0"));
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(found->report.boxMax_m, Vec3(4.5, 0.5, 0.5));
@@ -441,7 +444,8 @@ TEST_F(ImportInventor, RefusesNumbersThatFloat32DoesNotHold) {
 }
 
 TEST_F(ImportInventor, SaysWhereAFileIsCutOffUnlessTheMeshIsClosed) {
-  const std::string sheet = "IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } coordIndex [ 0 1 2 ] }";
+  const std::string sheet =
+      "IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } coordIndex [ 0 1 2 ] }";
   EXPECT_THAT(refusal("t.wrl", kVrml + "Group { children [ Shape { geometry " + sheet + " }\n"),
               HasSubstr("2 braces or brackets are open"));
 }
