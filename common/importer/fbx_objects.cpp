@@ -1,6 +1,7 @@
 #include "common/importer/fbx_objects.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "common/importer/fbx_records.h"
+#include "common/maths/vec.h"
 #include "common/mesh/text_scan.h"
 
 namespace haptics {
@@ -23,9 +25,16 @@ struct Geometry {
   std::string fault = {};
 };
 
+/// How a model is scaled and turned within its parent: InheritType.
+constexpr std::int64_t kScaledLast = 0, kAsTransform = 1;  // RrSs; RSrs, which is what Assimp does. 2: Rrs
+
 /// A model, or a layer of the display.
 struct Shower {
+  std::string_view name = {};
   bool shows = true, isVisible = true, inherits = true, isLayer = false;
+  std::int64_t inheritType = kScaledLast;
+  Vec3 scale{1};
+  bool isTurned = false;
 };
 
 struct Connection {
@@ -57,8 +66,9 @@ class Objects {
   }
 
   /// Where connections of geometries to hidden models have their kinds.
-  std::vector<std::size_t> hide(FbxFile& found) const {
+  Result<std::vector<std::size_t>> hide(FbxFile& found) const {
     std::vector<std::size_t> kinds;
+    std::string misplaced;
     std::set<Id> placed;
     for (const Connection& connection : connections_) {
       const auto geometry = geometries_.find(connection.below);
@@ -73,9 +83,11 @@ class Objects {
       }
       found.skipped += isMesh ? 0 : 1;
       if (found.fault.empty()) found.fault = geometry->second.fault;
+      if (misplaced.empty()) misplaced = misplacedBy(connection.above);
     }
     for (const auto& [id, geometry] : geometries_)
       found.leftOut.unshown += geometry.kind == "Mesh" && !placed.contains(id) ? 1 : 0;
+    if (!misplaced.empty()) return refused("", misplaced);
     return kinds;
   }
 
@@ -94,6 +106,7 @@ class Objects {
     const auto depth = static_cast<std::size_t>(std::max(record.depth, 0));
     path_.resize(std::min(depth, path_.size()));
     path_.push_back(record.name);
+    if (path_.size() != depth + 1) return;  // within braces that no record has
     const std::string_view top = path_.front();
     if (record.name == "FBXVersion" && version_ == 0) version_ = record.numberAt(0);
     if (top == "Connections" && depth == 1 && record.name == "C") takeConnection(record);
@@ -120,7 +133,7 @@ class Objects {
     const std::string_view kind = record.textAt(2);
     if (record.name == "Geometry" && std::ranges::find(kNoShapes, kind) == std::end(kNoShapes))
       geometries_[object_] = {plainName(record.textAt(1)), kind};
-    if (record.name == "Model") showers_[object_] = {};
+    if (record.name == "Model") showers_[object_] = {.name = plainName(record.textAt(1))};
     if (record.name == "CollectionExclusive") showers_[object_] = {.isLayer = true};
   }
 
@@ -131,6 +144,11 @@ class Objects {
     if (record.textAt(0) == "Show") at->second.shows = is;
     if (record.textAt(0) == "Visibility") at->second.isVisible = is;
     if (record.textAt(0) == "Visibility Inheritance") at->second.inherits = is;
+    if (record.textAt(0) == "InheritType") at->second.inheritType = record.numberAt(4);
+    const Vec3 vector(record.realAt(4), record.realAt(5), record.realAt(6));
+    if (record.textAt(0) == "Lcl Scaling") at->second.scale = vector;
+    const bool turns = record.textAt(0) == "Lcl Rotation" || record.textAt(0) == "PreRotation";
+    at->second.isTurned = at->second.isTurned || (turns && vector != Vec3(0));
   }
 
   /// Arrays are in the record, or in a text in the record "a" within it.
@@ -191,18 +209,43 @@ class Objects {
   [[nodiscard]] bool isHidden(Id model) const {
     if (!showers_.at(model).shows || isOnHiddenLayer(model)) return true;
     std::set<Id> seen;
-    for (std::optional<Id> id = model; id && seen.insert(*id).second;) {
+    for (std::optional<Id> id = model; id && seen.insert(*id).second; id = parentOf(*id)) {
       const Shower& own = showers_.at(*id);
       if (!own.isVisible) return true;
       if (!own.inherits) return false;
-      std::optional<Id> parent;
-      for (auto [at, end] = above_.equal_range(*id); at != end; ++at) {
-        const auto above = showers_.find(at->second);
-        if (above != showers_.end() && !above->second.isLayer) parent = at->second;
-      }
-      id = parent;
     }
     return false;
+  }
+
+  /// Another model.
+  [[nodiscard]] std::optional<Id> parentOf(Id model) const {
+    for (auto [at, end] = above_.equal_range(model); at != end; ++at) {
+      const auto above = showers_.find(at->second);
+      if (above != showers_.end() && !above->second.isLayer) return at->second;
+    }
+    return std::nullopt;
+  }
+
+  /// Why a model is not where a product of transforms puts it; empty: it is.
+  [[nodiscard]] std::string misplacedBy(Id model) const {
+    const auto scales = [](const Vec3& by) { return glm::length(by - Vec3(1)) > 1e-6; };
+    const auto isUneven = [](const Vec3& by) { return glm::length(by - Vec3(by.x)) > 1e-6 * std::abs(by.x); };
+    std::set<Id> seen;
+    for (std::optional<Id> id = model; id && seen.insert(*id).second; id = parentOf(*id)) {
+      const Shower& own = showers_.at(*id);
+      if (own.inheritType == kAsTransform) continue;
+      std::optional<Id> above = parentOf(*id);
+      std::set<Id> passed;
+      for (bool isFirst = true; above && passed.insert(*above).second; above = parentOf(*above), isFirst = false) {
+        const Vec3& by = showers_.at(*above).scale;
+        const bool isWrong = own.inheritType == kScaledLast ? own.isTurned && isUneven(by) : isFirst && scales(by);
+        if (!isWrong) continue;
+        return "has the model " + inQuotes(own.name) + " of InheritType " + std::to_string(own.inheritType) +
+               " below " + inQuotes(showers_.at(*above).name) +
+               ", which is scaled: where that puts it is not read; export it with InheritType 1, or apply the scale";
+      }
+    }
+    return {};
   }
 
   [[nodiscard]] bool isOnHiddenLayer(Id model) const {
@@ -223,7 +266,9 @@ Result<FbxFile> preparedFbx(std::string file) {
   {
     Objects objects(file);
     if (auto ok = objects.read(); !ok) return tl::unexpected(std::move(ok).error());
-    kinds = objects.hide(found);
+    auto hidden = objects.hide(found);
+    if (!hidden) return tl::unexpected(std::move(hidden).error());
+    kinds = *std::move(hidden);
   }
   for (const std::size_t at : kinds) file.replace(at, 2, "PP");  // which Assimp passes over
   found.file = std::move(file);

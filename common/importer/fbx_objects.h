@@ -19,7 +19,7 @@ struct FbxFile {
 /// Takes a geometry from the models that are hidden: by `Show`, by `Visibility`, which those below have too unless `Visibility
 /// Inheritance` is 0, or by a display layer. Counts those, the meshes that no model of the scene has, and what is no mesh.
 /// Refused, naming version, geometry and field: a text that is cut off; a version before 7.1 (2011), which Assimp does not read; a
-/// list of polygons whose last does not end.
+/// list of polygons whose last does not end; a model that does not inherit its parents' scales as a product of transforms has them.
 [[nodiscard]] Result<FbxFile> preparedFbx(std::string file);
 
 }  // namespace haptics

@@ -250,6 +250,18 @@ std::string_view FbxRecord::textAt(std::size_t index) const {
 
 std::int64_t FbxRecord::numberAt(std::size_t index) const { return index < values.size() ? values[index].number : 0; }
 
+double FbxRecord::realAt(std::size_t index) const {
+  if (index >= values.size()) return 0;
+  const auto& [bytes, number, type, count, isPacked] = values[index];
+  if (!list.empty()) {
+    double real = 0;
+    std::from_chars(bytes.data(), bytes.data() + bytes.size(), real);
+    return real;
+  }
+  if (type == 'F') return static_cast<double>(valueIn<float>(bytes));
+  return type == 'D' ? valueIn<double>(bytes) : static_cast<double>(number);
+}
+
 std::optional<std::string_view> eachFbxRecord(std::string_view file, const Take& take) {
   return file.starts_with(kBinaryHead) ? BinaryRecords(file, take).read() : TextRecords(file, take).read();
 }

@@ -28,6 +28,8 @@ struct FbxRecord {
 
   [[nodiscard]] std::string_view textAt(std::size_t index) const;
   [[nodiscard]] std::int64_t numberAt(std::size_t index) const;
+  /// Of any number.
+  [[nodiscard]] double realAt(std::size_t index) const;
 };
 
 /// Calls `take` for each record of an FBX, binary or text, in the file's order; one comes before those within it. Gives why the

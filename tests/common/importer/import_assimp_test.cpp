@@ -285,7 +285,7 @@ std::string farAway3mf(const Vec3& at) {
 }
 
 /// An FBX 7.4 of the same in binary; its vertices packed or not.
-std::string binaryFbx(const Vec3& at, bool isPacked) {
+std::string binaryFbx(const Vec3& at, bool isPacked, bool isShown = true) {
   using namespace std::string_literals;
   struct Record {
     std::string name, values;
@@ -331,7 +331,10 @@ std::string binaryFbx(const Vec3& at, bool isPacked) {
         {"Model",
          large(20) + text("part\0\1Model"s) + text("Mesh"),
          3,
-         {{"Version", "I"s + raw(std::int32_t{232}), 1}}}}},
+         {{"Properties70",
+           "",
+           0,
+           {{"P", text("Show") + text("bool") + text("") + text("") + "I" + raw(std::int32_t{isShown}), 5}}}}}}},
       {"Connections",
        "",
        0,
@@ -377,6 +380,13 @@ TEST_F(ImportAssimp, KeepsTheShapeOfWhatIsFarFromTheOrigin) {
       EXPECT_LT(imported->report.rounding_m, 1e-6) << name;
     }
   }
+}
+
+TEST_F(ImportAssimp, LooksIntoBinaryFbxBeforeItIsRead) {
+  const std::string file = binaryFbx(Vec3(0), true);
+  for (const std::size_t size : {std::size_t{30}, file.size() / 2, file.size() - 200})
+    EXPECT_THAT(refusal("t.fbx", file.substr(0, size)), HasSubstr("is a binary FBX that is cut off or damaged"));
+  EXPECT_THAT(refusal("t.fbx", binaryFbx(Vec3(0), true, false)), HasSubstr("hidden, or without a place in it: 1"));
 }
 
 TEST_F(ImportAssimp, SaysWhatFloat32LeavesOfWhatCannotBeMoved) {

@@ -1,3 +1,4 @@
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -113,6 +114,23 @@ TEST_F(ImportFbx, SaysWhatIsNotAsItShouldBe) {
   EXPECT_THAT(refusal("t.fbx", changed(",2,0,-4", ",2,0,3")),
               AllOf(HasSubstr("\"tetra\" whose last polygon does not end"), HasSubstr("PolygonVertexIndex is 3")));
   EXPECT_THAT(refusal("t.fbx", right.substr(0, right.find("C: \"OO\",10"))), HasSubstr("is cut off"));
+}
+
+TEST_F(ImportFbx, RefusesScalesThatAreInheritedOtherwise) {
+  const auto below = [](const std::string& scale, int type, const std::string& turn) {
+    const std::string own = "P: \"InheritType\", \"enum\", \"\", \"\"," + std::to_string(type) + "\n" +
+                            "P: \"Lcl Rotation\", \"Lcl Rotation\", \"\", \"A\",0,0," + turn + "\n";
+    return fbx(kTetrahedron + model(22, "P: \"Lcl Scaling\", \"Lcl Scaling\", \"\", \"A\"," + scale + "\n", "Null") +
+                   model(21, own),
+               {{22, 0}, {21, 22}, {10, 21}});
+  };
+  for (const auto& [scale, type, turn] :
+       {std::tuple{"2,1,1", 1, "90"}, {"2,2,2", 0, "90"}, {"2,1,1", 0, "0"}, {"1,1,1", 2, "90"}})
+    EXPECT_TRUE(import("t.fbx", below(scale, type, turn))) << scale << type << turn;
+  for (const auto& [scale, type, turn] : {std::tuple{"2,1,1", 0, "90"}, {"2,2,2", 2, "0"}}) {
+    EXPECT_THAT(refusal("t.fbx", below(scale, type, turn)),
+                HasSubstr("has the model \"m21\" of InheritType " + std::to_string(type) + " below \"m22\""));
+  }
 }
 
 }  // namespace
