@@ -185,6 +185,7 @@ def mesh_files():
         "off": (3, "NOFF 4 4 0\n" + "".join(f"{line} 0 0 1\n" for line in lines) + rows),
         "gltf": (4, json.dumps({**gltf, "buffers": [{"byteLength": 72, "uri": uri}]})),
         "glb": (5, b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks),
+        "fbx_braces": (9, "x {\n{ Objects: {\n Geometry: 10, \"g\", \"Mesh\" {\n"),
         "x3d": (6, x3d), "3mf": (7, model), "dae": (8, collada), "fbx": (9, fbx), "fbx_binary": (9, binary), "3ds": (10, studio)}
     return {name: bytes([number]) + (text if isinstance(text, bytes) else text.encode())
             for name, (number, text) in texts.items()}
