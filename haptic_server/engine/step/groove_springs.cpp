@@ -80,7 +80,7 @@ double GrooveSprings::stiffness_N_per_m(Vec3 p) const noexcept {
 std::array<double, ContactState::kMaxHolding> GrooveSprings::weights(Vec3 p) const noexcept {
   const auto [one, other] = apart();
   if (one == other) return {1, 0, 0};
-  const auto ofTwo = [this, p, one = one, other = other] {
+  const auto ofTwo = [&] {
     std::array<double, ContactState::kMaxHolding> weight{};
     weight[other] = Between(normal_[one], normal_[other], p).secondWeight();
     weight[one] = 1 - weight[other];
