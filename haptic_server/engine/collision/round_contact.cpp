@@ -399,7 +399,7 @@ PolytopeContact contactOver(const Polytope& polytope, const Frame& pose, const F
   const auto loop = polytope.loopOf(facing);
   const auto& [a, b, c] = part.corners;
   const auto add = [&](std::uint32_t id, Vec3 on) noexcept {
-    const double gap_m = glm::dot(part.normal, on - a);
+    const double gap_m = glm::dot(part.normal, on - part.corners[0]);
     if (gap_m >= range_m[0] && gap_m <= range_m[1])
       made.points[made.count++] = {id, on, on - gap_m * part.normal, gap_m};
   };

@@ -80,13 +80,10 @@ double GrooveSprings::stiffness_N_per_m(Vec3 p) const noexcept {
 std::array<double, ContactState::kMaxHolding> GrooveSprings::weights(Vec3 p) const noexcept {
   const auto [one, other] = apart();
   if (one == other) return {1, 0, 0};
-  const auto ofTwo = [&] {
-    std::array<double, ContactState::kMaxHolding> weight{};
-    weight[other] = Between(normal_[one], normal_[other], p).secondWeight();
-    weight[one] = 1 - weight[other];
-    return weight;
-  };
-  if (count_ == 2) return ofTwo();
+  std::array<double, ContactState::kMaxHolding> ofTwo{};
+  ofTwo[other] = Between(normal_[one], normal_[other], p).secondWeight();
+  ofTwo[one] = 1 - ofTwo[other];
+  if (count_ == 2) return ofTwo;
   const double volume = glm::dot(normal_[0], glm::cross(normal_[1], normal_[2]));
   std::array<double, 3> squared;  // of p's distance from the plane of the two others' normals
   for (std::size_t i = 0; i < 3; ++i) {
@@ -98,7 +95,7 @@ std::array<double, ContactState::kMaxHolding> GrooveSprings::weights(Vec3 p) con
   std::array<double, 3> nearness;  // one over the square, times all three
   for (std::size_t i = 0; i < 3; ++i) nearness[i] = squared[(i + 1) % 3] * squared[(i + 2) % 3];
   const double sum = nearness[0] + nearness[1] + nearness[2];
-  if (volume * volume < kMinSquaredSine || !(sum > 0)) return ofTwo();
+  if (volume * volume < kMinSquaredSine || !(sum > 0)) return ofTwo;
   std::array<double, 3> weight{};
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t first = (i + 1) % 3, second = (i + 2) % 3;
