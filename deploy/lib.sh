@@ -119,7 +119,8 @@ build_preset() {
   [ $# -eq 0 ] || targets=(--target "$@")
   say "Building $preset"
   (cd "$top" &&
-    { is_configured "$preset" "$tests" || cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" -Wno-dev --log-level=NOTICE >/dev/null; } &&
+    { is_configured "$preset" "$tests" ||
+      cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" -Wno-dev --log-level=NOTICE >/dev/null; } &&
     NINJA_STATUS='[%f/%t, %es] ' cmake --build --preset "$preset" "${targets[@]}") && return
   check_disk
   return 1

@@ -11,8 +11,7 @@ namespace haptics {
 
 /// A value of a record: a text, a number, or in a binary file an array.
 struct FbxValue {
-  std::string_view
-      bytes;  ///< Of a text: itself, without quotes; of a number: as it is written; of an array: as it is packed.
+  std::string_view bytes;   ///< Of a text: without quotes; of a number or an array: as it is in the file.
   std::int64_t number = 0;  ///< Of a whole number; of another, 1 unless it is 0.
   char type = 0;            ///< As a binary file has it; of a text file 'S', or 'D' for what has no quotes.
   std::uint32_t count = 0;  ///< Of an array.

@@ -53,7 +53,7 @@ struct Moving {
   return period_s * (glm::distance(a.velocity, b.velocity) + a.spin_m_s + b.spin_m_s);
 }
 
-/// Pairs of so many bodies.
+/// Which two of the bodies are a pair: a bit for each two.
 class PairSet {
  public:
   explicit PairSet(std::size_t bodies) noexcept : bodies_(bodies) {

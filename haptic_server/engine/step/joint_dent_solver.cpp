@@ -266,6 +266,7 @@ class JointDentSolver {
     std::ranges::transform(parts(), foot_.begin(), [](const Part& part) { return part.held.triangle; });
   }
 
+  /// Out of the dented surfaces, plane by plane as they are near the place.
   [[nodiscard]] Vec3 liftedOut(Vec3 place) noexcept {
     Vec3 parts;
     for (int round = 0; round < kMaxJointRounds && clearance_m(place) < -kOnSurface_m; ++round)
