@@ -31,6 +31,7 @@
 #include "common/importer/gltf_numbers.h"
 #include "common/importer/joined_3mf.h"
 #include "common/importer/model_3mf.h"
+#include "common/importer/x3d_classic.h"
 #include "common/importer/x3d_text.h"
 #include "common/importer/xml_text.h"
 #include "common/importer/zip_archive.h"
@@ -326,10 +327,7 @@ Result<Beforehand> lookAtX3d(std::string& file, const IncludeReader& readInclude
     const std::string plain = withoutPercents(name);
     return bytes || plain == name ? std::move(bytes) : readIncluded(plain);
   };
-  constexpr std::string_view kClassic = "#X3D ";
-  if (file.starts_with(kClassic))
-    return refused("", "is X3D in its classic encoding; save it as XML (.x3d), or as VRML 97 (.wrl)");
-  return plainXml(std::move(file))
+  return x3dInXml(std::move(file))
       .and_then([&](const std::string& text) {
         return checkNesting(text, "X3D").and_then([&] { return withInlines(text, read); });
       })

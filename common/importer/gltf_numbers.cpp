@@ -477,8 +477,12 @@ Result<Gltf> preparedGltf(std::string file, std::uint64_t mostOfNothing, const I
                            " in line " + line);
   }
   if (!root.is_object()) return refused("", "is no glTF: its JSON is no object {}");
-  if (memberIn(root, "meshes").is_object())
-    return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};  // of version 1
+  if (memberIn(root, "meshes").is_object()) {
+    const json& version = memberIn(memberIn(root, "asset"), "version");
+    if (version.is_string() && version.get_ref<const std::string&>().starts_with("1."))
+      return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};
+    return refused("", "is glTF of version " + version.dump() + " (asset.version); \"2.0\" and \"1.0\" are read");
+  }
   plainGltf(root);
   if (json& asset = root["asset"]; memberIn(asset, "version") == 2) asset["version"] = "2.0";
   showAllNodes(root);

@@ -28,6 +28,7 @@
 #include <Inventor/nodes/SoCylinder.h>
 #include <Inventor/nodes/SoDrawStyle.h>
 #include <Inventor/nodes/SoFaceSet.h>
+#include <Inventor/nodes/SoFile.h>
 #include <Inventor/nodes/SoImage.h>
 #include <Inventor/nodes/SoIndexedFaceSet.h>
 #include <Inventor/nodes/SoIndexedLineSet.h>
@@ -239,7 +240,6 @@ class ConfinedInput final : public SoInput {
       handedOver() = nullptr;
       if (pushed) return TRUE;
     }
-    included_.missing.emplace_back(name);
     return FALSE;
   }
 
@@ -258,6 +258,11 @@ SoSeparator* read(std::string& text, Included& included) {
   ConfinedInput input(included);
   input.setBuffer(text.data(), text.size());
   return input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
+}
+
+/// Whose file is not there, or cannot be read.
+bool isEmptyFile(const SoNode& node) {
+  return node.isOfType(SoFile::getClassTypeId()) && node.getChildren()->getLength() == 0;
 }
 
 /// The names in an Inline of VRML, in the order in which they are tried; none: it is none.
@@ -283,6 +288,7 @@ void fillInlines(SoNode& root, const std::filesystem::path& folder, int deepest,
     if (!seen.insert(&node).second) continue;
     const SoChildList* const children = node.getChildren();
     for (int i = 0; children != nullptr && i < children->getLength(); ++i) left.push_back((*children)[i]);
+    if (isEmptyFile(node)) included.missing.emplace_back(static_cast<SoFile&>(node).name.getValue().getString());
     const auto names = namesOf(node);
     SoSeparator* filled = nullptr;
     for (std::string name : names) {
@@ -771,8 +777,8 @@ Result<PolygonSoup> gatherInventor(std::string_view bytes, const IncludeReader& 
   if (!gathering.fault.empty()) return refused("", gathering.fault);
   PolygonSoup& found = gathering.found;
   if (found.triangles.empty() && !included.missing.empty() && found.shapesSkipped == included.missing.size())
-    return refused(
-        "", "holds nothing but what is in files that are not in its folder or below: " + listOf(included.missing));
+    return refused("", "holds nothing but what is in files that cannot be read, or are not in its folder or below: " +
+                           listOf(included.missing));
   if (found.triangles.empty() && found.degenerate + found.shapesSkipped == 0 && !hasHead(file))
     return tl::unexpected(notRead(file));
   if (nestingOf(file).open > 0 && !isBinary(file)) found.cutOff = notRead(file).reason;

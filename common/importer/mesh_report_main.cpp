@@ -146,7 +146,8 @@ int main(int argc, char** argv) {
   haptics::ImportOptions options;
   bool asJson = false;
   std::string part, picture;
-  app.option("file", files, ".obj, .ply, .stl, .off, .om, .iv, .wrl, .gltf, .glb, .dae, .zae, .3mf, .3ds, .fbx or .x3d")
+  app.option("file", files,
+             ".obj, .ply, .stl, .off, .om, .iv, .wrl, .gltf, .glb, .dae, .zae, .3mf, .3ds, .fbx, .x3d or .x3dv")
       .required();
   app.option("--unit", options.unit_m,
              "Metres per unit of the files (0.001 for millimetres); without it what the file says of it, else 1")

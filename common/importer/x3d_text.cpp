@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/importer/unpacked.h"
+#include "common/importer/x3d_classic.h"
 #include "common/importer/x3d_shapes.h"
 #include "common/importer/xml_text.h"
 #include "common/mesh/text_scan.h"
@@ -51,49 +52,60 @@ const std::map<std::string_view, std::string_view>& readAs() {
 // By their names for Assimp.
 constexpr std::string_view kGroups[] = {"Group", "Transform"};
 
+std::set<std::string_view> setOf(std::string_view names) {
+  const std::vector<std::string_view> words = wordsIn(names);
+  return {words.begin(), words.end()};
+}
+
+// Left to Assimp, for the names that their points have, and not felt.
+constexpr std::string_view kSkipped[] = {"PointSet", "IndexedLineSet", "LineSet", "Inline"};
+
 // What may stand among the nodes of a group.
 constexpr std::string_view kNoNodes[] = {"ROUTE", "IS", "IMPORT", "EXPORT", "ProtoDeclare", "ExternProtoDeclare"};
 
-constexpr std::string_view kSkipped[] = {"Text",
-                                         "PointSet",
-                                         "Polypoint2D",
-                                         "QuadSet",
-                                         "IndexedQuadSet",
-                                         "NurbsPatchSurface",
-                                         "NurbsSweptSurface",
-                                         "NurbsSwungSurface",
-                                         "NurbsTrimmedSurface",
-                                         "IndexedLineSet",
-                                         "LineSet",
-                                         "Inline",
-                                         "ProtoInstance",
-                                         "GeoElevationGrid",
-                                         "GeoLocation",
-                                         "GeoTransform",
-                                         "GeoLOD",
-                                         "ScreenGroup",
-                                         "TransformSensor"};
+/// ISO/IEC 19775-1: what cannot be felt; some of it is not known to Assimp, or has to be right for it.
+bool isUnfelt(std::string_view name) {
+  static const std::set<std::string_view> names = setOf(R"(
+Appearance AcousticProperties Material TwoSidedMaterial PhysicalMaterial UnlitMaterial FillProperties LineProperties
+PointProperties ImageTexture MovieTexture PixelTexture MultiTexture MultiTextureCoordinate MultiTextureTransform
+TextureProperties TextureTransform ImageTextureAtlas ImageTexture3D PixelTexture3D ComposedTexture3D
+TextureTransform3D TextureTransformMatrix3D TextureCoordinate TextureCoordinate3D TextureCoordinate4D
+TextureCoordinateGenerator NurbsTextureCoordinate ComposedCubeMapTexture GeneratedCubeMapTexture ImageCubeMapTexture
+TextureProjector TextureProjectorParallel TextureProjectorPoint FontStyle ScreenFontStyle Color ColorRGBA Normal
+Tangent FogCoordinate FloatVertexAttribute Matrix3VertexAttribute Matrix4VertexAttribute ComposedShader PackagedShader
+ProgramShader ShaderPart ShaderProgram Background TextureBackground Fog LocalFog DirectionalLight PointLight SpotLight
+EnvironmentLight Viewpoint OrthoViewpoint GeoViewpoint ViewpointGroup NavigationInfo WorldInfo Sound AudioClip
+SpatialSound ListenerPointSource AudioDestination AudioBufferSource OscillatorSource StreamAudioSource
+MicrophoneSource StreamAudioDestination Gain Delay Convolver BiquadFilter Analyser ChannelMerger ChannelSelector
+ChannelSplitter DynamicsCompressor WaveShaper PeriodicWave BufferAudioSource MetadataBoolean MetadataDouble
+MetadataFloat MetadataInteger MetadataSet MetadataString GeoMetadata GeoOrigin Script TimeSensor TouchSensor
+GeoTouchSensor ProximitySensor GeoProximitySensor VisibilitySensor PlaneSensor CylinderSensor SphereSensor KeySensor
+StringSensor LoadSensor LinePickSensor PointPickSensor PrimitivePickSensor VolumePickSensor CollisionSensor
+BooleanFilter BooleanSequencer BooleanToggle BooleanTrigger IntegerSequencer IntegerTrigger TimeTrigger
+ColorInterpolator CoordinateInterpolator CoordinateInterpolator2D NormalInterpolator OrientationInterpolator
+PositionInterpolator PositionInterpolator2D ScalarInterpolator EaseInEaseOut SplinePositionInterpolator
+SplinePositionInterpolator2D SplineScalarInterpolator SquadOrientationInterpolator GeoPositionInterpolator
+NurbsOrientationInterpolator NurbsPositionInterpolator NurbsSurfaceInterpolator ColorChaser ColorDamper
+CoordinateChaser CoordinateDamper OrientationChaser OrientationDamper PositionChaser PositionChaser2D PositionDamper
+PositionDamper2D ScalarChaser ScalarDamper TexCoordChaser2D TexCoordDamper2D DISEntityManager DISEntityTypeMapping
+ReceiverPdu SignalPdu TransmitterPdu HAnimMotion HAnimDisplacer ClipPlane Layout LayoutLayer LayoutGroup
+CollisionCollection CollisionSpace CollidableOffset RigidBodyCollection RigidBody Contact BallJoint
+DoubleAxisHingeJoint MotorJoint SingleAxisHingeJoint SliderJoint UniversalJoint BoundedPhysicsModel ConeEmitter
+ExplosionEmitter ForcePhysicsModel ParticleSystem PointEmitter PolylineEmitter SurfaceEmitter VolumeEmitter
+WindPhysicsModel ROUTE IMPORT EXPORT IS ProtoDeclare ExternProtoDeclare component meta)");
+  return names.contains(name);
+}
 
-// Of what cannot be felt and has to be right for Assimp, or is not known to it.
-constexpr std::string_view kUnfeltOfX3d[] = {"Appearance",
-                                             "Normal",
-                                             "Color",
-                                             "ColorRGBA",
-                                             "TextureCoordinate",
-                                             "Tangent",
-                                             "MetadataBoolean",
-                                             "MetadataDouble",
-                                             "MetadataFloat",
-                                             "MetadataInteger",
-                                             "MetadataSet",
-                                             "MetadataString",
-                                             "Polypoint2D",
-                                             "HAnimMotion",
-                                             "EnvironmentLight",
-                                             "TextureProjector",
-                                             "TextureProjectorParallel",
-                                             "ListenerPointSource",
-                                             "SpatialSound"};
+/// What Assimp is left, by its names for it.
+bool isFelt(std::string_view name) {
+  static const std::set<std::string_view> names = setOf(R"(
+X3D head unit Scene Group Transform Shape Box Cone Cylinder Sphere IndexedFaceSet IndexedTriangleSet
+IndexedTriangleStripSet IndexedTriangleFanSet TriangleSet TriangleStripSet TriangleFanSet ElevationGrid Extrusion
+Arc2D ArcClose2D Circle2D Disk2D Polyline2D Rectangle2D TriangleSet2D Coordinate GeoCoordinate PointSet)");
+  return names.contains(name) || readAs().contains(name);
+}
+
+constexpr std::string_view kOfPoints[] = {"Coordinate", "CoordinateDouble", "GeoCoordinate"};
 
 /// Fields of numbers: so many, or so many to each point of a list.
 struct NumbersField {
@@ -105,6 +117,11 @@ constexpr NumbersField kNumbers[] = {{"Coordinate", "point", 3, true},  {"Transf
                                      {"Transform", "scale", 3, false},  {"Transform", "center", 3, false},
                                      {"Box", "size", 3, false},         {"Sphere", "radius", 1, false},
                                      {"Rectangle2D", "size", 2, false}, {"TriangleSet2D", "vertices", 2, true}};
+
+// Without which they have no face, and Assimp refuses the file.
+constexpr std::pair<std::string_view, std::string_view> kFaceLists[] = {
+    {"IndexedFaceSet", "coordIndex"},   {"IndexedTriangleSet", "index"}, {"IndexedTriangleStripSet", "index"},
+    {"IndexedTriangleFanSet", "index"}, {"TriangleFanSet", "fanCount"},  {"TriangleStripSet", "stripCount"}};
 
 // The numbers of points, and of some -1 after each face.
 constexpr std::string_view kIndexed[] = {"IndexedTriangleSet", "IndexedTriangleStripSet", "IndexedTriangleFanSet"};
@@ -224,7 +241,7 @@ class Inlining {
     if (!bytes || deep_ >= kDeepest) return std::nullopt;
     bytes_ += bytes->size();
     ++deep_;
-    auto text = unpacked(*std::move(bytes)).and_then(plainXml).and_then([&](const std::string& file) {
+    auto text = unpacked(*std::move(bytes)).and_then(x3dInXml).and_then([&](const std::string& file) {
       return into(file, std::filesystem::path(path).parent_path());
     });
     --deep_;
@@ -290,10 +307,12 @@ class X3dPreparing {
  private:
   /// An element that has not ended.
   struct Open {
-    std::string_view endName = {};    ///< Instead of its own; empty: its own.
-    std::string_view after = {};      ///< Goes after its end.
+    std::string_view endName = {};  ///< Instead of its own; empty: its own.
+    std::string_view after = {};    ///< Goes after its end.
+    std::string_view definition = {};
     std::optional<long> chosen = {};  ///< Of a choice: the child that is shown.
     long children = 0;
+    bool isEmpty = true;     ///< For Assimp.
     bool isLeftOut = false;  ///< Of a choice, at which Assimp takes other children for it than there are.
     bool isHidden = false;
   };
@@ -304,6 +323,7 @@ class X3dPreparing {
   std::vector<Open> open_;
   std::map<std::size_t, std::size_t> points_;  ///< Of clockwise TriangleSets, by where each begins.
   std::set<std::string_view> names_;           ///< Of DEF.
+  std::set<std::string_view> openNames_;       ///< Of those that have not ended.
   std::size_t mostOfStrips_ = rewriting_.text().size();
 
   [[nodiscard]] static bool endsItself(const XmlTag& tag) { return tag.inside.ends_with('/'); }
@@ -311,7 +331,6 @@ class X3dPreparing {
   static bool isClockwise(const XmlTag& tag) { return isFalse(tag.inside, "ccw"); }
 
   void countPoints() {
-    constexpr std::string_view kOfPoints[] = {"Coordinate", "CoordinateDouble", "GeoCoordinate"};
     std::vector<std::size_t*> open;  // what counts the points of each
     eachTag(rewriting_.text(), [&](const XmlTag& tag) {
       if (tag.ends) {
@@ -330,20 +349,22 @@ class X3dPreparing {
   }
 
   void begin(const XmlTag& tag) {
-    prepared_.skipped += isOneOf(kSkipped, tag.name) ? 1 : 0;
+    const bool isKept = isFelt(tag.name);
     const bool isProxy = attributeIn(tag.inside, "containerField") == "proxy";
+    prepared_.skipped += isOneOf(kSkipped, tag.name) || (!isKept && !isUnfelt(tag.name)) ? 1 : 0;
     prepared_.unshown += isProxy ? 1 : 0;
-    if (isProxy || isOneOf(kUnfeltOfX3d, tag.name)) {
-      rewriting_.replaceElement(tag, "");
-      return;
-    }
     Open own;
-    if (!open_.empty()) {
+    if (!open_.empty() && !isProxy) {
       Open& parent = open_.back();
-      const bool isNode = !isOneOf(kNoNodes, tag.name);
+      const bool isNode = !isOneOf(kNoNodes, tag.name) && !tag.name.starts_with("Metadata");
       own.isLeftOut = isNode && parent.chosen && *parent.chosen != parent.children;
       own.isHidden = parent.isHidden || own.isLeftOut;
       parent.children += isNode ? 1 : 0;
+      parent.isEmpty = parent.isEmpty && !isKept;
+    }
+    if (isProxy || !isKept) {
+      rewriting_.replaceElement(tag, "");
+      return;
     }
     take(tag, own);
     open_.push_back(own);
@@ -354,7 +375,8 @@ class X3dPreparing {
     if (open_.empty()) return;
     const Open own = open_.back();
     open_.pop_back();
-    if (own.children == 0) fill(tag, own.endName.empty() ? tag.name : own.endName);
+    if (!own.definition.empty()) openNames_.erase(own.definition);
+    if (own.isEmpty) fill(tag, own.endName.empty() ? tag.name : own.endName);
     if (tag.ends && !own.endName.empty()) rewriting_.replace(tag.name, own.endName);
     if (!own.after.empty()) rewriting_.insertAfter(tag, own.after);
   }
@@ -401,13 +423,16 @@ class X3dPreparing {
   void take(const XmlTag& tag, Open& own) {
     const auto attribute = [&](std::string_view name) { return attributeIn(tag.inside, name); };
     checkNumbers(tag);
-    if (const std::string_view used = attribute("USE"); !used.empty() && !names_.contains(used) && fault_.empty()) {
-      fault_ =
-          "uses a " + std::string(tag.name) + " of the name " + inQuotes(used) + " (USE), which is not there (DEF)";
+    if (const std::string_view used = attribute("USE"); !used.empty() && fault_.empty()) {
+      const bool isOpen = openNames_.contains(used);
+      if (isOpen || !names_.contains(used))
+        fault_ = "uses a " + std::string(tag.name) + " of the name " + inQuotes(used) + " (USE), which is " +
+                 (isOpen ? "what it is in" : "not there (DEF)");
     }
+    if (openNames_.insert(attribute("DEF")).second) own.definition = attribute("DEF");
     if (tag.name == "unit" && attribute("category") == "length") prepared_.unit = attribute("conversionFactor");
     const bool isUsed = !attribute("USE").empty();
-    if (isUsed) own.children = 1;  // of what it uses
+    own.isEmpty = !isUsed;
     if ((isFalse(tag.inside, "visible") && !isUsed) || own.isLeftOut) {
       rewriting_.insertBefore(tag, "<Switch whichChoice=\"-1\">");
       own.after = "</Switch>";
@@ -429,9 +454,20 @@ class X3dPreparing {
       if (own.endName == "Transform") takeRotations(tag);
     } else if (tag.name == "Transform") {
       takeRotations(tag);
+    } else if (!isUsed && hasNoFace(tag)) {
+      own.endName = "PointSet";
+      rewriting_.replace(tag.name, own.endName);
     } else {
       turn(tag, own);
     }
+    if (isOneOf(kOfPoints, tag.name) && !isUsed && wordsIn(attribute("point")).empty())
+      rewriting_.replace(tag.inside.substr(0, 0), " point=\"0 0 0 0 0 0 0 0 0\"");  // Assimp ends on none
+  }
+
+  static bool hasNoFace(const XmlTag& tag) {
+    return std::any_of(std::begin(kFaceLists), std::end(kFaceLists), [&](const auto& list) {
+      return list.first == tag.name && wordsIn(attributeIn(tag.inside, list.second)).empty();
+    });
   }
 
   /// Assimp shears and scales by an axis whose length is not 1.

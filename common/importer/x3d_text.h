@@ -15,7 +15,7 @@ struct X3dText {
   std::string text;
   std::string unit;  ///< Metres, where it says so.
   std::uint64_t skipped =
-      0;  ///< Shapes and nodes that nobody reads: texts, NURBS, lines, points, prototypes, other files.
+      0;  ///< Shapes and nodes that nobody reads: texts, NURBS, lines, points, prototypes, other files, nodes of no standard.
   std::uint64_t unshown = 0;  ///< Shapes that a Switch, an LOD or visible="false" hides.
 };
 

@@ -21,8 +21,8 @@ class ZipArchive {
   };
 
   [[nodiscard]] static bool isOne(std::string_view file) { return file.starts_with("PK\x03\x04"); }
-  /// Refused: damaged, of several parts, encrypted, of more than 4 GB, packed otherwise than by deflate, claiming more than
-  /// its bytes can stand for.
+  /// Refused: damaged, of several parts, encrypted, packed otherwise than by deflate, claiming more than its bytes can stand
+  /// for.
   /// @param file  Outlives this.
   [[nodiscard]] static Result<ZipArchive> open(std::string_view file);
 

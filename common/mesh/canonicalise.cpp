@@ -35,7 +35,9 @@ Result<void> checkOptions(const ImportOptions& options) {
 }
 
 Result<void> checkInput(const std::vector<Vec3>& vertices, const std::vector<TriangleIndices>& triangles) {
-  if (triangles.empty()) return refused("", "holds no face (a point cloud?); a mesh needs at least one triangle");
+  if (triangles.empty())
+    return refused("", std::string("holds no face") + (vertices.empty() ? "" : " (a point cloud?)") +
+                           "; a mesh needs at least one triangle");
   // Files may repeat each vertex for each triangle that names it, so up to three times as many may come in.
   if (vertices.size() > 3 * kMaxTriangles || triangles.size() > kMaxTriangles) {
     return refused("", "holds " + number(triangles.size()) + " triangles and " + number(vertices.size()) +

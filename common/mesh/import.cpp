@@ -17,24 +17,14 @@ struct FormatName {
   const char* ending;
   MeshFormat format;
 };
-constexpr std::array<FormatName, 18> kFormats{{{"obj", MeshFormat::kObj},
-                                               {"ply", MeshFormat::kPly},
-                                               {"stl", MeshFormat::kStl},
-                                               {"off", MeshFormat::kOff},
-                                               {"om", MeshFormat::kOm},
-                                               {"iv", MeshFormat::kInventor},
-                                               {"wrl", MeshFormat::kInventor},
-                                               {"vrml", MeshFormat::kInventor},
-                                               {"wrz", MeshFormat::kInventor},  // packed
-                                               {"gltf", MeshFormat::kGltf},
-                                               {"glb", MeshFormat::kGlb},
-                                               {"dae", MeshFormat::kCollada},
-                                               {"zae", MeshFormat::kCollada},
-                                               {"3mf", MeshFormat::k3mf},
-                                               {"3ds", MeshFormat::k3ds},
-                                               {"fbx", MeshFormat::kFbx},
-                                               {"x3d", MeshFormat::kX3d},
-                                               {"x3dz", MeshFormat::kX3d}}};
+constexpr std::array<FormatName, 20> kFormats{
+    {{"obj", MeshFormat::kObj},      {"ply", MeshFormat::kPly},       {"stl", MeshFormat::kStl},
+     {"off", MeshFormat::kOff},      {"om", MeshFormat::kOm},         {"iv", MeshFormat::kInventor},
+     {"wrl", MeshFormat::kInventor}, {"vrml", MeshFormat::kInventor}, {"wrz", MeshFormat::kInventor},  // packed
+     {"gltf", MeshFormat::kGltf},    {"glb", MeshFormat::kGlb},       {"dae", MeshFormat::kCollada},
+     {"zae", MeshFormat::kCollada},  {"3mf", MeshFormat::k3mf},       {"3ds", MeshFormat::k3ds},
+     {"fbx", MeshFormat::kFbx},      {"x3d", MeshFormat::kX3d},       {"x3dz", MeshFormat::kX3d},
+     {"x3dv", MeshFormat::kX3d},     {"x3dvz", MeshFormat::kX3d}}};
 
 Result<PolygonSoup> readSoup(std::string_view file, MeshFormat format) {
   switch (format) {
@@ -77,7 +67,7 @@ Result<MeshFormat> meshFormatOf(const std::filesystem::path& file) {
   return refused(
       "",
       "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om, .iv, .wrl, .gltf, .glb, .dae, "
-      ".zae, .3mf, .3ds, .fbx or .x3d, packed in .gz or not");
+      ".zae, .3mf, .3ds, .fbx, .x3d or .x3dv, packed in .gz or not");
 }
 
 MeshReader readerOf(MeshFormat format) noexcept {

@@ -1,5 +1,7 @@
 #include "common/text/plain_text.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -10,14 +12,23 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// By its byte order mark or, without one, by the zeros beside its first two characters; empty if neither is there.
+/// Whether the first characters of a file are ASCII in so many bytes each, of which the one at `letter` is not zero.
+bool beginsWithWide(std::string_view file, std::size_t bytes, std::size_t letter) {
+  constexpr std::size_t kLookedAt = 16;
+  if (file.size() < kLookedAt) file = file.substr(0, file.size() - file.size() % bytes);
+  for (std::size_t i = 0; i < std::min(file.size(), kLookedAt); ++i) {
+    const bool isText = (file[i] >= ' ' && file[i] <= '~') || (file[i] >= '\t' && file[i] <= '\r');
+    if (i % bytes == letter ? !isText : file[i] != '\0') return false;
+  }
+  return !file.empty();
+}
+
+/// By its byte order mark or, without one, by the zeros beside its first characters; empty if neither is there.
 std::string_view wideEncodingOf(std::string_view file) {
   if (file.starts_with("\xff\xfe\0\0"sv) || file.starts_with("\0\0\xfe\xff"sv)) return "UTF-32";
   if (file.starts_with("\xff\xfe"sv) || file.starts_with("\xfe\xff"sv)) return "UTF-16";
-  if (file.size() < 4) return {};
-  const auto isZero = [&](std::size_t i) { return file[i] == '\0'; };
-  if (isZero(0) != isZero(1) && isZero(2) != isZero(3) && isZero(0) == isZero(2)) return "UTF-16";
-  return isZero(1) && isZero(2) && isZero(0) != isZero(3) ? "UTF-32" : "";
+  if (beginsWithWide(file, 2, 0) || beginsWithWide(file, 2, 1)) return "UTF-16";
+  return beginsWithWide(file, 4, 0) || beginsWithWide(file, 4, 3) ? "UTF-32" : "";
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ constexpr int kFrame_px = 8, kTitle_px = 40;
 constexpr int kLowScreen_px = 800;  // where the list of keys would cover the objects
 constexpr const char* kMeshFiles =
     "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.wrl *.vrml *.wrz *.gltf *.glb *.dae *.zae *.3mf *.3ds *.fbx *.x3d "
-    "*.x3dz *.mesh *.gz "
+    "*.x3dz *.x3dv *.x3dvz *.mesh *.gz "
     "*.OBJ *.PLY *.STL *.OFF *.OM *.IV *.WRL *.GLTF *.GLB *.DAE *.ZAE *.3MF *.3DS *.FBX *.X3D *.GZ);;All files (*)";
 
 /// Whether the picture of a hand would be another one.

@@ -3,7 +3,10 @@ and why, and what an import costs of those with 10,000 triangles or more: second
 importer's memory for each triangle. Prints a Markdown table; exits with 1 where a file is refused that REFUSED does not name,
 or loads though it does, or one costs more than 2 s for 100,000 triangles; with 77 where none of the packages is installed.
 
-usage: mesh_corpora.py MESH_REPORT
+With a FOLDER, which holds a folder for each package, as `dpkg -x PACKAGE.deb FOLDER/PACKAGE` makes it: what becomes of all
+models in it. Refusals are printed, to be judged by who reads them, and are no fault, but where the importer ended without one.
+
+usage: mesh_corpora.py MESH_REPORT [FOLDER]
 """
 
 import json
@@ -17,7 +20,7 @@ from collections import defaultdict
 from pathlib import Path
 
 FOLDERS = {"assimp-testmodels": Path("/usr/share/assimp/models"), "inventor-data": Path("/usr/share/inventor/data")}
-ENDINGS = "obj stl ply off iv wrl gltf glb dae zae 3mf 3ds fbx x3d".split()
+ENDINGS = "obj stl ply off iv wrl vrml gltf glb dae zae 3mf 3ds fbx x3d x3dv".split()
 COSTLY_TRIANGLES, MOST_S_PER_100K = 10_000, 2
 
 # Whose refusal is right, and a word of its reason.
@@ -64,13 +67,25 @@ def imported(program, file):
     return record, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, most[0]
 
 
+def ending(file):
+    return file.name.lower().removesuffix(".gz").rpartition(".")[2]
+
+
 def files_below(folder):
     found = (Path(where) / name for where, _, names in os.walk(folder) for name in names)
-    return sorted(f for f in found if f.suffix[1:].lower() in ENDINGS and not f.name.startswith("aneurysm"))
+    return sorted(f for f in found if ending(f) in ENDINGS and not f.name.startswith("aneurysm"))
+
+
+def is_wrong(inside, record, is_listed):
+    if not is_listed:
+        return not record["loaded"] and "ends on it" in record["reason"]
+    return record["loaded"] == (inside in REFUSED) or (not record["loaded"] and REFUSED[inside] not in record["reason"])
 
 
 def main():
-    folders = {name: folder for name, folder in FOLDERS.items() if folder.is_dir()}
+    is_listed = len(sys.argv) < 3
+    packages = FOLDERS if is_listed else {folder.name: folder for folder in Path(sys.argv[2]).iterdir()}
+    folders = {name: folder for name, folder in packages.items() if folder.is_dir()}
     if not folders:
         sys.exit(77)
     faults = []
@@ -79,11 +94,13 @@ def main():
         for file in files_below(folder):
             inside = str(file.relative_to(folder))
             record, cpu_s, memory = imported(sys.argv[1], str(file))
-            row = rows[name, file.suffix[1:].lower()]
+            row = rows[name, ending(file)]
             row["files"] += 1
-            if record["loaded"] == (inside in REFUSED) or (not record["loaded"] and REFUSED[inside] not in record["reason"]):
+            if is_wrong(inside, record, is_listed):
                 faults.append(f"{inside}: {record.get('reason', 'loads')}")
             if not record["loaded"]:
+                if not is_listed:
+                    print(f"{name}/{inside}: {record['reason']}", file=sys.stderr)
                 row["refused"] += 1
                 continue
             triangles = record["triangles_in_file"]
@@ -95,9 +112,9 @@ def main():
                     faults.append(f"{inside}: {row['s'][-1]:.2f} s for 100,000 triangles")
     print("| package | format | files | refused | triangles | most s per 100,000 | most bytes per triangle |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: |")
-    for (name, ending), row in sorted(rows.items()):
+    for (name, kind), row in sorted(rows.items()):
         cost = f"{max(row['s']):.2f} | {max(row['bytes']):.0f}" if row["s"] else " | "
-        print(f"| {name} | {ending} | {row['files']} | {row['refused']} | {row['triangles']} | {cost} |")
+        print(f"| {name} | {kind} | {row['files']} | {row['refused']} | {row['triangles']} | {cost} |")
     for fault in faults:
         print(fault, file=sys.stderr)
     sys.exit(1 if faults else 0)

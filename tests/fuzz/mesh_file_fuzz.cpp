@@ -14,6 +14,7 @@
 #include "common/importer/gltf_numbers.h"
 #include "common/importer/joined_3mf.h"
 #include "common/importer/model_3mf.h"
+#include "common/importer/x3d_classic.h"
 #include "common/importer/x3d_text.h"
 #include "common/importer/xml_text.h"
 #include "common/importer/zip_archive.h"
@@ -56,7 +57,7 @@ void prepare(std::string file, MeshFormat format) {
       (void)preparedGltf(std::move(file), most, noFile);
       break;
     case MeshFormat::kX3d: {
-      auto text = plainXml(std::move(file))
+      auto text = x3dInXml(std::move(file))
                       .and_then(nested("X3D"))
                       .and_then([](const std::string& plain) { return withInlines(plain, noFile); })
                       .and_then([](InlinedX3d inlined) { return withGroupsInPlace(std::move(inlined.text)); })

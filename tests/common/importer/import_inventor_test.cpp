@@ -56,13 +56,22 @@ TEST_F(ImportInventor, SaysWhatFloat32LeavesOfWhatATransformBringsBack) {
 TEST_F(ImportInventor, NamesTheInlineOfVrml1AndUtf16) {
   const std::string inner = "#VRML V1.0 ascii\nWWWInline { name \"inner.wrl\" }\n";
   EXPECT_THAT(refusal("t.wrl", inner),
-              HasSubstr("holds nothing but what is in files that are not in its folder or below: "));
+              HasSubstr("holds nothing but what is in files that cannot be read, or are not in its folder or below: "));
   EXPECT_EQ(import("t.wrl", inner + kTetrahedron)->report.shapesSkipped, 1U);
   write("inner.wrl", "#VRML V1.0 ascii\n" + kTetrahedron);
   const auto inlined = import("t.wrl", inner);
   ASSERT_TRUE(inlined) << inlined.error().text();
   EXPECT_EQ(inlined->mesh, tetrahedron());
   EXPECT_EQ(inlined->report.shapesSkipped, 0U);
+  write("crank.iv", kHeader + "Crank { radius 1 }");
+  for (const std::string file : {"crank.iv", "missing.iv"}) {
+    const std::string included = kHeader + "File { name \"" + file + "\" }\n";
+    EXPECT_THAT(refusal("t.iv", included),
+                HasSubstr("in files that cannot be read, or are not in its folder or below: \"" + file));
+    EXPECT_EQ(import("t.iv", included + kTetrahedron)->report.shapesSkipped, 1U) << file;
+  }
+  EXPECT_THAT(refusal("t.wrl", "#VRML V2.0 utf8\nPROTO P [ ] { Shape { geometry Box { } } }\n"),
+              HasSubstr("holds no face; a mesh needs"));
   std::filesystem::create_directory(folder_ / "parts");
   write("parts/part.wrl", "#VRML V2.0 utf8\nShape { geometry Box {} }\nInline { url \"part.wrl\" }\n");
   write("parts/all.wrl",

@@ -151,7 +151,8 @@ TEST_F(SceneTrees, OfX3dAndVrmlShowWhatTheyHaveWhereItIs) {
     for (const auto& each : tree.shown) low = glm::min(low, each.first), high = glm::max(high, each.second);
     for (const auto& [file, text] :
          {std::pair{"t.x3d", "<X3D version='3.3' profile='Immersive'><Scene>" + tree.x3d + "</Scene></X3D>"},
-          {"t.wrl", "#VRML V2.0 utf8\n" + tree.vrml}}) {
+          {"t.wrl", "#VRML V2.0 utf8\n" + tree.vrml},
+          {"t.x3dv", "#X3D V3.3 utf8\nPROFILE Immersive\n" + tree.vrml}}) {
       const auto imported = import(file, text);
       ASSERT_TRUE(imported) << seed << ' ' << imported.error().text() << '\n' << text;
       EXPECT_EQ(imported->report.trianglesInFile, 4 * tree.shown.size()) << text;

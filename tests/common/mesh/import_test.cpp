@@ -50,7 +50,7 @@ TEST_F(Import, RefusesAWrongUnitByItsOwnName) {
 
 TEST_F(Import, RefusesAFormatThatItDoesNotKnow) {
   EXPECT_THAT(refusal("t.xyz", "1 2 3"), HasSubstr("unknown format"));
-  EXPECT_THAT(refusal("t", "1 2 3"), HasSubstr(".fbx or .x3d, packed in .gz or not"));
+  EXPECT_THAT(refusal("t", "1 2 3"), HasSubstr(".x3d or .x3dv, packed in .gz or not"));
 }
 
 TEST_F(Import, OfADamagedTextFileIsRefusedOrReportedButNeverFails) {
@@ -74,7 +74,13 @@ TEST_F(Import, NamesAnotherEncoding) {
     for (const std::string& text : {"\xff\xfev\0 \0"s, "\xfe\xff\0v\0 "s, "v\0 \0"s, "\0v\0 "s}) {
       EXPECT_THAT(refusal(name, text), HasSubstr("is in UTF-16")) << name;
     }
-    EXPECT_THAT(refusal(name, "\xff\xfe\0\0v\0\0\0"s), HasSubstr("is in UTF-32")) << name;
+    for (const std::string& text : {"\xff\xfe\0\0v\0\0\0"s, "v\0\0\0 \0\0\0"s, "\0\0\0v\0\0\0 "s}) {
+      EXPECT_THAT(refusal(name, text), HasSubstr("is in UTF-32")) << name;
+    }
+    // Numbers of 16 and 32 bits.
+    for (const std::string& bytes : {"f\0\0\0t\1\0\0"s, "f\0t\1"s, "\1\0\0\0\2\0\0\0"s}) {
+      EXPECT_THAT(refusal(name, bytes), Not(HasSubstr("UTF"))) << name;
+    }
   }
 }
 
