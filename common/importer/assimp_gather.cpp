@@ -32,6 +32,7 @@
 #include "common/importer/joined_3mf.h"
 #include "common/importer/model_3mf.h"
 #include "common/importer/x3d_classic.h"
+#include "common/importer/x3d_inlines.h"
 #include "common/importer/x3d_text.h"
 #include "common/importer/xml_text.h"
 #include "common/importer/zip_archive.h"

@@ -1,19 +1,15 @@
 #include "common/importer/x3d_text.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
-#include "common/importer/unpacked.h"
-#include "common/importer/x3d_classic.h"
+#include "common/importer/x3d_nodes.h"
 #include "common/importer/x3d_shapes.h"
 #include "common/importer/xml_text.h"
 #include "common/mesh/text_scan.h"
@@ -21,89 +17,14 @@
 namespace haptics {
 namespace {
 
-// ISO/IEC 19775-1: nodes that have the fields of the one beside them, and are felt like it.
-const std::map<std::string_view, std::string_view>& readAs() {
-  static const std::map<std::string_view, std::string_view> names{{"Collision", "Group"},
-                                                                  {"Anchor", "Group"},
-                                                                  {"Billboard", "Group"},
-                                                                  {"CADAssembly", "Group"},
-                                                                  {"CADLayer", "Group"},
-                                                                  {"CADFace", "Group"},
-                                                                  {"PickableGroup", "Group"},
-                                                                  {"HAnimSegment", "Group"},
-                                                                  {"Layer", "Group"},
-                                                                  {"LayerSet", "Group"},
-                                                                  {"Viewport", "Group"},
-                                                                  {"CADPart", "Transform"},
-                                                                  {"HAnimHumanoid", "Transform"},
-                                                                  {"HAnimJoint", "Transform"},
-                                                                  {"HAnimSite", "Transform"},
-                                                                  {"EspduTransform", "Transform"},
-                                                                  {"CoordinateDouble", "Coordinate"},
-                                                                  {"LOD", "Group"},
-                                                                  {"Switch", "Group"},
-                                                                  {"StaticGroup", "Group"},
-                                                                  {"Inline", "Group"},
-                                                                  {"IndexedLineSet", "PointSet"},
-                                                                  {"LineSet", "PointSet"}};
-  return names;
-}
-
 // By their names for Assimp.
 constexpr std::string_view kGroups[] = {"Group", "Transform"};
-
-std::set<std::string_view> setOf(std::string_view names) {
-  const std::vector<std::string_view> words = wordsIn(names);
-  return {words.begin(), words.end()};
-}
 
 // Left to Assimp, for the names that their points have, and not felt.
 constexpr std::string_view kSkipped[] = {"PointSet", "IndexedLineSet", "LineSet", "Inline"};
 
 // What may stand among the nodes of a group.
 constexpr std::string_view kNoNodes[] = {"ROUTE", "IS", "IMPORT", "EXPORT", "ProtoDeclare", "ExternProtoDeclare"};
-
-/// ISO/IEC 19775-1: what cannot be felt; some of it is not known to Assimp, or has to be right for it.
-bool isUnfelt(std::string_view name) {
-  static const std::set<std::string_view> names = setOf(R"(
-Appearance AcousticProperties Material TwoSidedMaterial PhysicalMaterial UnlitMaterial FillProperties LineProperties
-PointProperties ImageTexture MovieTexture PixelTexture MultiTexture MultiTextureCoordinate MultiTextureTransform
-TextureProperties TextureTransform ImageTextureAtlas ImageTexture3D PixelTexture3D ComposedTexture3D
-TextureTransform3D TextureTransformMatrix3D TextureCoordinate TextureCoordinate3D TextureCoordinate4D
-TextureCoordinateGenerator NurbsTextureCoordinate ComposedCubeMapTexture GeneratedCubeMapTexture ImageCubeMapTexture
-TextureProjector TextureProjectorParallel TextureProjectorPoint FontStyle ScreenFontStyle Color ColorRGBA Normal
-Tangent FogCoordinate FloatVertexAttribute Matrix3VertexAttribute Matrix4VertexAttribute ComposedShader PackagedShader
-ProgramShader ShaderPart ShaderProgram Background TextureBackground Fog LocalFog DirectionalLight PointLight SpotLight
-EnvironmentLight Viewpoint OrthoViewpoint GeoViewpoint ViewpointGroup NavigationInfo WorldInfo Sound AudioClip
-SpatialSound ListenerPointSource AudioDestination AudioBufferSource OscillatorSource StreamAudioSource
-MicrophoneSource StreamAudioDestination Gain Delay Convolver BiquadFilter Analyser ChannelMerger ChannelSelector
-ChannelSplitter DynamicsCompressor WaveShaper PeriodicWave BufferAudioSource MetadataBoolean MetadataDouble
-MetadataFloat MetadataInteger MetadataSet MetadataString GeoMetadata GeoOrigin Script TimeSensor TouchSensor
-GeoTouchSensor ProximitySensor GeoProximitySensor VisibilitySensor PlaneSensor CylinderSensor SphereSensor KeySensor
-StringSensor LoadSensor LinePickSensor PointPickSensor PrimitivePickSensor VolumePickSensor CollisionSensor
-BooleanFilter BooleanSequencer BooleanToggle BooleanTrigger IntegerSequencer IntegerTrigger TimeTrigger
-ColorInterpolator CoordinateInterpolator CoordinateInterpolator2D NormalInterpolator OrientationInterpolator
-PositionInterpolator PositionInterpolator2D ScalarInterpolator EaseInEaseOut SplinePositionInterpolator
-SplinePositionInterpolator2D SplineScalarInterpolator SquadOrientationInterpolator GeoPositionInterpolator
-NurbsOrientationInterpolator NurbsPositionInterpolator NurbsSurfaceInterpolator ColorChaser ColorDamper
-CoordinateChaser CoordinateDamper OrientationChaser OrientationDamper PositionChaser PositionChaser2D PositionDamper
-PositionDamper2D ScalarChaser ScalarDamper TexCoordChaser2D TexCoordDamper2D DISEntityManager DISEntityTypeMapping
-ReceiverPdu SignalPdu TransmitterPdu HAnimMotion HAnimDisplacer ClipPlane Layout LayoutLayer LayoutGroup
-CollisionCollection CollisionSpace CollidableOffset RigidBodyCollection RigidBody Contact BallJoint
-DoubleAxisHingeJoint MotorJoint SingleAxisHingeJoint SliderJoint UniversalJoint BoundedPhysicsModel ConeEmitter
-ExplosionEmitter ForcePhysicsModel ParticleSystem PointEmitter PolylineEmitter SurfaceEmitter VolumeEmitter
-WindPhysicsModel ROUTE IMPORT EXPORT IS ProtoDeclare ExternProtoDeclare component meta)");
-  return names.contains(name);
-}
-
-/// What Assimp is left, by its names for it.
-bool isFelt(std::string_view name) {
-  static const std::set<std::string_view> names = setOf(R"(
-X3D head unit Scene Group Transform Shape Box Cone Cylinder Sphere IndexedFaceSet IndexedTriangleSet
-IndexedTriangleStripSet IndexedTriangleFanSet TriangleSet TriangleStripSet TriangleFanSet ElevationGrid Extrusion
-Arc2D ArcClose2D Circle2D Disk2D Polyline2D Rectangle2D TriangleSet2D Coordinate GeoCoordinate PointSet)");
-  return names.contains(name) || readAs().contains(name);
-}
 
 constexpr std::string_view kOfPoints[] = {"Coordinate", "CoordinateDouble", "GeoCoordinate"};
 
@@ -146,143 +67,6 @@ std::string reversed(std::string_view indices) {
   for (auto word = words.rbegin(); word != words.rend(); ++word) text.append(*word).append(" ");
   return text;
 }
-
-/// The names in a url, an MFString or one string without quotes.
-std::vector<std::string> namesIn(std::string_view url) {
-  const std::string text = withoutEntities(url);
-  if (text.find('"') == text.npos) return {text};
-  std::vector<std::string> names;
-  for (std::size_t at = 0; (at = text.find('"', at)) != text.npos;) {
-    const std::size_t end = text.find('"', at + 1);
-    if (end == text.npos) break;
-    names.push_back(text.substr(at + 1, end - at - 1));
-    at = end + 1;
-  }
-  return names;
-}
-
-double metresOf(std::string_view file) {
-  double metres = 1;
-  eachTag(file, [&](const XmlTag& tag) {
-    if (tag.name == "unit" && attributeIn(tag.inside, "category") == "length")
-      metres = numberOf<double>(attributeIn(tag.inside, "conversionFactor")).value_or(1);
-    return tag.name != "Scene";
-  });
-  return metres > 0 && std::isfinite(metres) ? metres : 1;
-}
-
-/// ISO/IEC 19775-1, 9.4.2.
-class Inlining {
- public:
-  Inlining(const IncludeReader& readIncluded, std::size_t most) : readIncluded_(readIncluded), left_(most) {}
-
-  /// @param folder  Of the file, in that of the one that is imported.
-  Result<std::string> into(const std::string& file, const std::filesystem::path& folder) {
-    const double metres = metresOf(file);
-    XmlRewriting rewriting(file);
-    std::string endName;  // of an Inline that holds something
-    eachTag(file, [&](const XmlTag& tag) {
-      if (tag.name != "Inline") return true;
-      if (tag.ends) {
-        if (!endName.empty()) rewriting.replace(tag.name, std::exchange(endName, {}));
-        return true;
-      }
-      const Scene* const scene = sceneOf(tag, folder);
-      if (!fault_.empty()) return false;
-      if (scene == nullptr) return true;
-      if (scene->nodes.size() > left_) {
-        fault_ = "has Inlines that make many times the files' bytes";
-        return false;
-      }
-      left_ -= scene->nodes.size();
-      rewriting.replace(tag.name, "Group");
-      std::string nodes = scene->nodes;
-      if (scene->metres != metres) {
-        char digits[32];
-        const std::string word(digits, std::to_chars(digits, digits + sizeof digits, scene->metres / metres).ptr);
-        nodes = "<Transform scale=\"" + word + ' ' + word + ' ' + word + "\">" + nodes + "</Transform>";
-      }
-      if (tag.inside.ends_with('/')) {
-        rewriting.replace(tag.inside.substr(tag.inside.size() - 1), '>' + nodes + "</Group");
-      } else {
-        rewriting.insertAfter(tag, nodes);
-        endName = "Group";
-      }
-      return true;
-    });
-    if (!fault_.empty()) return refused("", fault_);
-    return rewriting.end();
-  }
-
-  [[nodiscard]] std::size_t bytes() const { return bytes_; }
-
- private:
-  struct Scene {
-    std::string nodes;
-    double metres = 1;
-  };
-
-  /// What an Inline shows; null: nothing that is here, or what it is part of.
-  const Scene* sceneOf(const XmlTag& tag, const std::filesystem::path& folder) {
-    if (isFalse(tag.inside, "load")) return nullptr;
-    for (std::string& name : namesIn(attributeIn(tag.inside, "url"))) {
-      name.resize(std::min(name.find('#'), name.size()));
-      if (name.empty() || name.find("://") != name.npos) continue;
-      const std::string path = (folder / name).lexically_normal().string();
-      const auto [at, isNew] = scenes_.try_emplace(path);
-      if (isNew) at->second = read(path, scenes_.size());
-      if (at->second) return &*at->second;
-    }
-    return nullptr;
-  }
-
-  std::optional<Scene> read(const std::string& path, std::size_t number) {
-    auto bytes = readIncluded_(path);
-    if (!bytes || deep_ >= kDeepest) return std::nullopt;
-    bytes_ += bytes->size();
-    ++deep_;
-    auto text = unpacked(*std::move(bytes)).and_then(x3dInXml).and_then([&](const std::string& file) {
-      return into(file, std::filesystem::path(path).parent_path());
-    });
-    --deep_;
-    auto nodes = text ? nodesOf(*text, "inline" + std::to_string(number) + ".") : std::nullopt;
-    if (!nodes) return std::nullopt;
-    return Scene{*std::move(nodes), metresOf(*text)};
-  }
-
-  /// What is in the scene, with names of its own; nothing: there is none, or it is cut off.
-  static std::optional<std::string> nodesOf(const std::string& file, const std::string& prefix) {
-    std::optional<std::size_t> from, to;
-    XmlRewriting rewriting(file);
-    std::size_t added = 0;
-    eachTag(file, [&](const XmlTag& tag) {
-      if (tag.name == "Scene") {
-        if (!tag.ends) from = tag.begin + rewriting.whole(tag).size();
-        if (tag.ends) to = tag.begin;
-        if (tag.inside.ends_with('/')) to = from;
-        return !to;
-      }
-      if (!from) return true;
-      for (const std::string_view name : {"DEF", "USE"}) {
-        const std::string_view value = attributeIn(tag.inside, name);
-        if (value.empty()) continue;
-        rewriting.replace(value.substr(0, 0), prefix);
-        added += prefix.size();
-      }
-      return true;
-    });
-    if (!from || !to) return std::nullopt;
-    return rewriting.end().substr(*from, *to - *from + added);
-  }
-
-  static constexpr int kDeepest = 20;
-
-  const IncludeReader& readIncluded_;
-  std::size_t left_, bytes_ = 0;
-  int deep_ = 0;
-  std::string fault_;
-  std::map<std::string, std::optional<Scene>> scenes_;  ///< By path; nothing: none, or it is being read.
-};
 
 class X3dPreparing {
  public:
@@ -349,9 +133,9 @@ class X3dPreparing {
   }
 
   void begin(const XmlTag& tag) {
-    const bool isKept = isFelt(tag.name);
+    const bool isKept = isFeltX3dNode(tag.name);
     const bool isProxy = attributeIn(tag.inside, "containerField") == "proxy";
-    prepared_.skipped += isOneOf(kSkipped, tag.name) || (!isKept && !isUnfelt(tag.name)) ? 1 : 0;
+    prepared_.skipped += isOneOf(kSkipped, tag.name) || (!isKept && !isUnfeltX3dNode(tag.name)) ? 1 : 0;
     prepared_.unshown += isProxy ? 1 : 0;
     Open own;
     if (!open_.empty() && !isProxy) {
@@ -393,8 +177,8 @@ class X3dPreparing {
 
   /// Assimp takes some words for 0.
   void checkNumbers(const XmlTag& tag) {
-    const auto as = readAs().find(tag.name);
-    const std::string_view name = as != readAs().end()          ? as->second
+    const auto as = x3dNodesReadAs().find(tag.name);
+    const std::string_view name = as != x3dNodesReadAs().end()  ? as->second
                                   : tag.name == "GeoCoordinate" ? std::string_view("Coordinate")
                                                                 : tag.name;
     for (const auto& [node, field, count, isList] : kNumbers) {
@@ -448,7 +232,7 @@ class X3dPreparing {
       takeGeo(tag, own);
     } else if (isMadeOfFaces(tag.name)) {
       takeMade(tag, own);
-    } else if (const auto as = readAs().find(tag.name); as != readAs().end()) {
+    } else if (const auto as = x3dNodesReadAs().find(tag.name); as != x3dNodesReadAs().end()) {
       rewriting_.replace(tag.name, as->second);
       own.endName = as->second;
       if (own.endName == "Transform") takeRotations(tag);
@@ -587,16 +371,11 @@ class X3dPreparing {
 
 }  // namespace
 
-Result<InlinedX3d> withInlines(const std::string& file, const IncludeReader& readIncluded) {
-  Inlining inlining(readIncluded, 64'000'000 + 4 * file.size());
-  return inlining.into(file, {}).map([&](std::string text) { return InlinedX3d{std::move(text), inlining.bytes()}; });
-}
-
 Result<std::string> withGroupsInPlace(std::string file) {
   const auto isGroup = [&](const XmlTag& tag) {
     if (isOneOf(kGroups, tag.name)) return true;
-    const auto as = readAs().find(tag.name);
-    return as != readAs().end() && isOneOf(kGroups, as->second);
+    const auto as = x3dNodesReadAs().find(tag.name);
+    return as != x3dNodesReadAs().end() && isOneOf(kGroups, as->second);
   };
   struct Open {
     std::string_view definition;

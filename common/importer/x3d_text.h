@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "common/error/error.h"
-#include "common/importer/include_reader.h"
 
 namespace haptics {
 
@@ -18,16 +17,6 @@ struct X3dText {
       0;  ///< Shapes and nodes that nobody reads: texts, NURBS, lines, points, prototypes, other files, nodes of no standard.
   std::uint64_t unshown = 0;  ///< Shapes that a Switch, an LOD or visible="false" hides.
 };
-
-struct InlinedX3d {
-  std::string text;
-  std::size_t bytes = 0;  ///< Of the files that it includes.
-};
-
-/// Puts in the place of an Inline the scene of the first X3D file of its url that the reader gives, with names (DEF) and unit of
-/// its own; nothing is taken from a network. An Inline of none stays. Refused: Inlines that make many times the file's bytes.
-/// @param file  As plainXml() makes it.
-[[nodiscard]] Result<InlinedX3d> withInlines(const std::string& file, const IncludeReader& readIncluded);
 
 /// Puts a copy of a group, Transform or Switch where it is used again: Assimp shows it at the first place alone. Refused: copies
 /// that make many times the file's bytes.
