@@ -166,10 +166,11 @@ double EditJudge::depth_m(const EditDrive& drive) {
   const HapticState& state = drive.state();
   const TelemetrySample& sample = drive.sample();
   const Vec3 ihip = sample.object == 0 ? state.contact.hip : state.contact.ihip;
-  const bool showsDetail = std::ranges::any_of(state.contact.surfaces(), [&](const ContactSurface& held) {
+  const auto hasDetail = [&](const ContactSurface& held) {
     const FuzzObject* object = drive.object(state.objects[static_cast<std::size_t>(held.body)].id);
     return object != nullptr && object->hasDetail();
-  });
+  };
+  const bool showsDetail = sample.object != 0 && std::ranges::any_of(state.contact.surfaces(), hasDetail);
   double deepest_m = 0;
   for (std::size_t i = 0; i < state.objects.count; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
