@@ -97,11 +97,12 @@ bool renumber(ContactState& state, std::span<const BodyOrigin> origins) noexcept
 }
 
 /// Moves the IHIP with the triangles of a surface that was dented.
-void followDented(ContactState& state, const Body& body) noexcept {
+void followDented(ContactState& state, const Body& body, Allowance& allowance) noexcept {
   const CollisionMesh& s = *body.surface;
   const Vec3 h = body.frame.toLocal(state.hip);
-  SearchRun run;
+  SearchRun run{.budget = searchBudget(allowance)};
   const auto [foot, converged] = neighborhoodWatch(s, state.holding[0].triangle, h, run);
+  allowance.spend(Allowance::kNearTriangle * run.looked);
   if (converged && s.isOutside(foot, h, state.holding[0].side)) {
     const bool unchecked = state.containmentUnchecked;
     resetContact(state, state.hip);
@@ -148,7 +149,7 @@ bool reprojectContact(ContactState& state, std::span<const Body> bodies, std::sp
     proxy.escape(bodies);
   }
   if (contactCarried && !pushed) {
-    if (onDented >= 0) followDented(state, bodies[static_cast<std::size_t>(onDented)]);
+    if (onDented >= 0) followDented(state, bodies[static_cast<std::size_t>(onDented)], allowance);
     return false;
   }
   state.ihip = proxy.place();

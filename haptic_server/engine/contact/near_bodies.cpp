@@ -7,7 +7,7 @@ namespace {
 
 /// How far a moving body can push an IHIP that it reaches: the motion, in the body's frame, of HIP and IHIP, twice
 /// because both ends of the path move.
-double push(const Body& body, const ContactState& state, Vec3 hip, double reach) noexcept {
+double pushReach_m(const Body& body, const ContactState& state, Vec3 hip, double reach) noexcept {
   const double hipMotion = glm::distance(toLocal(body.previous, state.hip), toLocal(body.current, state.hip));
   const double ihipMotion = glm::distance(toLocal(body.previous, state.ihip), toLocal(body.current, state.ihip));
   const double motion = hipMotion + ihipMotion + 2 * glm::length(body.shift);
@@ -33,8 +33,19 @@ std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexc
 void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
   work.allowance.spend((Allowance::kPlace + Allowance::kSphere) * static_cast<std::int64_t>(bodies.size()));
   double reach = reachOf(state, hip);
-  for (const Body& body : bodies) {
-    if (body.moving) reach += push(body, state, hip, reach);
+  std::array<bool, kMaxNear> pushes{};
+  for (bool isLarger = true; isLarger;) {  // one that pushes may bring another into reach
+    isLarger = false;
+    bool isLeftOut = false;
+    for (std::size_t b = 0; b < std::min(bodies.size(), pushes.size()); ++b) {
+      if (!bodies[b].moving || pushes[b]) continue;
+      const double push_m = pushReach_m(bodies[b], state, hip, reach);
+      pushes[b] = push_m > 0;
+      isLarger = isLarger || (pushes[b] && isLeftOut);
+      isLeftOut = isLeftOut || !pushes[b];
+      reach += push_m;
+    }
+    if (isLarger) work.allowance.spend(Allowance::kSphere * static_cast<std::int64_t>(bodies.size()));
   }
   count_ = 0;
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {

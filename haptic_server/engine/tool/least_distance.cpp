@@ -55,7 +55,7 @@ class PassiveSet {
       std::size_t first = count_;
       for (std::size_t i = 0; i < count_; ++i) {
         if (best[i] > 0) continue;
-        const double until = factor_[i] / (factor_[i] - best[i]);
+        const double until = factor_[i] > 0 ? factor_[i] / (factor_[i] - best[i]) : 0;
         if (first == count_ || until < part) {
           part = until;
           first = i;
@@ -121,7 +121,9 @@ class PassiveSet {
       factor_[i] = factor_[i + 1];
     }
     --count_;
-    for (std::size_t i = at; i < count_; ++i) static_cast<void>(orthogonalise(i));
+    for (std::size_t i = at; i < count_; ++i) {
+      if (!orthogonalise(i)) return remove(i);
+    }
   }
 };
 
@@ -137,7 +139,7 @@ LeastDistance leastDistance(std::span<const HalfSpace> halfSpaces) noexcept {
   for (std::size_t i = 0; i < halfSpaces.size(); ++i) {
     double square = 0;
     for (std::size_t k = 0; k < kFreedoms; ++k) square += halfSpaces[i].normal[k] * halfSpaces[i].normal[k];
-    perLength[i] = 1 / std::sqrt(square);
+    perLength[i] = square > 0 ? 1 / std::sqrt(square) : 0;  // one without a normal asks for nothing
     farthest = std::max(farthest, halfSpaces[i].offset * perLength[i]);
   }
   LeastDistance nearest;

@@ -11,7 +11,7 @@ namespace haptics {
 inline constexpr std::size_t kMaxFreedoms = 7;
 using Freedoms = std::array<double, kMaxFreedoms>;
 
-/// All x of which dot(normal, x) >= offset. The normal has any length but 0.
+/// All x of which dot(normal, x) >= offset. The normal has any length; one of 0 asks for nothing.
 struct HalfSpace {
   Freedoms normal;
   double offset;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/contact/neighborhood_watch.h"
@@ -176,12 +178,13 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
     isSame = isSame && keepsSharp[b];
   }
   if (isSame) return;
-  const auto end = std::remove_if(touches().begin(), touches().end(), [&](Touch& touch) {
+  std::size_t kept = 0;
+  for (Touch touch : touches()) {
     const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);
     touch.body = static_cast<std::uint16_t>(now - obstacles.begin());
-    return now == obstacles.end() || (touch.ofBody && !keepsSharp[touch.body]);
-  });
-  memory_.touches.count = static_cast<std::size_t>(end - touches().begin());
+    if (now != obstacles.end() && (touch.ofBody == 0 || keepsSharp[touch.body])) memory_.touches[kept++] = touch;
+  }
+  memory_.touches.count = kept;
   memory_.cursor = 0;
   forgetClearances();
 }
@@ -381,12 +384,16 @@ void ToolContact::forgetHighTouches() noexcept {
   const Frames tool = framesAt(memory_.proxy);
   std::array<double, kMaxHalfSpaces> heights;
   for (std::size_t i = 0; i < memory_.touches.count; ++i) heights[i] = height(memory_.touches[i], tool);
-  const auto heightsEnd = heights.begin() + static_cast<std::ptrdiff_t>(memory_.touches.count);
-  const auto highest = heights.begin() + kMaxPlanes;
-  std::nth_element(heights.begin(), highest, heightsEnd);
-  const auto end = std::remove_if(touches().begin(), touches().end(),
-                                  [&](const Touch& touch) { return height(touch, tool) >= *highest; });
-  memory_.touches.count = static_cast<std::size_t>(end - touches().begin());
+  std::array<std::uint16_t, kMaxHalfSpaces> order;
+  const auto all = std::span(order).first(memory_.touches.count);
+  std::iota(all.begin(), all.end(), std::uint16_t{0});
+  // Of points at one height the first ones: those of a flat side lie at one.
+  std::ranges::nth_element(all, all.begin() + kMaxPlanes, {},
+                           [&](std::uint16_t i) { return std::pair(heights[i], i); });
+  const auto lowest = all.first(kMaxPlanes);
+  std::ranges::sort(lowest);
+  for (std::size_t k = 0; k < kMaxPlanes; ++k) memory_.touches[k] = memory_.touches[lowest[k]];
+  memory_.touches.count = kMaxPlanes;
 }
 
 void ToolContact::refreshTouch(const Body& body, const Frames& tool, Touch& touch,

@@ -93,6 +93,7 @@ std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frames&
   for (; scratch_.tested < memory_.clearTo.count; ++scratch_.tested) {
     if (travelled < memory_.clearTo[scratch_.tested]) continue;
     ++tests;
+    allowance.spend(Allowance::kSphere * static_cast<std::int64_t>(bodies.size()));
     const std::size_t jaw = jawOf(scratch_.tested);
     const Vec3 here = now.jaw[jaw].toWorld(point(scratch_.tested)),
                there = tool.jaw[jaw].toWorld(point(scratch_.tested));
@@ -174,6 +175,10 @@ bool ToolContact::isFlushWithHeld(std::span<const Body> bodies, std::size_t inde
     if (touch.ofBody || touch.body == index) return false;
     const Body& held = bodies[touch.body];
     const double gap_m = 2 * kRim * std::max(held.surface->extent_m(), bodies[index].surface->extent_m());
+    const double reach = held.surface->radius_m() + gap_m;
+    allowance.spend(Allowance::kSphere);
+    if (allowance.isSpent() || squaredLength(place - held.centre) > reach * reach) return false;
+    allowance.spend(Allowance::kPlace);
     const Vec3 at = held.frame.toLocal(place);
     if (heightOver(*held.surface, touch.triangle, at) > gap_m) return false;
     const double distance_m = distanceFrom(*held.surface, at, 2 * gap_m, allowance);
@@ -267,9 +272,12 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
 /// How far the place may move before it can meet anything; a lower bound.
 double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept {
   double clear = kFarthestClearance_m;
+  allowance.spend(Allowance::kSphere * static_cast<std::int64_t>(bodies.size()));
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b].pendingRemoval) continue;
     const CollisionMesh& surface = *bodies[b].surface;
+    const double reach = surface.radius_m() + clear + scratch_.bodyMoved[b];
+    if (bodies[b].pendingRemoval || squaredLength(place - bodies[b].centre) > reach * reach) continue;
+    allowance.spend(Allowance::kPlace);
     const Vec3 at = toLocal(memory_.bodies[b].at, place);
     if (glm::distance(at, surface.centre()) - surface.radius_m() < clear)
       clear = distanceFrom(surface, at, clear, allowance);

@@ -43,7 +43,11 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
     }
     const Vec3 to = body.frame.toWorld(point.place + lift);
     for (const Body* other : others.all()) {
-      if (other->surface->firstCrossing(other->frame.toLocal(from), other->frame.toLocal(to), allowance)) return false;
+      const CollisionMesh& surface = *other->surface;  // one that is passed within a rim may close a gap
+      if (surface.firstCrossing<RimmedSegment>(
+              other->frame.toLocal(from), other->frame.toLocal(to), !surface.closed(), allowance,
+              [](std::uint32_t) noexcept { return false; }, kRim * surface.extent_m()))
+        return false;
       if (allowance.isSpent()) return false;
     }
     from = to;

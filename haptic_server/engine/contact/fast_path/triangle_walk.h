@@ -20,7 +20,7 @@ namespace haptics {
   TriangleStep step;
   std::uint32_t triangle = kNoTriangle;
   do {
-    if (looked == most) return nullptr;
+    if (looked >= most) return nullptr;
     ++looked;
     step.leave(start, end, step.enters);
     triangle = at->neighbour[static_cast<std::size_t>(step.edge)];

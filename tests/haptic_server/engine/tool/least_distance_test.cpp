@@ -88,6 +88,20 @@ TEST(LeastDistance, OfTheSameHalfSpaceManyTimesIsThatOfOne) {
   EXPECT_EQ(nearest.tightCount, 1);
 }
 
+TEST(LeastDistance, IsFiniteWhereHalfSpacesHaveNoNormalOrTie) {
+  std::vector<HalfSpace> all{{{}, 1}};  // of a triangle without area
+  EXPECT_EQ(leastDistance(all).x, Freedoms{});
+  for (const double x : {-1.0, 1.0}) {  // a face of a cube on a plane: a force, and moments about both axes
+    for (const double y : {-1.0, 1.0}) all.push_back({{0, 0, 1, y, -x, 0, 0}, 1e-5});
+  }
+  const LeastDistance nearest = leastDistance(all);
+  ASSERT_TRUE(nearest.exists);
+  const Freedoms up{0, 0, 1e-5};
+  for (std::size_t k = 0; k < kMaxFreedoms; ++k) EXPECT_NEAR(nearest.x[k], up[k], 1e-15);
+  for (int i = 0; i < nearest.tightCount; ++i)
+    EXPECT_TRUE(std::isfinite(nearest.multiplier[static_cast<std::size_t>(i)]));
+}
+
 TEST(LeastDistance, IsTheOriginWhereNothingIsInItsWay) {
   EXPECT_EQ(leastDistance({}).x, Freedoms{});
   const std::vector<HalfSpace> below{{{0, 0, 1, 0, 0, 0, 0}, -1}};

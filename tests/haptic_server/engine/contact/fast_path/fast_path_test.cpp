@@ -32,7 +32,9 @@ void expectSame(const ContactResult& a, const ContactResult& b) {
   ASSERT_EQ(bits(a.ihip), bits(b.ihip));
   ASSERT_EQ(bits(a.normal), bits(b.normal));
   ASSERT_EQ(std::bit_cast<std::uint64_t>(a.penetration_m), std::bit_cast<std::uint64_t>(b.penetration_m));
+  ASSERT_EQ(a.alongNormal, b.alongNormal);
   ASSERT_EQ(a.primitive, b.primitive);
+  ASSERT_EQ(a.triangle, b.triangle);
   ASSERT_EQ(a.work.triangles, b.work.triangles);
   ASSERT_EQ(a.work.segments, b.work.segments);
   ASSERT_EQ(a.work.steps, b.work.steps);
@@ -193,6 +195,34 @@ TEST_P(FastPath, DroppingTheCacheAtAnyTickChangesNoBit) {
     followContact(bodies, state, hip, result, dropped);
     ASSERT_NO_FATAL_FAILURE(expectSame(world_.tick(hip), result)) << "tick " << i;
     ASSERT_EQ(std::memcmp(&world_.state(), &state, sizeof state), 0) << "tick " << i;
+  }
+}
+
+/// Two blocks stand flush on a floor but for 10 nm between them.
+TEST(FastPathGuard, LeavesAGapThatIsClosedToTheGeneralTick) {
+  constexpr double kHalfGap_m = 5e-9, kWide_m = 0.02;
+  for (const bool isFast : {false, true}) {
+    ContactRig world;
+    world.add(shapes::box({0.1, 0.1, 0.01}), Pose{{1, 0, 0, 0}, {0, 0, -0.005}});
+    for (const double side : {-1.0, 1.0})
+      world.add(shapes::box({kWide_m, kWide_m, kWide_m}),
+                Pose{{1, 0, 0, 0}, {side * (kWide_m / 2 + kHalfGap_m), kWide_m / 2, kWide_m / 2}});
+    for (int i = 0; i < 3000; ++i) {
+      const Vec3 hip{0, -0.0015 + 1e-6 * i, i < 10 ? 0.001 - 3e-4 * i : -0.002};
+      if (!isFast) world.cache() = {};
+      ContactState state = world.state();
+      std::vector<Body> bodies = world.bodies();
+      for (Body& body : bodies) body.update();
+      ContactResult result;
+      if (isFast) {
+        followContact(bodies, state, hip, result, world.cache());
+      } else {
+        followGuarded(bodies, state, hip, result);
+      }
+      world.state() = state;
+      ASSERT_LT(result.ihip.y, 1e-6) << isFast << " tick " << i;
+    }
+    EXPECT_NEAR(world.state().ihip.z, 0, 1e-6);
   }
 }
 
