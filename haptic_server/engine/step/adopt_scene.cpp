@@ -466,16 +466,14 @@ class StateTransfer {
 
 /// What is driven and has no sample in the scene that waits comes to rest at once.
 void stopDriven(const ServoScene& next, HapticState& state) noexcept {
-  const auto isDriven = [&](const auto& samples, std::size_t object) noexcept {
-    const auto found = std::ranges::find(next.objects, state.objects[object].id, &ServoObject::id);
-    const auto i = static_cast<std::size_t>(found - next.objects.begin());
-    return i < samples.size() && samples[i].number != 0;
-  };
-  for (std::size_t i = 0; i < state.driven.count; ++i) {
-    if (!isDriven(next.kinematic, i)) state.driven[i].left = 0;
-  }
-  for (std::size_t i = 0; i < state.reshaped.count; ++i) {
-    if (!isDriven(next.shapes, i)) state.reshaped[i].left = 0;
+  std::size_t n = 0;  // both are in order of the objects' ids
+  const auto isDriven = [&](const auto& samples) noexcept { return n < samples.size() && samples[n].number != 0; };
+  for (std::size_t i = 0; i < state.objects.count; ++i) {
+    const std::uint64_t id = state.objects[i].id;
+    while (n < next.objects.size() && next.objects[n].id < id) ++n;
+    const bool isThere = n < next.objects.size() && next.objects[n].id == id;
+    if (i < state.driven.count && !(isThere && isDriven(next.kinematic))) state.driven[i].left = 0;
+    if (i < state.reshaped.count && !(isThere && isDriven(next.shapes))) state.reshaped[i].left = 0;
   }
 }
 
@@ -483,7 +481,9 @@ void stopDriven(const ServoScene& next, HapticState& state) noexcept {
 
 bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
   state.groove.shaded = false;
-  const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
+  // While a fault lasts the contact stays as it was, and nobody feels it.
+  const bool isFelt = state.supervision.fault == Fault::kNone;
+  const Vec3 now_N = isFelt ? heldSpring_N(state, state.contact.ihip - state.contact.hip) : Vec3(0);
   const bool mayWait = glm::length(now_N) > kMaxStep_N && state.adoption.fadeOut_s < kLongestFade_s;
   const auto wait = [&]() noexcept {
     stopDriven(next, state);

@@ -85,4 +85,13 @@ void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& 
   if (state.features.extras) releaseFaded(state);
 }
 
+void endEdits(HapticState& state) noexcept {
+  for (std::size_t i = 0; i < state.objects.count; ++i) {
+    const ObjectState& object = state.objects[i];
+    if (!object.beingMoved) continue;
+    state.objects[i].beingMoved = false;
+    state.place(i, object.scenePose, object.scenePose);
+  }
+}
+
 }  // namespace haptics

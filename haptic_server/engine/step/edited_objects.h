@@ -32,4 +32,7 @@ void updateUntouchedStiffness(const ServoScene& scene, HapticState& state, const
 /// felt any more: what is behind it is felt then.
 void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept;
 
+/// In a fault, in which nobody feels them, objects that were edited under the stylus are at once where the scene has them.
+void endEdits(HapticState& state) noexcept;
+
 }  // namespace haptics

@@ -407,8 +407,9 @@ void takeNextTool(const ServoScene& scene, HapticState& state, const StepInput& 
     state.estimate.measured = input.device.position;
     if (!state.features.detail && (!contact.touching || state.objects.count > 1)) [[unlikely]]
       updateUntouchedStiffness(scene, state, config, contact);
-  } else if (state.driven.count + state.reshaped.count > 0) {
-    moveDrivenObjects(scene, state, config.period_s);
+  } else {
+    if (state.features.beingMoved) endEdits(state);
+    if (state.driven.count + state.reshaped.count > 0) moveDrivenObjects(scene, state, config.period_s);
   }
   if (state.moving.count > 0) [[unlikely]]
     moveBodies(state, config, result);  // 5 (c)

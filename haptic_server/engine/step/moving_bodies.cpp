@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/collision/moving_together.h"
@@ -143,7 +144,7 @@ void endMotion(HapticState& state, const MovingBody& moving, const Push& push) n
 
 /// Bodies that meet one another, all in one tick. False: the allowance did not last, or there was no room for all.
 bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction,
-                         const MotionAllowance& motion) noexcept {
+                         MotionAllowance& motion) noexcept {
   // Not initialised: to clear room for 256 takes longer than a few bodies do.
   union Room {
     Room() noexcept {}
@@ -156,6 +157,7 @@ bool moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
   }
   CollisionAllowance allowance{state.allowance, motion};
   const bool isWhole = moveTogether(colliders, state.pairs, config.period_s, allowance);
+  motion = allowance.motion;
   for (std::size_t i = 0; i < colliders.size(); ++i) {
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
@@ -214,6 +216,10 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
       inTurn = true;
       ++moving.waited;
       continue;
+    }
+    if (push.any() && moving.waited > 0) {  // the hand pushes it for this tick alone
+      const double waited_s = config.period_s * static_cast<double>(std::exchange(moving.waited, 0));
+      moveRigidBody(state.rigidBody(moving), moving.state, Push{}, waited_s, allowance);
     }
     moveRigidBody(state.rigidBody(moving), moving.state, push, config.period_s * static_cast<double>(1 + moving.waited),
                   allowance);

@@ -229,6 +229,37 @@ TEST_F(EditUnderTheStylus, AnObjectMovedOverAFreeStylusPushesItOutGently) {
   EXPECT_NEAR(glm::length(with.last.force.written), 800 * with.last.penetration_m, 1e-6);
 }
 
+/// While the device is gone nobody feels it, and it need not fade.
+TEST_F(EditUnderTheStylus, AnEditIsAdoptedAtOnceWhileTheDeviceIsGone) {
+  const Vec3 hand = stroke(servo_.tick());
+  for (int i = 0; i < 500; ++i) static_cast<void>(servo_.stepAt(hand, DeviceState::kAbsent));
+  ServoObject moved = sphere_;
+  moved.pose.position = {0, 0, 0.1};
+  moved.poseRevision = 2;
+  servo_.adopt(sceneOf(2, {moved}));
+  EXPECT_TRUE(servo_.adopted());
+  EXPECT_EQ(servo_.state().bodies[0].current, moved.pose);
+  TelemetrySample last;
+  for (int i = 0; i < 600; ++i) {
+    const TelemetrySample now = servo_.stepAt(hand, DeviceState::kReady);
+    if (i > 0) ASSERT_LT(glm::distance(now.force.written, last.force.written), 0.031) << i;
+    last = now;
+  }
+}
+
+/// One that was on its way is where the scene has it.
+TEST_F(EditUnderTheStylus, AnObjectThatIsBeingMovedIsThereWhenTheDeviceIsGone) {
+  ServoObject moved = sphere_;
+  moved.pose.position = {0, 0, 0.001};
+  moved.poseRevision = 2;
+  servo_.adopt(sceneOf(2, {moved}));
+  static_cast<void>(servo_.step());
+  ASSERT_TRUE(servo_.state().objects[0].beingMoved);
+  for (int i = 0; i < 2; ++i) static_cast<void>(servo_.stepAt(stroke(servo_.tick()), DeviceState::kAbsent));
+  EXPECT_FALSE(servo_.state().objects[0].beingMoved);
+  EXPECT_EQ(servo_.state().bodies[0].current, moved.pose);
+}
+
 TEST_F(EditUnderTheStylus, ATooStrongContactIsNotWaitedForLong) {
   VirtualServo servo(
       [](std::uint64_t tick) { return Vec3(0, 0, kRadius_m + 0.001 - 1e-4 * static_cast<double>(tick)); },

@@ -243,6 +243,32 @@ TEST(MovingBody, MovesInTurnWithOthersWhereTheAllowanceIsShort) {
   }
 }
 
+TEST(MovingBody, IsPushedForATickAloneAfterItHasWaitedForOthers) {
+  constexpr std::size_t kBodies = 16;
+  StepConfig config = kConfig;
+  config.work_per_s = 4 * 2 * 1200 / config.period_s;  // units of which half moves a few of them
+  Vec3 hand{0.5, 0, 0.05};
+  VirtualServo servo([&](std::uint64_t) { return hand; }, config);
+  std::vector<ServoObject> objects;
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    ServoObject box = floatingBox({0.1 * static_cast<double>(i), 0, 0}, i + 1);
+    RigidBody turning = *box.motion;
+    turning.gravity_m_per_s2 = {0, 1e-3, 0};  // they stay awake, and where they are
+    box.motion = std::make_shared<RigidBody>(turning);
+    objects.push_back(box);
+  }
+  servo.adopt(sceneOf(1, objects));
+  constexpr std::size_t kTouched = 5;
+  for (int i = 0; i < 200 && servo.state().moving[kTouched].waited < 2; ++i) servo.step();
+  ASSERT_GE(servo.state().moving[kTouched].waited, 2U);
+  hand.z = 0.028;
+  const Vec3 before = bodyState(servo, kTouched).momentum_Ns;
+  const TelemetrySample pressed = servo.step();
+  ASSERT_EQ(pressed.object, kTouched + 1);
+  const Vec3 gained = bodyState(servo, kTouched).momentum_Ns - before;
+  EXPECT_NEAR(gained.z, -1e-3 * pressed.force.contact.z, 1e-12);
+}
+
 TEST(MovingBody, IsDescribedWhereTheContactWasSolvedAndOnlyWhenItChanges) {
   VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig,
                      sceneOf(1, {slab(1, {0.5, 0, 0}), floatingBox(Vec3(0), 2)}));
