@@ -95,8 +95,8 @@ void Connections::refreshTokens(bool anyway) {
 }
 
 bool Connections::drainTelemetry() {
-  return shared_.servo.drain([this](const TelemetrySample& sample) {
-    each([&](Connection& connection) { connection.session().adopted(sample.sceneRevision, sample.adoptionTick); });
+  return shared_.servo.drain([this](std::uint64_t revision, std::uint64_t tick) {
+    each([&](Connection& connection) { connection.session().adopted(revision, tick); });
   });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -15,7 +16,8 @@ class ServoFeed {
  public:
   explicit ServoFeed(ServerHost& host) noexcept : host_(host) {}
 
-  /// Empties the queue; calls onAdopted(sample) for the first sample of each scene revision.
+  /// Empties the queue; calls onAdopted(revision, tick) for each scene revision that every hand has adopted, with the tick in
+  /// which the last of them did.
   /// @return Whether there was a sample. The newest is then in last(), and where everything was at its tick in motion():
   /// the servo tells of that after the sample.
   template <class OnAdopted>
@@ -71,9 +73,13 @@ class ServoFeed {
     bool any = false;
     while (host_.popTelemetry(sample)) {
       any = true;
-      if (!last_ || sample.sceneRevision != last_->sceneRevision) onAdopted(sample);
       last_ = sample;
       if (HandHost* second = host_.secondHand()) followTo(*second, sample.tick);
+      const TelemetrySample& late = second_ && second_->sceneRevision < sample.sceneRevision ? *second_ : sample;
+      if (late.sceneRevision != adoptedRevision_) {
+        adoptedRevision_ = late.sceneRevision;
+        onAdopted(late.sceneRevision, std::max(sample.adoptionTick, second_ ? second_->adoptionTick : 0));
+      }
       ticks_.add(sample, lastOfSecondHand());
     }
     return any;
@@ -86,6 +92,7 @@ class ServoFeed {
 
   ServerHost& host_;
   std::optional<TelemetrySample> last_, second_;
+  std::optional<std::uint64_t> adoptedRevision_;  ///< By every hand.
   TickHistory ticks_;
   MotionState motion_;
   MotionState motionOfFirst_, motionOfSecond_;  // where there are two hands

@@ -59,15 +59,15 @@ constexpr std::int64_t kCopyBody = 64;
 
 bool CacheWarmer::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
   Allowance allowance(state.allowance.left() / 8);  // of two
+  if (!isCopy_) allowance.spend(kCopyBody * static_cast<std::int64_t>(state.objects.count));
+  if (allowance.isSpent()) return false;
   if (isCopy_) {
     rehearsal_.copyForRehearsal(state);
   } else {
     rehearsal_.copyInUse(state);
-    allowance.spend(kCopyBody * static_cast<std::int64_t>(state.objects.count));
   }
   rehearsal_.allowance = allowance;
   isCopy_ = !state.features.beingMoved;
-  if (allowance.isSpent()) return false;
   const Vec3 next = state.estimate.measured + state.estimate.velocity.velocity() * config_.period_s;
   ForceResult result;
   computeForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, result, &cache_);

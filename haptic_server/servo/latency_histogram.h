@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -22,7 +23,7 @@ class LatencyHistogram {
   [[nodiscard]] std::uint64_t quantile_ns(double part) const noexcept {
     std::uint64_t total = 0;
     for (const auto& count : counts_) total += count.load(std::memory_order_relaxed);
-    const auto wanted = static_cast<std::uint64_t>(part * static_cast<double>(total));
+    const auto wanted = static_cast<std::uint64_t>(std::ceil(part * static_cast<double>(total)));
     std::uint64_t seen = 0;
     for (std::size_t i = 0; i < counts_.size(); ++i) {
       seen += counts_[i].load(std::memory_order_relaxed);

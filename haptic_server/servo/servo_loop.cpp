@@ -26,10 +26,11 @@ void sleepUntil(std::uint64_t deadline_ns) noexcept {
 ServoLoop::ServoLoop(Device& device, SceneMailbox& mailbox, const StepConfig& config, bool withCacheWarmer)
     : mailbox_(mailbox),
       period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) * config.period_s))),
+      withCacheWarmer_(withCacheWarmer),
       first_(device, config, withCacheWarmer) {}
 
 void ServoLoop::addHand(Device& device, const StepConfig& config) {
-  second_ = std::make_unique<ServoHand>(device, config, true);
+  second_ = std::make_unique<ServoHand>(device, config, withCacheWarmer_);
   second_->followFirst();
 }
 

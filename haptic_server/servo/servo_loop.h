@@ -83,6 +83,7 @@ class ServoLoop {
 
   SceneMailbox& mailbox_;
   std::uint64_t period_ns_;
+  bool withCacheWarmer_;
   SampleWait sampleWait_{period_ns_};
   ServoHand first_;
   std::unique_ptr<ServoHand> second_;

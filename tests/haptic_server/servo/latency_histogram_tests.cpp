@@ -31,6 +31,12 @@ TEST(LatencyHistogram, TakesEveryDurationFromZeroToTheLargest) {
   EXPECT_EQ(histogram.max_ns(), ~std::uint64_t{0});
 }
 
+TEST(LatencyHistogram, LeavesNoMoreRecordsAboveAQuantileThanItsPart) {
+  LatencyHistogram histogram;
+  for (std::uint64_t i = 1; i <= 50; ++i) histogram.record(i);
+  EXPECT_EQ(histogram.quantile_ns(0.99), 50);
+}
+
 TEST(LatencyHistogram, SaysZeroWhenEmpty) { EXPECT_EQ(LatencyHistogram().quantile_ns(0.99), 0); }
 
 }  // namespace
