@@ -37,10 +37,10 @@ class AssetLibrary final : public AssetResolver {
     return fields_.resolve(source);
   }
   [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record, const ObjectAssets& assets,
-                                                  std::size_t together) const override {
+                                                  const EffectZones& effects) const override {
     auto warnings = surfaceWarnings(record, assets, device_);
     for (std::string& warning : motionWarnings(record, assets, device_)) warnings.push_back(std::move(warning));
-    for (std::string& warning : effectWarnings(record, assets, together, device_))
+    for (std::string& warning : effectWarnings(record, assets, effects, device_))
       warnings.push_back(std::move(warning));
     for (std::string& warning : deformationWarnings(record.deformation, *assets.mesh->mesh, assets.derived.flattened)) {
       warnings.push_back(std::move(warning));

@@ -11,6 +11,8 @@
 
 namespace haptics {
 
+class EffectZones;
+
 template <class Kind>
 struct Resolved {
   std::shared_ptr<const Kind> asset;
@@ -48,10 +50,10 @@ class AssetResolver {
   /// Errors name the field below Residue ("asset").
   [[nodiscard]] virtual Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) = 0;
   /// Warnings about an object as an edit would make it, a line each.
-  /// @param together  pullingEverywhere() of all objects of the scene.
+  /// @param effects  Of all objects of the scene.
   [[nodiscard]] virtual std::vector<std::string> warnings(const ObjectRecord& /*record*/,
                                                           const ObjectAssets& /*assets*/,
-                                                          std::size_t /*together*/) const {
+                                                          const EffectZones& /*effects*/) const {
     return {};
   }
 };

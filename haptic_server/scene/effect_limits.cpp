@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "haptic_server/engine/motion/coupling.h"
 #include "haptic_server/scene/make_rigid_body.h"
@@ -32,44 +33,84 @@ double steepness_Ns_per_m(const Effect& texture) {
 /// damping (on 0.3 of it some do not), on all of it with a tick's damping (0.5 ticks are too few), and with this share of the damping
 /// (0.8 of it is too much).
 constexpr double kUndampedShare = 0.2, kDampedShare = 0.5;
-/// With the observer so many that are as stiff as a wall come to rest together: limits are half of what the device bears.
-constexpr double kObservedTogether = 2;
 
-/// It pulls from both sides, wherever the hand is.
-[[nodiscard]] bool pullsEverywhere(const Effect& effect) noexcept {
-  return effect.stiffness_N_per_m > 0 && effect.kind != Effect::Kind::kForbiddenSide && effect.reach_m == 0 &&
-         effect.region == Effect::Region::kEverywhere;
+/// Of one by itself, the most that is felt.
+struct Bearable {
+  double stiffness_N_per_m, damping_Ns_per_m;
+};
+
+[[nodiscard]] Bearable bearable(Effect::Kind kind, double damping_Ns_per_m, const DeviceLimits& device) noexcept {
+  const double stiffest_N_per_m = device.stiffest_N_per_m;
+  if (device.observed || kind == Effect::Kind::kForbiddenSide) return {stiffest_N_per_m, device.maxDamping_Ns_per_m};
+  return {std::clamp(damping_Ns_per_m / device.period_s, kUndampedShare * stiffest_N_per_m, stiffest_N_per_m),
+          kDampedShare * device.maxDamping_Ns_per_m};
 }
 
-/// No stiffer and no more damped than the device bears.
-/// @param together  So many pull everywhere.
-void limit(Effect& effect, const DeviceLimits& device, std::size_t together) {
-  double stiffest_N_per_m = device.stiffest_N_per_m, maxDamping_Ns_per_m = device.maxDamping_Ns_per_m;
-  if (pullsEverywhere(effect)) {
-    const double sharing = static_cast<double>(together) / (device.observed ? kObservedTogether : 1);
-    stiffest_N_per_m /= std::max(1.0, sharing);
-    maxDamping_Ns_per_m /= std::max(1.0, sharing);
+/// The ball in which it is felt, in its frame.
+[[nodiscard]] std::pair<Vec3, double> ballOf(const Effect& effect) {
+  using Region = Effect::Region;
+  if (effect.region == Region::kBox) return {effect.point_m, glm::length(effect.size_m) / 2};
+  if (effect.region == Region::kSphere) return {effect.point_m, effect.size_m.x / 2};
+  const double held_m = std::max(effect.reach_m, effect.release_m);
+  if (held_m > 0 && effect.kind == Effect::Kind::kSpringToPoint) return {effect.point_m, held_m};
+  if (held_m > 0 && !effect.path_m.empty()) {
+    Vec3 low = effect.path_m.front(), high = low;
+    for (const Vec3& point : effect.path_m) low = glm::min(low, point), high = glm::max(high, point);
+    return {(low + high) / 2.0, glm::distance(low, high) / 2 + held_m};
   }
-  if (!device.observed && effect.kind != Effect::Kind::kForbiddenSide) {
-    maxDamping_Ns_per_m *= kDampedShare;
-    stiffest_N_per_m =
-        std::clamp(effect.damping_Ns_per_m / device.period_s, kUndampedShare * stiffest_N_per_m, stiffest_N_per_m);
-  }
-  effect.stiffness_N_per_m = std::min(effect.stiffness_N_per_m, stiffest_N_per_m);
-  effect.damping_Ns_per_m = std::min(effect.damping_Ns_per_m, maxDamping_Ns_per_m);
+  return {Vec3(0), std::numeric_limits<double>::infinity()};
 }
 
 }  // namespace
 
-std::size_t pullingEverywhere(const std::vector<Effect>& effects) noexcept {
-  return static_cast<std::size_t>(std::ranges::count_if(effects, pullsEverywhere));
+void EffectZones::add(const ObjectRecord& record) {
+  for (const Effect& effect : record.effects) {
+    const bool isInWorld = effect.frame == Effect::Frame::kWorld, moves = !isInWorld && record.motion.has_value();
+    const Pose frame = isInWorld || moves ? Pose{} : record.pose;
+    const auto [centre_m, radius_m] = ballOf(effect);
+    const bool isAlong = effect.kind == Effect::Kind::kForbiddenSide || effect.kind == Effect::Kind::kSpringToPlane;
+    zones_.push_back({record.id, moves, toWorld(frame, centre_m), radius_m,
+                      isAlong ? frame.rotation * effect.direction : Vec3(0), effect.kind, effect.stiffness_N_per_m,
+                      effect.damping_Ns_per_m});
+  }
 }
 
-std::vector<Effect> stableEffects(std::vector<Effect> effects, std::size_t together,
+/// How much of one's pull the other's adds to: 0 where they are apart, or act across each other.
+double EffectZones::together(const Zone& a, const Zone& b) noexcept {
+  if (a.moves != b.moves || (a.moves && a.object != b.object)) return 1;
+  if (glm::distance(a.centre_m, b.centre_m) > a.radius_m + b.radius_m) return 0;
+  return a.along == Vec3(0) || b.along == Vec3(0) ? 1 : std::abs(glm::dot(a.along, b.along));
+}
+
+/// With parts d_j of what each may have by itself, and c_jk = together(), the part of d_j that is felt is 1 / max(1, sum_k c_jk d_k): then no
+/// eigenvalue of what they sum up to at a place is above 1, by the row sums of the matrix c_jk sqrt(d_j d_k / (s_j s_k)), scaled by sqrt(d s).
+std::vector<EffectShare> EffectZones::sharesOf(ObjectId object, const DeviceLimits& device) const {
+  const auto part = [](double asked, double most) { return asked > 0 ? std::min(1.0, asked / most) : 0; };
+  std::vector<EffectShare> shares;
+  for (const Zone& zone : zones_) {
+    if (zone.object != object) continue;
+    double stiffness = 0, damping = 0;
+    for (const Zone& other : zones_) {
+      const Bearable most = bearable(other.kind, other.damping_Ns_per_m, device);
+      const double weight = together(zone, other);
+      stiffness += weight * part(other.stiffness_N_per_m, most.stiffness_N_per_m);
+      damping += weight * part(other.damping_Ns_per_m, most.damping_Ns_per_m);
+    }
+    shares.push_back({1 / std::max(1.0, stiffness), 1 / std::max(1.0, damping)});
+  }
+  return shares;
+}
+
+std::vector<Effect> stableEffects(const ObjectRecord& record, const EffectZones& all,
                                   std::optional<double> apparentMass_kg, const DeviceLimits& device) {
+  std::vector<Effect> effects = record.effects;
+  const std::vector<EffectShare> shares = all.sharesOf(record.id, device);
   double stiffness_N_per_m = 0, damping_Ns_per_m = 0;  // of the body's
-  for (Effect& effect : effects) {
-    limit(effect, device, together);
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    Effect& effect = effects[i];
+    const Bearable most = bearable(effect.kind, effect.damping_Ns_per_m, device);
+    effect.stiffness_N_per_m = shares[i].stiffness * std::min(effect.stiffness_N_per_m, most.stiffness_N_per_m);
+    effect.damping_Ns_per_m = shares[i].damping * std::min(effect.damping_Ns_per_m, most.damping_Ns_per_m);
     if (effect.kind == Effect::Kind::kRecordedTexture) {
       const double steepness = steepness_Ns_per_m(effect);
       if (steepness > device.maxDamping_Ns_per_m) effect.amplitude_N *= device.maxDamping_Ns_per_m / steepness;
@@ -107,7 +148,7 @@ double strongest_N(const Effect& effect) noexcept {
   return effect.limit_N > 0 ? effect.limit_N : std::numeric_limits<double>::infinity();
 }
 
-std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets, std::size_t together,
+std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets, const EffectZones& all,
                                         const DeviceLimits& device) {
   if (record.effects.empty()) return {};
   std::optional<double> apparentMass_kg;
@@ -115,7 +156,7 @@ std::vector<std::string> effectWarnings(const ObjectRecord& record, const Object
     const auto body = bodyPartsOf(record, assets);
     if (body && *body && (*body)->body) apparentMass_kg = (*body)->apparentMass_kg;
   }
-  const std::vector<Effect> felt = stableEffects(record.effects, together, apparentMass_kg, device);
+  const std::vector<Effect> felt = stableEffects(record, all, apparentMass_kg, device);
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < felt.size(); ++i) {
     const Effect &is = felt[i], &asked = record.effects[i];

@@ -37,8 +37,8 @@ class Preparation final : public AssetResolver {
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override;
   [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override;
   [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record, const ObjectAssets& assets,
-                                                  std::size_t together) const override {
-    return library_.warnings(record, assets, together);
+                                                  const EffectZones& effects) const override {
+    return library_.warnings(record, assets, effects);
   }
   [[nodiscard]] Result<void> beforeWork(std::size_t triangles) override;
   [[nodiscard]] bool needsPreparation() const override { return needsPreparation_; }

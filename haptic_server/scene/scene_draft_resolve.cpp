@@ -34,10 +34,10 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   }
   if (auto fits = checkDetailSizes(); !fits) return tl::unexpected(std::move(fits).error());
   for (const PendingAsset& named : pendingAssets_) fitMapping(named);
-  std::size_t together = 0;  // of the effects
-  forEachRecord([&](const ObjectRecord& record) { together += pullingEverywhere(record.effects); });
+  EffectZones effects;
+  forEachRecord([&](const ObjectRecord& record) { effects.add(record); });
   const auto addWarnings = [&](const ObjectRecord& record, const ObjectAssets& assets) {
-    for (const std::string& warning : resolver.warnings(record, assets, together))
+    for (const std::string& warning : resolver.warnings(record, assets, effects))
       reports.push_back(record.name + ": " + warning);
   };
   for (const auto& [object, given] : fieldPaths_) {

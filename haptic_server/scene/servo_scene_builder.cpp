@@ -94,12 +94,13 @@ ServoSceneBuilder::Made ServoSceneBuilder::build(std::vector<ServoObjectSource> 
   scene->number = number_ + 1;
   scene->revision = revision;
   std::map<ObjectId, ObjectParts> made;
-  std::size_t together = 0;
-  for (const ServoObjectSource& source : objects)
-    together += source.pendingRemoval ? 0 : pullingEverywhere(source.record->effects);
+  EffectZones effects;
+  for (const ServoObjectSource& source : objects) {
+    if (!source.pendingRemoval) effects.add(*source.record);
+  }
   for (const ServoObjectSource& source : objects) {
     const ObjectRecord& record = *source.record;
-    const ObjectParts& parts = made[record.id] = partsOf(source, together);
+    const ObjectParts& parts = made[record.id] = partsOf(source, effects);
     const auto [stiffness, highestFactor] = stableStiffness(record.material, parts.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
     const auto& [body, apparentMass_kg, collision, tool] = parts.body;
@@ -200,7 +201,8 @@ KinematicShape ServoSceneBuilder::shapeOf(const ServoObjectSource& source, const
 }
 
 /// Making a part takes milliseconds, and more of a large mesh.
-ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSource& source, std::size_t together) const {
+ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSource& source,
+                                                          const EffectZones& effects) const {
   const ObjectRecord& record = *source.record;
   const ObjectAssets& assets = source.assets;
   const auto& [softness, lattice, residue] = record.deformation;
@@ -250,11 +252,8 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
   if (was == nullptr || was->deformation.softness != softness)
     parts.tissue = softness ? std::make_shared<const SoftTissue>(tissueOf(*softness)) : nullptr;
   const bool sameBody = sameMesh && was->motion == record.motion;
-  if (!sameBody || was->effects != record.effects || parts.together != together) {
-    if (!sameBody) parts.effects.clear();
-    parts.together = together;
-    parts.effects = effectsOf(record, parts);
-  }
+  if (!sameBody) parts.effects.clear();
+  if (!source.pendingRemoval) parts.effects = effectsOf(record, parts, effects);
   if (!sameSurface) {
     parts.sharp = nullptr;
     parts.spacing_m = 0;
@@ -264,11 +263,12 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
 
 /// Those that are felt as before are the same ones.
 std::vector<std::shared_ptr<const EffectField>> ServoSceneBuilder::effectsOf(const ObjectRecord& record,
-                                                                             const ObjectParts& parts) const {
+                                                                             const ObjectParts& parts,
+                                                                             const EffectZones& all) const {
   const bool moves = parts.body.body != nullptr;
   const auto apparentMass_kg = moves ? std::optional(parts.body.apparentMass_kg) : std::nullopt;
   std::vector<std::shared_ptr<const EffectField>> effects;
-  for (const Effect& effect : stableEffects(record.effects, parts.together, apparentMass_kg, device_)) {
+  for (const Effect& effect : stableEffects(record, all, apparentMass_kg, device_)) {
     const std::size_t i = effects.size();
     const bool isKept = i < parts.effects.size() && parts.effects[i]->effect() == effect;
     effects.push_back(isKept ? parts.effects[i] : std::make_shared<const EffectField>(effect, device_.period_s));

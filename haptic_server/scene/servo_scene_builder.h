@@ -82,7 +82,6 @@ class ServoSceneBuilder {
     std::shared_ptr<const SoftTissue> tissue;
     KinematicShape shape;
     std::vector<std::shared_ptr<const EffectField>> effects;
-    std::size_t together = 0;  ///< With so many that pull everywhere the effects share what the device bears.
     std::shared_ptr<const std::vector<Vec3>> sharp;  ///< Of the surface, at the spacing;
     double spacing_m = 0;                            ///< none at 0.
   };
@@ -128,10 +127,11 @@ class ServoSceneBuilder {
   [[nodiscard]] BakedDents bakedDents(const ObjectRecord& record) const;
   [[nodiscard]] KinematicShape shapeOf(const ServoObjectSource& source, const CollisionMesh& surface,
                                        const KinematicShape& last) const;
-  /// @param together  pullingEverywhere() of all objects that stay.
-  [[nodiscard]] ObjectParts partsOf(const ServoObjectSource& source, std::size_t together) const;
+  /// @param effects  Of all objects that stay.
+  [[nodiscard]] ObjectParts partsOf(const ServoObjectSource& source, const EffectZones& effects) const;
   [[nodiscard]] std::vector<std::shared_ptr<const EffectField>> effectsOf(const ObjectRecord& record,
-                                                                          const ObjectParts& parts) const;
+                                                                          const ObjectParts& parts,
+                                                                          const EffectZones& all) const;
   void addSharpPoints(ServoScene& scene, std::map<ObjectId, ObjectParts>& parts, double spacing_m) const;
 };
 

@@ -95,27 +95,36 @@ TEST(ServoSceneBuilder, LetsTheOldestGoEarlyWhenThereIsNoRoomToLeave) {
   EXPECT_THAT(idsOf(*scene, false), ElementsAre(2));
 }
 
-/// Springs of different objects pull at one hand.
+/// Springs of different objects pull at one hand where their reaches lie over one another.
 TEST(ServoSceneBuilder, SharesWhatTheDeviceBearsAmongTheEffectsOfAllObjects) {
   BoxResolver resolver;
   Sequencer sequencer(1, resolver);
-  ServoSceneBuilder maker({}, {.stiffest_N_per_m = 1000, .maxDamping_Ns_per_m = 10, .observed = false});
-  Effect spring{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 900, .damping_Ns_per_m = 0.9};
-  Effect soft = spring;
-  soft.stiffness_N_per_m = 5;
+  ServoSceneBuilder maker({}, {.stiffest_N_per_m = 1000, .maxDamping_Ns_per_m = 10});
+  const Effect snap{
+      .kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 750, .damping_Ns_per_m = 1, .reach_m = 0.2};
+  Effect apart = snap, wall{.kind = Effect::Kind::kForbiddenSide, .direction = Vec3(0, 0, 1), .stiffness_N_per_m = 900};
+  apart.point_m.x = 0.5;
+  Effect across = wall;
+  across.direction = Vec3(1, 0, 0);
   auto after = [&, seq = std::uint64_t{0}](const Transaction& transaction) mutable {
     sequencer.submit(kAlice, ++seq, transaction);
     return maker.make(sequencer, 0, kNewPlan)->effects;
   };
-  const auto alone = after(edit(add("a"), SetEffects{named("a"), {spring, soft}}, add("b")));
-  EXPECT_EQ(alone.at(0).field->stiffness().spring_N_per_m, 500);
-  const auto both = after(edit(SetEffects{named("b"), {spring, spring}}));
-  ASSERT_EQ(both.size(), 4U);
-  for (const std::size_t i : {0, 2, 3}) EXPECT_EQ(both[i].field->stiffness().spring_N_per_m, 250) << i;
+  const auto stiffnesses = [](const std::vector<ServoEffect>& effects) {
+    std::vector<double> all;
+    for (const ServoEffect& effect : effects) all.push_back(effect.field->stiffness().spring_N_per_m);
+    return all;
+  };
+  const auto alone = after(edit(add("a"), SetEffects{named("a"), {snap, apart}}, add("b")));
+  EXPECT_THAT(stiffnesses(alone), ElementsAre(750, 750));
+  const auto both = after(edit(SetEffects{named("b"), {snap}}));
+  EXPECT_THAT(stiffnesses(both), ElementsAre(500, 750, 500));
   EXPECT_EQ(both[1].field, alone[1].field) << "what is felt as before is not edited";
-  const auto again = after(edit(remove("b")));
-  ASSERT_EQ(again.size(), 2U) << "what leaves does not share";
-  EXPECT_EQ(again[0].field->stiffness().spring_N_per_m, 500);
+  EXPECT_THAT(stiffnesses(after(edit(moveTo("b", {0.5, 0, 0})))), ElementsAre(750, 500, 500));
+  EXPECT_THAT(stiffnesses(after(edit(moveTo("b", {0, 1, 0})))), ElementsAre(750, 750, 750));
+  EXPECT_THAT(stiffnesses(after(edit(remove("b")))), ElementsAre(750, 750)) << "what leaves does not share";
+  EXPECT_THAT(stiffnesses(after(edit(SetEffects{named("a"), {wall, across}}))), ElementsAre(900, 900));
+  EXPECT_THAT(stiffnesses(after(edit(SetEffects{named("a"), {wall, wall, across}}))), ElementsAre(500, 500, 900));
 }
 
 TEST(ServoSceneBuilder, KeepsWhatASurfaceIsMadeOfUntilItIsEdited) {

@@ -84,10 +84,15 @@ TEST(SurfaceWarnings, TellOfATapThatIsNotFeltAsAskedFor) {
 TEST(SurfaceWarnings, TellOfAVibrationThatTheServoIsTooSlowFor) {
   ObjectRecord record;
   record.effects = {{.kind = Effect::Kind::kVibration, .amplitude_N = 1, .frequency_Hz = 500}};
-  EXPECT_THAT(effectWarnings(record, {}, 0, {.period_s = 1e-3}), ElementsAre(HasSubstr("500 Hz is not felt")));
-  EXPECT_THAT(effectWarnings(record, {}, 0, {.period_s = 2.5e-4}), IsEmpty());
+  const auto warnings = [&](double period_s) {
+    EffectZones zones;
+    zones.add(record);
+    return effectWarnings(record, {}, zones, {.period_s = period_s});
+  };
+  EXPECT_THAT(warnings(1e-3), ElementsAre(HasSubstr("500 Hz is not felt")));
+  EXPECT_THAT(warnings(2.5e-4), IsEmpty());
   record.effects[0].frequency_Hz = 499;
-  EXPECT_THAT(effectWarnings(record, {}, 0, {.period_s = 1e-3}), IsEmpty());
+  EXPECT_THAT(warnings(1e-3), IsEmpty());
 }
 
 TEST(SurfaceWarnings, TellOfAStiffnessThatIsClampedForTheDevice) {

@@ -264,6 +264,7 @@ TEST(EffectForces, FollowTheirClosedFormsInAFrameThatMovesAndTurns) {
   const auto vector = [&] { return Vec3(number(-1, 1), number(-1, 1), number(-1, 1)); };
   std::array<int, 16> felt{};  // by kind, the first is 1
   int moved = 0;
+  double worst_N = 0;
   for (int scenes = 0; scenes < 110; ++scenes) {
     std::vector<Effect> effects;
     for (int kind = 1; kind < static_cast<int>(Kind::kRecordedTexture); ++kind)
@@ -284,11 +285,13 @@ TEST(EffectForces, FollowTheirClosedFormsInAFrameThatMovesAndTurns) {
                                             servo.state().estimate.velocity.velocity(), memory[k]);
         const Vec3 is = servo.state().effects[k].force_N;
         if (is != Vec3(0)) ++felt[static_cast<std::size_t>(effects[k].kind) - 1];
+        worst_N = std::max(worst_N, glm::distance(is, expected));
         ASSERT_LE(glm::distance(is, expected), 1e-9)
             << "kind " << static_cast<int>(effects[k].kind) << " scene " << scenes << " tick " << i;
       }
     }
   }
+  RecordProperty("worst_nN", std::to_string(1e9 * worst_N));
   EXPECT_GT(moved, 100'000);
   for (std::size_t kind = 0; kind < 15; ++kind) EXPECT_GT(felt[kind], 20'000) << "kind " << kind + 1;
 }
@@ -302,6 +305,7 @@ TEST(EffectForces, ConservativeOnesGiveNothingRoundALoopButWhatHoldingGives) {
   const auto vector = [&] { return Vec3(number(engine), number(engine), number(engine)); };
   constexpr std::array kKinds{Kind::kSpringToPoint, Kind::kSpringToLine, Kind::kSpringToPlane, Kind::kForbiddenSide};
   Vec3 hand(0);
+  double worst_J = 0;
   for (int i = 0; i < kLoops / kLoopsOfEach; ++i) {
     Effect effect{.kind = kKinds[static_cast<std::size_t>(i) % kKinds.size()]};
     if (i % 2 == 0) effect.frame = Effect::Frame::kWorld;
@@ -327,10 +331,12 @@ TEST(EffectForces, ConservativeOnesGiveNothingRoundALoopButWhatHoldingGives) {
         held_J += glm::dot(before, way);
         holding_J += effect.stiffness_N_per_m * glm::dot(way, way) / 2;
       }
+      worst_J = std::max(worst_J, std::abs(mean_J));
       ASSERT_LE(std::abs(mean_J), 10e-6) << "kind " << static_cast<int>(effect.kind) << " loop " << loop;
       ASSERT_LE(held_J, holding_J + 10e-6) << "kind " << static_cast<int>(effect.kind) << " loop " << loop;
     }
   }
+  RecordProperty("worst_uJ", std::to_string(1e6 * worst_J));
 }
 
 TEST(EffectForces, GiveTheirBodyWhatTheyTakeFromTheHand) {
@@ -499,6 +505,7 @@ TEST(EffectForces, EditsUnderTheHandComeAtTheRateOfThoseOfSurfaces) {
       before = now;
     }
   }
+  RecordProperty("most_N_per_s", std::to_string(beyond_N / kPeriod_s));
   EXPECT_LE(beyond_N, kRate_N * 1.001);
   EXPECT_GT(reached_N, 0.5);
   servo.adopt(carrying(kEdits + 2, away(), {{.kind = Kind::kConstant, .direction = Vec3(1, 0, 0), .amplitude_N = 1}}));
@@ -697,8 +704,8 @@ struct Held {
   Effect effect;
   ServoObject object = away();
   bool drags = false;  ///< It has no rest of its own.
-  double apart_m = 0;  ///< Others like it pull from the other side.
-  int each = 1;        ///< So many on each.
+  int pairs = 0;       ///< So many like it pull from each side, at its own place where `apart_m` is 0.
+  double apart_m = 0;
 };
 
 std::vector<Held> eachKind() {
@@ -707,25 +714,45 @@ std::vector<Held> eachKind() {
   const auto world = Effect::Frame::kWorld;
   Effect tube{.kind = Kind::kTube, .frame = world, .path_m = path, .size_m = Vec3(1e-4, 0, 0)};
   // Of a block whose upper side is at x = 0, whose corner is the rest, and whose edge goes through it.
-  const auto block = [](Vec3 centre) {
+  const auto block = [](Vec3 centre, double stiffness_N_per_m = 100) {
     static const auto surface = surfaceOf(makeBox(Vec3(0.1), 8).value());
-    return objectOf(1, surface, centre, 100);
+    ServoObject object = objectOf(1, surface, centre, stiffness_N_per_m);
+    object.damping_Ns_per_m = 0;
+    return object;
   };
   const auto ofMesh = [](Kind kind) { return Effect{.kind = kind, .reach_m = 0.02}; };
   return {
       {"point", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}},
-      {"two points", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}, away(), false, 0.005},
-      {"eight points", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}, away(), false, 0.005, 4},
+      {"eight points", {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest}, away(), false, 4, 0.005},
+      {"eight snaps",
+       {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest, .reach_m = 0.03},
+       away(),
+       false,
+       4,
+       0.005},
+      {"two points on a surface",
+       {.kind = Kind::kSpringToPoint, .frame = world, .point_m = rest},
+       block(Vec3(-0.035, 0, 0), 1e9),
+       false,
+       1,
+       0.005},
       {"line", {.kind = Kind::kSpringToLine, .frame = world, .point_m = rest, .direction = Vec3(0, 1, 0)}},
       {"plane", {.kind = Kind::kSpringToPlane, .frame = world, .point_m = rest, .direction = x}},
       {"path", {.kind = Kind::kSpringToPath, .frame = world, .path_m = path}},
       {"guide", {.kind = Kind::kGuide, .frame = world, .path_m = path}},
       {"tube", tube},
       {"magnet", ofMesh(Kind::kMagnet), block(Vec3(-0.05, 0, 0))},
+      {"eight magnets", ofMesh(Kind::kMagnet), block(Vec3(-0.05, 0, 0)), false, 4},
       {"vertex", ofMesh(Kind::kSpringToVertex), block(rest - Vec3(0.05))},
       {"edge", ofMesh(Kind::kSpringToEdge), block(Vec3(-0.05, 0, -0.05))},
       {"forbidden side", {.kind = Kind::kForbiddenSide, .frame = world, .direction = x}},
+      {"eight forbidden sides", {.kind = Kind::kForbiddenSide, .frame = world, .direction = x}, away(), false, 4},
       {"viscosity", {.kind = Kind::kViscosity, .frame = world}, away(), true},
+      {"eight viscous balls",
+       {.kind = Kind::kViscosity, .frame = world, .region = Effect::Region::kSphere, .size_m = Vec3(0.2, 0, 0)},
+       away(),
+       true,
+       4},
       {"light inertia", {.kind = Kind::kInertia, .frame = world, .mass_kg = 1e-3}, away(), true},
       {"heavy inertia", {.kind = Kind::kInertia, .frame = world, .mass_kg = 1}, away(), true},
   };
@@ -752,6 +779,15 @@ struct Bounded {
   }
 };
 
+/// As the server lets through of what an object asks for.
+std::vector<Effect> felt(std::vector<Effect> effects, const DeviceLimits& bounds) {
+  ObjectRecord record;
+  record.effects = std::move(effects);
+  EffectZones zones;
+  zones.add(record);
+  return stableEffects(record, zones, std::nullopt, bounds);
+}
+
 /// How far the device goes yet along x in the last of so many seconds, m.
 double unrest_m(const DevicePreset& preset, const char* handName, HandIntent& hand, const StepConfig& config,
                 std::unique_ptr<ServoScene> scene, std::uint64_t seconds = 4) {
@@ -772,6 +808,8 @@ double unrest_m(const DevicePreset& preset, const char* handName, HandIntent& ha
 /// a kilogram takes some 6 s:
 /// asked for without damping, with so much that all of the stiffness is felt, and with as much as there is.
 TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
+  double most = 0;  // of two encoder steps, or 20 um where that is more
+  int runs = 0;
   for (const DevicePreset& preset : devicePresets()) {
     for (const bool observed : {false, true}) {
       const auto [config, bounds] = Bounded(preset, observed);
@@ -780,16 +818,14 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
           Resting hand;
           hand.beside_m = 0.015;
           Effect asked = held.effect;
-          asked.stiffness_N_per_m = 1e5;
+          if (asked.kind != Kind::kViscosity) asked.stiffness_N_per_m = 1e5;
           asked.damping_Ns_per_m = dampedTicks * kPeriod_s * bounds.stiffest_N_per_m;
           if (asked.kind == Kind::kForbiddenSide) asked.point_m.x = hand.beside_m + 0.0005;
           std::vector<Effect> effects{asked};
-          if (held.apart_m > 0) {
-            effects[0].point_m.x -= held.apart_m;
-            effects.push_back(effects[0]);
-            effects[1].point_m.x += 2 * held.apart_m;
-            for (int i = 1; i < held.each; ++i) effects.insert(effects.end(), effects.begin(), effects.begin() + 2);
-          }
+          if (held.pairs > 0) effects.assign(2 * static_cast<std::size_t>(held.pairs), asked);
+          for (std::size_t i = 0; i < effects.size(); ++i) effects[i].point_m.x += (i % 2 == 0 ? -1 : 1) * held.apart_m;
+          ServoObject object = held.object;
+          object.stiffness_N_per_m = std::min(object.stiffness_N_per_m, bounds.stiffest_N_per_m);
           if (held.drags) {
             effects.push_back({.kind = Kind::kSpringToPoint,
                                .frame = Effect::Frame::kWorld,
@@ -797,17 +833,22 @@ TEST(EffectForces, ComeToRestWithinTheLimitsOfEveryPreset) {
                                .stiffness_N_per_m = 0.1 * bounds.stiffest_N_per_m,
                                .damping_Ns_per_m = 0.1 * bounds.maxDamping_Ns_per_m});
           }
-          effects = stableEffects(effects, pullingEverywhere(effects), std::nullopt, bounds);
+          effects = felt(effects, bounds);
           for (const char* name : {"none", "light"}) {
-            EXPECT_LE(unrest_m(preset, name, hand, config, carrying(1, held.object, effects),
-                               held.effect.mass_kg >= 1 ? 8 : 4),
-                      std::max(2 * preset.resolution_m, 20e-6) * 1.001)
-                << preset.name << ' ' << name << ' ' << held.name << ' ' << dampedTicks << " observed " << observed;
+            const double unrest =
+                unrest_m(preset, name, hand, config, carrying(1, object, effects), held.effect.mass_kg >= 1 ? 8 : 4) /
+                std::max(2 * preset.resolution_m, 20e-6);
+            EXPECT_LE(unrest, 1.001) << preset.name << ' ' << name << ' ' << held.name << ' ' << dampedTicks
+                                     << " observed " << observed;
+            most = std::max(most, unrest);
+            ++runs;
           }
         }
       }
     }
   }
+  RecordProperty("most_unrest_of_limit", std::to_string(most));
+  RecordProperty("runs", runs);
 }
 
 /// At rest it is silent: what it adds to the hand's speed does not keep itself up.
@@ -824,7 +865,7 @@ TEST(EffectForces, ARecordedTextureLeavesEveryPresetAtRest) {
       const auto [config, bounds] = Bounded(preset, observed);
       ServoObject object = slab();
       object.stiffness_N_per_m = std::min(bounds.stiffest_N_per_m, 1000.0);
-      const std::vector<Effect> effects = stableEffects({texture(100)}, 0, std::nullopt, bounds);
+      const std::vector<Effect> effects = felt({texture(100)}, bounds);
       Stroking hand, again;
       EXPECT_LE(unrest_m(preset, "light", hand, config, carrying(1, object, effects)),
                 std::max(3 * preset.resolution_m, 30e-6))
