@@ -109,29 +109,29 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       felt = effect.field->felt(memory, hip, velocity, config.period_s, kNoMesh);
     } else {
       const Body& body = state.bodies[effect.body];
-      const Quat toFrame = glm::conjugate(body.current.rotation);
       Vec3 onFrame = velocity;
       if (body.moving) {
         const Vec3 carried = carriedWay(body, hip);
         all.carried_m = std::max(all.carried_m, glm::length(carried));
         onFrame -= carried / config.period_s;
       }
-      const Vec3 here = toLocal(body.current, hip);
+      const Vec3 here = body.frame.toLocal(hip);
       Allowance& allowance = result.contact.work.allowance;
-      const Vec3 relative = toFrame * onFrame;
+      const Vec3 relative = body.frame.toLocalDirection(onFrame);
       if (!effect.field->isOfMesh()) {
         felt = effect.field->felt(memory, here, relative, config.period_s, kNoMesh);
       } else if (effect.field->isTexture()) {
         const bool touched = result.contact.touching && static_cast<std::size_t>(result.contact.body) == effect.body;
         const Vec3 normal = touched ? result.contact.normal : Vec3(0);
-        felt = effect.field->feltAlong(memory, state.texture, toFrame * normal, glm::dot(result.force.contact, normal),
-                                       relative, config.period_s, part * glm::dot(memory.force_N, way));
+        felt = effect.field->feltAlong(memory, state.texture, body.frame.toLocalDirection(normal),
+                                       glm::dot(result.force.contact, normal), relative, config.period_s,
+                                       part * glm::dot(memory.force_N, way));
       } else if (const NearMesh mesh = effect.field->near(*body.surface, here, allowance); allowance.isSpent()) {
         state.fallBehind(result.contact.work);
       } else {
         felt = effect.field->felt(memory, here, relative, config.period_s, mesh);
       }
-      felt.force_N = body.current.rotation * felt.force_N;
+      felt.force_N = body.frame.rotate(felt.force_N);
     }
     memory.force_N = felt.force_N;
     all.force_N += felt.force_N;

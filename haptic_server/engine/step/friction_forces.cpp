@@ -17,10 +17,6 @@ constexpr double kMinHysteresis_m = 60e-6;
 /// smaller takes another one for it.
 constexpr double kSameSurface = 0.7;
 
-[[nodiscard]] Vec3 toLocalDirection(const Frame& frame, Vec3 world) noexcept {
-  return {glm::dot(frame.x, world), glm::dot(frame.y, world), glm::dot(frame.z, world)};
-}
-
 class HeldFrictions {
  public:
   HeldFrictions(const ServoScene& scene, HapticState& state, const StepConfig& config, const Vec3& ihip) noexcept
@@ -100,7 +96,7 @@ class HeldFrictions {
     const FrictionCoefficients mu = friction->varies() ? varying(*friction, pressed, place) : friction->mean();
     if (isOther) held.law.carry(body.frame.toLocal(held.stickingPoint));
     if (isOther || state_.now.detailEdited) held.law.edit(mu);
-    const PressedPoint at{place, toLocalDirection(body.frame, pressed.normal), pressed.pressing_N};
+    const PressedPoint at{place, body.frame.toLocalDirection(pressed.normal), pressed.pressing_N};
     const FrictionScale scale{friction->stiffnessFor(spring_N_per_m, config_.stableLateral_N_per_m),
                               std::max(kHysteresisSteps * config_.positionStep_m, kMinHysteresis_m)};
     const Vec3 force = held.law.follow(at, mu, scale, config_.period_s);
