@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "graphics_client/viewer/floor.h"
@@ -45,8 +46,6 @@ Overlay::Overlay(RenderWindow& renderWindow, bool showKeys)
       scaleBar_(renderWindow.overlay(), palette::kText, 1),
       helpVisible_(showKeys),
       detailsVisible_(!showKeys) {
-  legend_.setDots({palette::kHip, palette::kIhip, palette::kForceMiddle, palette::kSticking, palette::kPrimitive,
-                   palette::kTrail, palette::kPointer, palette::kFloorBoldLine});
   keys_.setLines(controlLines());
   setUpText(bannerText_, renderWindow.overlay(), palette::kCard);
   bannerText_->GetTextProperty()->SetJustificationToCentered();
@@ -72,7 +71,7 @@ void Overlay::update(const MirrorView& view, const State& state, double time_s) 
     auto status = statusLines(view, state.age_s, state.framesPerSecond, state.coarse, state.pitsFeltAsBumps);
     status_.setLines(detailsVisible_ ? status : withoutDetails(std::move(status)));
     contact_.setLines(contactLines(view));
-    setLegend(state.gridSpacing_m);
+    setLegend(view, state.gridSpacing_m);
     frictionLegend_.setRange(state.friction);
     placeCards(font_px);
     showBanner(bannerFor(view, state.age_s, state.wasLive, state.stateWasReset), font_px);
@@ -80,15 +79,24 @@ void Overlay::update(const MirrorView& view, const State& state, double time_s) 
   }
 }
 
-void Overlay::setLegend(double gridSpacing_m) {
-  legend_.setLines({{"HIP", "where the device is"},
-                    {"IHIP", "where the surface is touched"},
-                    {"Force", "1 cm per newton; red: the limit"},
-                    {"Pin", "friction sticks; orange: slides"},
-                    {"Primitive", "polygon, line or vertex touched"},
-                    {"Trail", "contact in the last second"},
-                    {"Pointer", "the mouse, which pulls the hand"},
-                    {"Grid", gridSpacing_m > 0 ? lengthText(gridSpacing_m) : "-"}});
+void Overlay::setLegend(const MirrorView& view, double gridSpacing_m) {
+  std::vector<LegendRow> rows{{palette::kHip, {"HIP", "where the device is"}},
+                              {palette::kIhip, {"IHIP", "where the surface is touched"}},
+                              {palette::kForceMiddle, {"Force", "1 cm per newton; red: the limit"}},
+                              {palette::kSticking, {"Pin", "friction sticks; orange: slides"}},
+                              {palette::kPrimitive, {"Primitive", "polygon, line or vertex touched"}},
+                              {palette::kTrail, {"Trail", "contact in the last second"}},
+                              {palette::kPointer, {"Pointer", "the mouse, which pulls the hand"}},
+                              {palette::kFloorBoldLine, {"Grid", gridSpacing_m > 0 ? lengthText(gridSpacing_m) : "-"}}};
+  std::ranges::copy(effectLegend(view), std::back_inserter(rows));
+  std::vector<OverlayLine> lines;
+  std::vector<palette::Shade> dots;
+  for (const LegendRow& row : rows) {
+    lines.push_back(row.line);
+    dots.push_back(row.dot);
+  }
+  legend_.setDots(dots);
+  legend_.setLines(lines);
 }
 
 void Overlay::placeCards(double font_px) {

@@ -64,7 +64,7 @@ class Overlay {
   bool visible_ = true, helpVisible_, labelsVisible_ = true, detailsVisible_;
   double refreshed_s_ = -1;
 
-  void setLegend(double gridSpacing_m);
+  void setLegend(const MirrorView& view, double gridSpacing_m);
   void showBanner(const Banner& banner, double font_px);
   void placeCards(double font_px);
   void placeCloseUpFrame(double metresPerPixel, double font_px);

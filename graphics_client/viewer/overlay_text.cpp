@@ -1,6 +1,7 @@
 #include "graphics_client/viewer/overlay_text.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdarg>
 #include <cstdio>
 #include <map>
@@ -9,6 +10,7 @@
 
 #include "common/telemetry/fault_words.h"
 #include "common/text/printable.h"
+#include "graphics_client/viewer/effect_lines.h"
 
 namespace haptics {
 namespace {
@@ -316,6 +318,21 @@ std::vector<OverlayLine> withoutDetails(std::vector<OverlayLine> lines) {
     return kDetails.contains(line.label) && line.tone != Tone::kWarning && line.tone != Tone::kBad;
   });
   return lines;
+}
+
+std::vector<LegendRow> effectLegend(const MirrorView& view) {
+  const std::array all{LegendRow{palette::kPulls, {"Pulls", "springs, guides, magnets"}},
+                       LegendRow{palette::kKeepsOut, {"Keeps out", "forbidden sides, tubes"}},
+                       LegendRow{palette::kDrags, {"Drags", "viscosity, inertia"}},
+                       LegendRow{palette::kActs, {"Acts", "pushes, vibrations, textures"}}};
+  std::vector<LegendRow> rows;
+  for (const LegendRow& row : all) {
+    const auto isSo = [&](const Effect& effect) { return effectShade(effect.kind) == row.dot; };
+    const bool isThere = std::ranges::any_of(
+        view.scene->objects(), [&](const auto& object) { return std::ranges::any_of(object->effects, isSo); });
+    if (isThere) rows.push_back(row);
+  }
+  return rows;
 }
 
 Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {

@@ -6,6 +6,7 @@
 
 #include "graphics_client/mirror/mirror_view.h"
 #include "graphics_client/surface/displayed_surface.h"
+#include "graphics_client/viewer/palette.h"
 
 // What the overlay says, as plain data: no VTK here.
 namespace haptics {
@@ -57,6 +58,14 @@ inline constexpr double kStaleTelemetry_s = 0.5;
 
 /// Contact and force, always the same number of lines in the same order.
 [[nodiscard]] std::vector<OverlayLine> contactLines(const MirrorView& view);
+
+struct LegendRow {
+  palette::Shade dot;
+  OverlayLine line;
+};
+
+/// What the colours of effects mean, of those that the scene has.
+[[nodiscard]] std::vector<LegendRow> effectLegend(const MirrorView& view);
 
 /// @param wasLive        the link was live before: "lost" rather than "connecting".
 /// @param stateWasReset  the server restarted a moment ago and its scene replaced ours.

@@ -11,6 +11,8 @@ namespace haptics::palette {
 
 struct Shade {
   double red, green, blue;
+
+  bool operator==(const Shade&) const = default;
 };
 
 /// As pictures store it; what is too bright is full.

@@ -80,7 +80,9 @@ TextPanel::TextPanel(vtkRenderer* renderer, Columns columns)
 }
 
 void TextPanel::setDots(const std::vector<palette::Shade>& dots) {
-  for (const palette::Shade& shade : dots) dots_.push_back(std::make_unique<PanelBackground>(renderer_, shade, 1));
+  while (dots_.size() < dots.size())
+    dots_.push_back(std::make_unique<PanelBackground>(renderer_, dots[dots_.size()], 1));
+  for (std::size_t i = 0; i < dots.size(); ++i) dots_[i]->setShade(dots[i]);
 }
 
 void TextPanel::setLines(const std::vector<OverlayLine>& lines) {
@@ -150,7 +152,7 @@ void TextPanel::setVisible(bool visible) {
                                    return static_cast<std::size_t>(line.tone) == tone;
                                  }));
   }
-  for (auto& dot : dots_) dot->setVisible(visible);
+  for (std::size_t i = 0; i < dots_.size(); ++i) dots_[i]->setVisible(visible && i < lines_.size());
 }
 
 }  // namespace haptics

@@ -46,7 +46,7 @@ class TextPanel {
 
   /// Seen with the next setVisible().
   void setLines(const std::vector<OverlayLine>& lines);
-  /// A dot in front of each line; before setLines.
+  /// A dot in front of each line. Seen with the next setVisible().
   void setDots(const std::vector<palette::Shade>& dots);
   /// Size of the panel with this font.
   [[nodiscard]] double width_px(double font_px) const;

@@ -46,6 +46,19 @@ TEST_F(Touching, StatusSaysRateAgeRevisionAndFrames) {
   EXPECT_EQ(status("Picture").value, "60 frames/s");
 }
 
+TEST_F(Touching, TheLegendHasTheColoursOfEffectsThatAreThere) {
+  const auto labels = [&] {
+    std::vector<std::string> all;
+    for (const LegendRow& row : effectLegend(view)) all.push_back(row.line.label);
+    return all;
+  };
+  EXPECT_THAT(labels(), IsEmpty());
+  mirror.setEffects(box, {{.kind = Effect::Kind::kTube}, {.kind = Effect::Kind::kConstant}});
+  EXPECT_THAT(labels(), testing::ElementsAre("Keeps out", "Acts"));
+  mirror.setEffects(box, {{.kind = Effect::Kind::kInertia}, {.kind = Effect::Kind::kMagnet}});
+  EXPECT_THAT(labels(), testing::ElementsAre("Pulls", "Drags"));
+}
+
 TEST_F(Touching, APictureThatIsDrawnHardlyEverIsIdle) {
   EXPECT_EQ(find(statusLines(view, kFresh_s, 0.5), "Picture").value, "idle");
 }
