@@ -145,7 +145,13 @@ double strongest_N(const Effect& effect) noexcept {
     return effect.limit_N > 0 ? std::min(effect.limit_N, most_N) : most_N;
   }
   if (effect.kind == Kind::kConstant || effect.kind == Kind::kVibration) return effect.amplitude_N;
-  return effect.limit_N > 0 ? effect.limit_N : std::numeric_limits<double>::infinity();
+  constexpr double kFastest_m_per_s = 2;  // of a hand
+  const double drag_N = kFastest_m_per_s * effect.damping_Ns_per_m;
+  const double held_m = std::max(effect.reach_m, effect.release_m);
+  double most_N = std::numeric_limits<double>::infinity();
+  if (effect.kind == Kind::kViscosity) most_N = drag_N;
+  if (held_m > 0) most_N = effect.stiffness_N_per_m * held_m + drag_N;
+  return effect.limit_N > 0 ? std::min(effect.limit_N, most_N) : most_N;
 }
 
 std::vector<std::string> effectWarnings(const ObjectRecord& record, const ObjectAssets& assets, const EffectZones& all,

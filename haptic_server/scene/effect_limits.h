@@ -48,7 +48,7 @@ class EffectZones {
 [[nodiscard]] std::vector<Effect> stableEffects(const ObjectRecord& record, const EffectZones& all,
                                                 std::optional<double> apparentMass_kg, const DeviceLimits& device);
 
-/// What an effect pushes with at most, N; infinite where only the device's limit bounds it.
+/// What an effect pushes a hand with at most that goes at up to 2 m/s, N; infinite where only the device's limit bounds it.
 [[nodiscard]] double strongest_N(const Effect& effect) noexcept;
 /// A smaller force is not noticed, by what `advise` and Simplify count as noticed.
 inline constexpr double kNoticed_N = 0.05;

@@ -95,6 +95,25 @@ TEST(SurfaceWarnings, TellOfAVibrationThatTheServoIsTooSlowFor) {
   EXPECT_THAT(warnings(1e-3), IsEmpty());
 }
 
+TEST(SurfaceWarnings, TellOfEffectsThatNobodyNotices) {
+  const Effect snap{.kind = Effect::Kind::kSpringToPoint, .stiffness_N_per_m = 100, .reach_m = 3e-4};
+  Effect released = snap, damped = snap, limited = snap;
+  released.release_m = 6e-4;
+  damped.damping_Ns_per_m = 0.02;
+  limited.reach_m = 0.1;
+  limited.limit_N = 0.04;
+  const Effect water{.kind = Effect::Kind::kViscosity, .damping_Ns_per_m = 0.02},
+      honey{.kind = Effect::Kind::kViscosity, .damping_Ns_per_m = 0.03};
+  ObjectRecord record;
+  record.effects = {snap, released, damped, limited, water, honey};
+  EffectZones zones;
+  zones.add(record);
+  EXPECT_THAT(
+      effectWarnings(record, {}, zones, {}),
+      ElementsAre(HasSubstr("effects[0] is not noticed: it pushes with 0.03 N"), HasSubstr("effects[3] is not noticed"),
+                  HasSubstr("effects[4] is not noticed: it pushes with 0.04 N")));
+}
+
 TEST(SurfaceWarnings, TellOfAStiffnessThatIsClampedForTheDevice) {
   GratedBox box(1e-4);
   const DeviceLimits device{.encoderStep_m = 55e-6, .stiffest_N_per_m = 500};
