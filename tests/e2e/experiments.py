@@ -27,7 +27,7 @@ from haptic_experiment.sessions import Interrupted, ServerSession, WorldSession
 from haptic_experiment.trial_log import TrialLog, read
 
 EXAMPLES = harness.PROJECT / "graphics_client/script/python/examples"
-NAMES = ("stiffness_jnd", "friction_jnd", "grating_wavelength")
+NAMES = ("stiffness_jnd", "friction_jnd", "grating_wavelength", "guidance_jnd")
 SEEDS, KILLS = (int(os.environ.get(name, few)) for name, few in (("HAPTICS_SEEDS", 4), ("HAPTICS_KILLS", 2)))
 WEBER, TRIALS = 0.1, 120
 INSIDE = 0.9      # of the sessions' intervals hold the threshold that was put in

@@ -2,21 +2,25 @@
 
     trace_letter.py                    until the letter is traced without guidance, or Ctrl-C
     trace_letter.py --passes 3         three times along the letter
+    trace_letter.py --lead             leads the simulated hand along it, where nobody holds a device
 
 The hand traces the letter from its upper end to its lower one, again and again. After each pass a line says how far the hand was
 from it, and how stiff the guide is for the next: 30 % less after a pass within --good, 40 % more after another one, up to what the
-scene has. Below 20 N/m there is none. At the end the scene has its own again.
+scene has. Below 20 N/m there is none, and the letter is only seen. At the end the scene has its own again.
 """
 import argparse
+import contextlib
 import math
 import sys
 
-from haptic_client import Client, Closed, Refused, Rejected
+from haptic_client import Client, Closed, NotLeading, Refused, Rejected
 from haptics.v1 import scene_pb2
 
 LESS, MORE, NONE_BELOW_N_PER_M = 0.7, 1.4, 20
+UNFELT_N_PER_M = 0.01  # the least that a guide may have
 END_M = 0.004    # so near its upper end a pass begins, and likewise ends
 NEAR_M = 0.015   # what is farther from the letter is no tracing
+ABOVE_M, PRESSED_N = 0.03, 0.5  # on the way back to its upper end, and on the letter, of a hand that is led
 
 
 def nearest(points, x):
@@ -59,15 +63,15 @@ def guide_of(client, name):
 
 
 def edit(state, which, stiffness_N_per_m):
-    """With the guide as stiff, or without it."""
+    """With the guide as stiff, or as a line that is not felt."""
     transaction = scene_pb2.Transaction()
     operation = transaction.operations.add().set_effects
     operation.object.id = state.id
-    for i, effect in enumerate(state.effects):
-        if i != which or stiffness_N_per_m >= NONE_BELOW_N_PER_M:
-            operation.effects.add().CopyFrom(effect)
-            if i == which:
-                operation.effects[-1].stiffness_N_per_m = stiffness_N_per_m
+    operation.effects.extend(state.effects)
+    guide = operation.effects[which]
+    guide.stiffness_N_per_m = stiffness_N_per_m
+    if stiffness_N_per_m < NONE_BELOW_N_PER_M:
+        guide.stiffness_N_per_m, guide.damping_Ns_per_m = UNFELT_N_PER_M, 0
     return transaction
 
 
@@ -77,10 +81,20 @@ def in_world(state, path_m):
     return [[p + q for p, q in zip(path_m[i:i + 3], at)] for i in range(0, len(path_m), 3)]
 
 
-def trace(client, state, which, arguments):
+def led(hand, letter):
+    """What it feels, for ever."""
+    while True:
+        x, y, z = letter[0]
+        hand.move_to((*hand.position[:2], z + ABOVE_M))
+        hand.move_to((x, y, z + ABOVE_M))
+        yield from hand.stroke(letter, (0, 0, 1), PRESSED_N)
+
+
+def trace(client, hand, state, which, arguments):
     guide = state.effects[which]
-    passes, stiffness, done = Passes(in_world(state, guide.path_m)), guide.stiffness_N_per_m, 0
-    for sample in client.samples():
+    letter = in_world(state, guide.path_m)
+    passes, stiffness, done = Passes(letter), guide.stiffness_N_per_m, 0
+    for sample in led(hand, letter) if hand else client.samples():
         mean = passes.add((sample.hip.x, sample.hip.y, sample.hip.z))
         if mean is None:
             continue
@@ -100,6 +114,7 @@ def main():
     parser.add_argument("--connect", default="127.0.0.1:7654", metavar="HOST:PORT")
     parser.add_argument("--credentials", metavar="FILE")
     parser.add_argument("--passes", type=int, metavar="N")
+    parser.add_argument("--lead", action="store_true", help="lead the simulated hand along the letter")
     parser.add_argument("--good", type=float, default=0.002, metavar="M", help="mean distance of a good pass; default 0.002")
     parser.add_argument("object", nargs="?", default="sheet", metavar="NAME")
     arguments = parser.parse_args()
@@ -107,10 +122,11 @@ def main():
         with Client(arguments.connect, "trace_letter", arguments.credentials, telemetry_hz=200) as client:
             state, which = guide_of(client, arguments.object)
             try:
-                trace(client, state, which, arguments)
+                with client.hand() if arguments.lead else contextlib.nullcontext() as hand:
+                    trace(client, hand, state, which, arguments)
             finally:
                 client.apply(edit(state, which, state.effects[which].stiffness_N_per_m))
-    except (Closed, Refused, Rejected) as error:
+    except (Closed, NotLeading, Refused, Rejected) as error:
         sys.exit(f"trace_letter: {error}")
     except KeyboardInterrupt:
         pass  # the guide is the scene's again
