@@ -58,7 +58,9 @@ class Lines {
   void arrow(Vec3 from, Vec3 along, double length_m) {
     const Vec3 to = from + length_m * along, side = anyAcross(along);
     line(from, to);
-    for (const double s : {-1.0, 1.0}) line(to, to - kHead_m * along + s * kHead_m / 2 * side);
+    for (const Vec3 across : {side, glm::cross(along, side)}) {  // one of them is seen from anywhere
+      for (const double s : {-1.0, 1.0}) line(to, to - kHead_m * along + s * kHead_m / 2 * across);
+    }
   }
   [[nodiscard]] std::vector<Vec3> take() { return std::move(ends_); }
 

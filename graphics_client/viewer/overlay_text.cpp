@@ -322,7 +322,7 @@ std::vector<OverlayLine> withoutDetails(std::vector<OverlayLine> lines) {
 
 std::vector<LegendRow> effectLegend(const MirrorView& view) {
   const std::array all{LegendRow{palette::kPulls, {"Pulls", "springs, guides, magnets"}},
-                       LegendRow{palette::kKeepsOut, {"Keeps out", "forbidden sides, tubes"}},
+                       LegendRow{palette::kKeepsOut, {"Blocks", "forbidden sides, tubes"}},
                        LegendRow{palette::kDrags, {"Drags", "viscosity, inertia"}},
                        LegendRow{palette::kActs, {"Acts", "pushes, vibrations, textures"}}};
   std::vector<LegendRow> rows;

@@ -58,6 +58,16 @@ TEST(EffectLines, DrawRegionsAtTheirSize) {
   for (const Vec3 p : effectLines(fluid)) EXPECT_NEAR(glm::distance(p, fluid.point_m), 0.1, 1e-9);
 }
 
+TEST(EffectLines, AnArrowHasAHeadFromAnywhere) {
+  const auto lines = effectLines({.kind = Kind::kForbiddenSide, .direction = Vec3(0, 0, 1)});
+  for (const double turn : {0.0, 0.4, 0.8, 1.2, 1.6}) {  // seen from the side
+    const Vec3 right(std::cos(turn), std::sin(turn), 0);
+    double widest = 0;
+    for (const Vec3 p : lines) widest = p.z > 0.01 ? std::max(widest, std::abs(glm::dot(p, right))) : widest;
+    EXPECT_GT(widest, 1e-3) << turn;
+  }
+}
+
 TEST(EffectLines, EveryKindWithAPlaceIsDrawn) {
   for (int kind = 1; kind < static_cast<int>(Kind::kRecordedTexture); ++kind) {
     if (kind >= static_cast<int>(Kind::kMagnet) && kind <= static_cast<int>(Kind::kSpringToEdge)) continue;  // the mesh

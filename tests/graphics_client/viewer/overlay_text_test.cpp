@@ -54,7 +54,7 @@ TEST_F(Touching, TheLegendHasTheColoursOfEffectsThatAreThere) {
   };
   EXPECT_THAT(labels(), IsEmpty());
   mirror.setEffects(box, {{.kind = Effect::Kind::kTube}, {.kind = Effect::Kind::kConstant}});
-  EXPECT_THAT(labels(), testing::ElementsAre("Keeps out", "Acts"));
+  EXPECT_THAT(labels(), testing::ElementsAre("Blocks", "Acts"));
   mirror.setEffects(box, {{.kind = Effect::Kind::kInertia}, {.kind = Effect::Kind::kMagnet}});
   EXPECT_THAT(labels(), testing::ElementsAre("Pulls", "Drags"));
 }
