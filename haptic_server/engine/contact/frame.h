@@ -21,9 +21,7 @@ struct Frame {
   /// A direction in world coordinates.
   [[nodiscard]] Vec3 rotate(Vec3 local) const noexcept { return x * local.x + y * local.y + z * local.z; }
   [[nodiscard]] Vec3 toWorld(Vec3 local) const noexcept { return rotate(local) + origin; }
-  [[nodiscard, gnu::always_inline]] Vec3 toLocal(Vec3 world) const noexcept {
-    return toLocalDirection(world - origin);
-  }
+  [[nodiscard, gnu::always_inline]] Vec3 toLocal(Vec3 world) const noexcept { return toLocalDirection(world - origin); }
   /// Of a direction in world coordinates.
   [[nodiscard, gnu::always_inline]] Vec3 toLocalDirection(Vec3 world) const noexcept {
     return {glm::dot(x, world), glm::dot(y, world), glm::dot(z, world)};
