@@ -13,8 +13,8 @@ namespace {
 
 using Kind = Effect::Kind;
 
-/// What a recorded texture may give the hand at once, and again in each second: it is active, and so the account has an end.
-constexpr double kTextureBudget_J = 5e-3;
+/// What one that is active may give the hand at once, and again in each second: the account has an end.
+constexpr double kBudget_J = 5e-3;
 
 /// 0 at the border and outside of it, 1 from `fade_m` inside on; C1 where that is more than 0.
 [[nodiscard]] double fading(double inside_m, double fade_m) noexcept {
@@ -37,7 +37,8 @@ EffectField::EffectField(const Effect& effect, double period_s)
       release_m_(std::max(reach_m_, effect.release_m)),
       isOfMesh_(effect.kind == Kind::kMagnet || effect.kind == Kind::kSpringToVertex ||
                 effect.kind == Kind::kSpringToEdge || effect.kind == Kind::kRecordedTexture ||
-                effect.region == Effect::Region::kInside) {
+                effect.region == Effect::Region::kInside),
+      isActive_(effect.kind == Kind::kVibration || effect.kind == Kind::kSamples || isTexture()) {
   if (!effect.path_m.empty()) path_ = EffectPath(effect.path_m);
   if (isTexture()) texture_ = RecordedTexture(effect, period_s);
 }
@@ -242,16 +243,20 @@ EffectField::Felt EffectField::vibrate(EffectMemory& memory, double weight, doub
 }
 
 EffectField::Felt EffectField::feltAlong(EffectMemory& memory, TextureMemory& texture, const Vec3& normal,
-                                         double normal_N, const Vec3& velocity, double period_s,
-                                         double given_J) const noexcept {
-  memory.part = std::clamp(memory.part + given_J / kTextureBudget_J - period_s, 0.0, 1.0);
+                                         double normal_N, const Vec3& velocity) const noexcept {
   const bool held = memory.holds;
   memory.holds = normal != Vec3(0);
   if (!memory.holds) return {Vec3(0), held && memory.force_N != Vec3(0)};
   if (!held) texture.restart();
   const RecordedTexture::Felt felt = texture_.felt(texture, normal, normal_N, velocity);
+  return {limited(felt.force_N), false, felt.byTime_N};
+}
+
+void EffectField::keepToBudget(EffectMemory& memory, Felt& felt, double period_s, double given_J) noexcept {
+  memory.part = std::clamp(memory.part + given_J / kBudget_J - period_s, 0.0, 1.0);
   const double share = std::min(2 * (1 - memory.part), 1.0);
-  return {limited(share * felt.force_N), false, share * felt.byTime_N};
+  felt.force_N *= share;
+  felt.byTime_N *= share;
 }
 
 EffectField::Felt EffectField::felt(EffectMemory& memory, const Vec3& hip, const Vec3& velocity, double period_s,

@@ -18,7 +18,7 @@ struct EffectMemory {
   std::uint64_t number = 0;   ///< and which of its effects it is.
   Word<bool> holds = false;   ///< The spring or guide has taken hold; the HIP is in the region.
   std::uint64_t segment = 0;  ///< Of the path: where the target was,
-  /// And at which part of it. Of inertia: how much of the mass there is. Of a recorded texture: how much of its budget is spent.
+  /// And at which part of it. Of inertia: how much of the mass there is. Of one that isActive(): how much of its budget is spent.
   double part = 0;
   double turns = 0;        ///< Of a vibration, 0 to 1; of samples, at which of them it is.
   Vec3 hip{0}, target{0};  ///< In the last tick, in the effect's frame. Of inertia: where the mass is,
@@ -70,9 +70,14 @@ class EffectField {
   /// Likewise, of one that isTexture(), on the object that carries it where that is touched.
   /// @param normal  Unit, outward; 0: it is not touched.
   /// @param normal_N  Force of the surface along it.
-  /// @param given_J  What it gave the hand on the way to here.
   [[nodiscard]] Felt feltAlong(EffectMemory& memory, TextureMemory& texture, const Vec3& normal, double normal_N,
-                               const Vec3& velocity, double period_s, double given_J) const noexcept;
+                               const Vec3& velocity) const noexcept;
+
+  /// It gives the hand energy of its own: a vibration, samples, a recorded texture.
+  [[nodiscard]] bool isActive() const noexcept { return isActive_; }
+  /// Weaker as the budget of one that isActive() ends.
+  /// @param given_J  What it gave the hand on the way to here.
+  static void keepToBudget(EffectMemory& memory, Felt& felt, double period_s, double given_J) noexcept;
 
  private:
   /// How much of a pull over that way is felt; takes hold and lets go.
@@ -93,7 +98,7 @@ class EffectField {
 
   Effect effect_;
   double reach_m_, release_m_;  // infinite where there is none
-  bool isOfMesh_;
+  bool isOfMesh_, isActive_;
   EffectPath path_;
   RecordedTexture texture_;
 };

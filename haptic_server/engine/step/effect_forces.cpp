@@ -124,8 +124,7 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
         const bool touched = result.contact.touching && static_cast<std::size_t>(result.contact.body) == effect.body;
         const Vec3 normal = touched ? result.contact.normal : Vec3(0);
         felt = effect.field->feltAlong(memory, state.texture, body.frame.toLocalDirection(normal),
-                                       glm::dot(result.force.contact, normal), relative, config.period_s,
-                                       part * glm::dot(memory.force_N, way));
+                                       glm::dot(result.force.contact, normal), relative);
       } else if (const NearMesh mesh = effect.field->near(*body.surface, here, allowance); allowance.isSpent()) {
         state.fallBehind(result.contact.work);
       } else {
@@ -133,6 +132,8 @@ void addEffectForces(const ServoScene& scene, HapticState& state, const StepConf
       }
       felt.force_N = body.frame.rotate(felt.force_N);
     }
+    if (effect.field->isActive())
+      EffectField::keepToBudget(memory, felt, config.period_s, part * glm::dot(memory.force_N, way));
     memory.force_N = felt.force_N;
     all.force_N += felt.force_N;
     all.stiffness.spring_N_per_m += effect.field->stiffness().spring_N_per_m;

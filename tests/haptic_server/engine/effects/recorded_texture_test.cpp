@@ -281,7 +281,7 @@ TEST(RecordedTexture, SaysThatItStopsWhereAnotherObjectIsTouched) {
   EffectMemory memory;
   TextureMemory texture;
   const auto felt = [&](Vec3 normal) {
-    const EffectField::Felt now = field.feltAlong(memory, texture, normal, 1, Vec3(0.05, 0, 0), 1e-3, 0);
+    const EffectField::Felt now = field.feltAlong(memory, texture, normal, 1, Vec3(0.05, 0, 0));
     memory.force_N = now.force_N;
     return now;
   };

@@ -225,7 +225,7 @@ Effect drawn(Kind kind, const std::function<double(double, double)>& number) {
   Effect effect{.kind = kind, .point_m = vector(0.02), .direction = glm::normalize(vector(1))};
   const bool isForce = kind == Kind::kConstant || kind == Kind::kVibration || kind == Kind::kSamples;
   const bool isInRegion = isForce || kind == Kind::kViscosity;
-  if (isForce) effect.amplitude_N = 0.1;
+  if (isForce) effect.amplitude_N = 0.02;  // less than its budget lasts for
   if (!isInRegion) effect.stiffness_N_per_m = number(1, 3);
   if (!isForce && kind != Kind::kSpringToEdge) effect.damping_Ns_per_m = number(0, 0.1);
   if (!isForce && kind != Kind::kInertia && chance()) effect.limit_N = number(0.01, 0.1);
@@ -951,23 +951,32 @@ TEST(EffectForces, EditsOfARecordedTextureComeAtTheRateOfThoseOfSurfaces) {
   EXPECT_GT(reached_N, 0.5);
 }
 
-/// Of a hand that goes where it is pushed.
-TEST(EffectForces, ARecordedTextureGivesNoMoreThanItsBudget) {
-  Vec3 at(-0.04, 0.0123, 0.003);
-  Vec3 pushed(0);
-  VirtualServo servo({}, kWide, carrying(1, slab(), {texture(3)}));
-  double given_J = 0;
-  for (int i = 0; i < 4000; ++i) {
-    const Vec3 before = at;
-    at.z = std::max(-0.001, at.z - 5e-5);
-    at.x = -0.04 + 0.00002 * (i % 4000);
-    at.y = std::clamp(at.y + 2e-4 * pushed.y, -0.04, 0.04);
-    given_J += glm::dot(pushed, at - before);
-    static_cast<void>(servo.stepAt(at, DeviceState::kReady));
-    pushed = servo.state().effects[0].force_N;
-    ASSERT_LE(given_J, 5e-3 * (1 + kPeriod_s * i) + 1e-3) << i;
+/// Of a hand that goes where it is pushed, and strokes the surface of what carries it.
+TEST(EffectForces, ActiveOnesGiveNoMoreThanTheirBudget) {
+  const Vec3 along(0, 1, 0);
+  const Effect hum{.kind = Kind::kVibration, .direction = along, .amplitude_N = 2, .frequency_Hz = 25};
+  const Effect clicks{.kind = Kind::kSamples,
+                      .direction = along,
+                      .amplitude_N = 2,
+                      .samples = {1, -1, 0.5, 0.5, -1},
+                      .sample_rate_Hz = 200};
+  for (const Effect& active : {texture(3), hum, clicks}) {
+    Vec3 at(-0.04, 0.0123, 0.003);
+    Vec3 pushed(0);
+    VirtualServo servo({}, kWide, carrying(1, slab(), {active}));
+    double given_J = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 before = at;
+      at.z = std::max(-0.001, at.z - 5e-5);
+      at.x = -0.04 + 0.00002 * (i % 4000);
+      at.y = std::clamp(at.y + 2e-4 * pushed.y, -0.04, 0.04);
+      given_J += glm::dot(pushed, at - before);
+      static_cast<void>(servo.stepAt(at, DeviceState::kReady));
+      pushed = servo.state().effects[0].force_N;
+      ASSERT_LE(given_J, 5e-3 * (1 + kPeriod_s * i) + 1e-3) << static_cast<int>(active.kind) << ' ' << i;
+    }
+    EXPECT_GT(given_J, 0.01) << "and it is used " << static_cast<int>(active.kind);
   }
-  EXPECT_GT(given_J, 0.01) << "and it is used";
 }
 
 TEST(EffectForces, TheirEnergyIsCountedForTheObjectThatCarriesThem) {
