@@ -19,6 +19,7 @@
 #include "haptic_server/doctor/doctor.h"
 #include "haptic_server/options.h"
 #include "haptic_server/server_app.h"
+#include "haptic_server/servo/realtime.h"
 
 namespace haptics {
 namespace {
@@ -124,6 +125,7 @@ int run(const ServerOptions& options) {
 
 int main(int argc, char** argv) {
   haptics::logTo(stderr);
+  haptics::keepStacksSmall();
   google::protobuf::SetLogHandler(nullptr);  // it would write a line for each bad string that a client sends
   if (argc > 1 && std::string_view(argv[1]) == "doctor") return haptics::runDoctor(argc - 1, argv + 1);
   if (argc > 1 && std::string_view(argv[1]) == "check-device") return haptics::runCheckDevice(argc - 1, argv + 1);

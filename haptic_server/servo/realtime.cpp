@@ -28,6 +28,14 @@ std::string why(int error) { return std::string(" (") + std::strerror(error) + "
 
 }  // namespace
 
+void keepStacksSmall() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, 2 * kServoStack_bytes);
+  pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
+
 void lockMemory(RealtimeStatus& status) {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
     status.memoryLocked = true;
