@@ -13,45 +13,46 @@ namespace {
 using Delta = DeltaKinematics;
 
 constexpr double kDegree_rad = std::numbers::pi / 180;
-constexpr std::array kArmAngles{105 * kDegree_rad, -15 * kDegree_rad, -135 * kDegree_rad};
 
 /// One arm in its own frame: u outwards, v to its side, w along z.
 struct Arm {
   double cosine, sine;
 
-  explicit Arm(std::size_t index) noexcept
-      : cosine(elementary::cos(kArmAngles[index])), sine(elementary::sin(kArmAngles[index])) {}
+  explicit Arm(double angle_rad) noexcept : cosine(elementary::cos(angle_rad)), sine(elementary::sin(angle_rad)) {}
   [[nodiscard]] Vec3 toArm(Vec3 p) const noexcept {
     return {cosine * p.x + sine * p.y - Delta::kBaseRadius_m, -sine * p.x + cosine * p.y - Delta::kBaseOffset_m, p.z};
   }
 };
 
+const std::array kArms{Arm(105 * kDegree_rad), Arm(-15 * kDegree_rad), Arm(-135 * kDegree_rad)};
+
 /// Thigh, shin in the thigh's plane, shin's lean to the side.
 struct Joints {
-  double thigh, shin, lean;
+  double thigh, shin;
+  elementary::SineCosine lean;
 };
 
 [[nodiscard]] std::optional<Joints> jointsAt(Vec3 inArm) noexcept {
   const double cosLean = (inArm.y + Delta::kSideOffset_m) / Delta::kShin_m;
   if (!(std::abs(cosLean) < 1)) return std::nullopt;
-  const double lean = elementary::acos(cosLean);
-  const double reach = Delta::kUpperOffset_m + Delta::kLowerOffset_m + Delta::kShin_m * elementary::sin(lean);
+  const elementary::SineCosine lean = elementary::sineCosine(elementary::acos(cosLean));
+  const double reach = Delta::kUpperOffset_m + Delta::kLowerOffset_m + Delta::kShin_m * lean.sine;
   const double u = inArm.x + Delta::kHandOffset_m, w = inArm.z;
   const double e = -2 * Delta::kThigh_m * u, f = -2 * Delta::kThigh_m * w;
   const double g = u * u + w * w + Delta::kThigh_m * Delta::kThigh_m - reach * reach;
   const double discriminant = e * e + f * f - g * g;
   if (!(discriminant > 0)) return std::nullopt;
   const double thigh = 2 * elementary::atan2(-f - std::sqrt(discriminant), g - e);
-  const double shin =
-      elementary::atan2(w - Delta::kThigh_m * elementary::sin(thigh), u - Delta::kThigh_m * elementary::cos(thigh));
+  const auto [sine, cosine] = elementary::sineCosine(thigh);
+  const double shin = elementary::atan2(w - Delta::kThigh_m * sine, u - Delta::kThigh_m * cosine);
   return Joints{std::remainder(thigh, 2 * std::numbers::pi), shin, lean};
 }
 
 [[nodiscard]] Vec3 rowOf(const Arm& arm, const Joints& at) noexcept {
-  const Vec3 n(elementary::cos(at.shin) * elementary::sin(at.lean), elementary::cos(at.lean),
-               elementary::sin(at.shin) * elementary::sin(at.lean));
+  const auto [sine, cosine] = elementary::sineCosine(at.shin);
+  const Vec3 n(cosine * at.lean.sine, at.lean.cosine, sine * at.lean.sine);
   return Vec3(arm.cosine * n.x - arm.sine * n.y, arm.sine * n.x + arm.cosine * n.y, n.z) /
-         (Delta::kThigh_m * elementary::sin(at.lean) * elementary::sin(at.shin - at.thigh));
+         (Delta::kThigh_m * at.lean.sine * elementary::sin(at.shin - at.thigh));
 }
 
 /// Angles and their derivatives (glm's columns are the rows).
@@ -63,7 +64,7 @@ struct Linearised {
 [[nodiscard]] std::optional<Linearised> linearise(Vec3 position) noexcept {
   Linearised at;
   for (int i = 0; i < 3; ++i) {
-    const Arm arm(static_cast<std::size_t>(i));
+    const Arm& arm = kArms[static_cast<std::size_t>(i)];
     const auto joints = jointsAt(arm.toArm(position));
     if (!joints) return std::nullopt;
     at.angles[i] = joints->thigh;
@@ -88,6 +89,7 @@ struct Linearised {
     Vec3 step = glm::inverse(byPosition) * (angles - at->angles);
     const double length = glm::length(step);
     if (!std::isfinite(length)) return std::nullopt;
+    if (length < kClose_m) return position + step;
     if (length > Delta::kMaxStep_m) step *= Delta::kMaxStep_m / length;
     auto there = linearise(position + step);
     for (int halvings = 0; !there && halvings < 8; ++halvings) {
@@ -95,7 +97,6 @@ struct Linearised {
       there = linearise(position + step);
     }
     position += step;
-    if (there && length < kClose_m) return position;
     at = there;
   }
   return std::nullopt;
