@@ -1,6 +1,7 @@
 #include "common/surface/makers/grown_reaction_diffusion.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -67,14 +68,16 @@ struct Diffusion {
   std::vector<std::size_t> first;
   std::vector<Share> shares;
 
+  /// Both substances at once, which the compiler does not find by itself: a third of the growth's time.
   [[nodiscard]] Substances laplacian(const std::vector<Substances>& at, std::size_t i) const noexcept {
-    Substances sum;
+    using Pair = float __attribute__((vector_size(sizeof(Substances))));
+    const auto pairAt = [&](std::size_t sample) { return std::bit_cast<Pair>(at[sample]); };
+    const Pair here = pairAt(i);
+    Pair sum{0, 0};
     for (std::size_t n = first[i]; n < first[i + 1]; ++n) {
-      const auto [sample, weight] = shares[n];
-      sum.u += weight * (at[sample].u - at[i].u);
-      sum.v += weight * (at[sample].v - at[i].v);
+      sum += shares[n].weight * (pairAt(shares[n].sample) - here);
     }
-    return sum;
+    return std::bit_cast<Substances>(sum);
   }
 };
 
