@@ -280,7 +280,7 @@ class Cyclictest:
     LATE_US = 1000
 
     def __enter__(self):
-        self.process = subprocess.Popen(["cyclictest", "-q", "-p", "2", "-i", "500", "-h", str(self.LATE_US), "-t", "-a"],
+        self.process = subprocess.Popen(["cyclictest", "-q", "-p", "2", "-i", "1000", "-h", str(self.LATE_US), "-t", "-a"],
                                         text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         return self
 

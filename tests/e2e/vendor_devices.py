@@ -15,7 +15,7 @@ import haptic_recording
 from haptic_client import Client
 
 TIMES = int(os.environ.get("HAPTICS_FAULTS", "1"))
-SECONDS = float(os.environ.get("HAPTICS_SECONDS", "5"))
+SECONDS = float(os.environ.get("HAPTICS_SECONDS", "2"))
 SEEN_MS, ZERO_MS = 5, 30
 BLOCKED_SEEN_MS = 7  # of a call that blocks: by the age of the position
 

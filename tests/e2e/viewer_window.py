@@ -22,7 +22,7 @@ class Window(harness.Process):
         self.display = display
         self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE, **(env or {})}
         super().__init__([harness.BIN / "graphics_client", "--connect", address, "--size", "%dx%d" % size, "--fps-limit",
-                          "20"], env=self.env, cwd=folder)
+                          "8"], env=self.env, cwd=folder)
         harness.wait_until(lambda: self.find(r"^scene revision \d+ root \w+ equal$"), harness.START_TIMEOUT_S,
                            lambda: f"the viewer holds no scene:\n{self.text()}")
         time.sleep(2)  # until the objects are drawn, and the camera shows them

@@ -652,7 +652,7 @@ TEST_F(SceneServiceTest, ASessionsEditsKeepTheirOrderWhateverTheyTake) {
 TEST_F(SceneServiceTest, PreconditionsHoldWhenAnEditTakesEffectNotWhenItIsPrepared) {
   sceneService.start();
   ASSERT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
-  Transaction remesh = edit(RemeshObject{named("a"), {SphereSource{0.1, 400}}});  // 1.9 million triangles
+  Transaction remesh = edit(RemeshObject{named("a"), {SphereSource{0.1, 200}}});  // half a million triangles
   remesh.preconditions.push_back({named("a"), 1, std::nullopt});
   std::promise<EditOutcome> decided;
   ASSERT_TRUE(sceneService.submitEdit(kBob, 1, remesh, [&](const EditOutcome& o) { decided.set_value(o); }));

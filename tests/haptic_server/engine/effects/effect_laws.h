@@ -89,24 +89,29 @@ inline double workRound(const std::function<Vec3(Vec3)>& forceAt, const std::arr
     }
     return x;
   };
-  const auto force = [&](double s) { return forceAt(place(s)); };
-  const std::function<double(double, double, Vec3, Vec3)> work = [&](double from, double to, Vec3 first, Vec3 last) {
-    const double way = glm::distance(place(from), place(to));
-    if (glm::distance(first, last) * way > 2e-6 && way > 1e-12) {
-      const double middle = (from + to) / 2;
-      const Vec3 between = force(middle);
-      return work(from, middle, first, between) + work(middle, to, between, last);
+  struct Felt {
+    double s;
+    Vec3 place, force;
+  };
+  const auto felt = [&](double s) {
+    const Vec3 x = place(s);
+    return Felt{s, x, forceAt(x)};
+  };
+  const std::function<double(const Felt&, const Felt&)> work = [&](const Felt& from, const Felt& to) {
+    const Vec3 way = to.place - from.place;
+    if (glm::distance(from.force, to.force) * glm::length(way) > 2e-6 && glm::length(way) > 1e-12) {
+      const Felt between = felt((from.s + to.s) / 2);
+      return work(from, between) + work(between, to);
     }
-    return glm::dot((first + last) / 2.0, place(to) - place(from));
+    return glm::dot((from.force + to.force) / 2.0, way);
   };
   constexpr int kSteps = 200;
-  Vec3 first = force(0);
+  Felt from = felt(0);
   double sum_J = 0;
   for (int i = 0; i < kSteps; ++i) {
-    const double from = static_cast<double>(i) / kSteps, to = static_cast<double>(i + 1) / kSteps;
-    const Vec3 last = force(to);
-    sum_J += work(from, to, first, last);
-    first = last;
+    const Felt to = felt(static_cast<double>(i + 1) / kSteps);
+    sum_J += work(from, to);
+    from = to;
   }
   return sum_J;
 }
