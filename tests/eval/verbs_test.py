@@ -379,10 +379,11 @@ class Fuzz(Verb):
 
 class Failures(Verb):
     def test_writes_flat_records_of_every_scene_for_each_seed(self):
-        self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours")
+        self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours", "--scene", "S7")
+        self.assertEqual([(r["seed"], r["scene"]) for r in self.records("failures")], [(3, "S7"), (4, "S7")])
+        self.run_well("failures", "--seed", "3", "--method", "ours")
         records = self.records("failures")
-        names = SCENES
-        self.assertEqual([(r["seed"], r["scene"]) for r in records], [(seed, name) for seed in (3, 4) for name in names])
+        self.assertEqual([(r["seed"], r["scene"]) for r in records], [(3, name) for name in SCENES])
         for record in records:
             self.assertEqual(record["method"], "ours")
             # Bodies that move through each other can close a pocket on the IHIP; of stacks one creeps.

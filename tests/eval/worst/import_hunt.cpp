@@ -42,8 +42,16 @@ Import import(const MeshFile& file, int triangles) {
           imported ? imported->report.text() : imported.error().reason};
 }
 
-MeshFile sphereFile(int triangles) {
-  return fileOf(shapes::sphere(1, static_cast<int>(std::lround(std::sqrt(triangles / 12.0)))), 0);
+/// One of each size, beside which a family's files are measured.
+const std::array<MeshFile, kSizes.size()>& sphereFiles() {
+  static const auto kFiles = [] {
+    std::array<MeshFile, kSizes.size()> files;
+    std::ranges::transform(kSizes, files.begin(), [](int triangles) {
+      return fileOf(shapes::sphere(1, static_cast<int>(std::lround(std::sqrt(triangles / 12.0)))), 0);
+    });
+    return files;
+  }();
+  return kFiles;
 }
 
 /// One family's hunt.
@@ -75,7 +83,7 @@ class ImportHunt {
   void measureOneMore() {
     for (std::size_t i = 0; i < kSizes.size(); ++i) {
       const Import imported = import(family_.make(worst_, kSizes[i]), kSizes[i]);
-      const Import ordinary = import(sphereFile(kSizes[i]), kSizes[i]);
+      const Import ordinary = import(sphereFiles()[i], kSizes[i]);
       if (rounds_ == 0) growth_.points.push_back({imported.triangles, imported.s, ordinary.s});
       Growth::Point& least = growth_.points[i];
       least.s = std::min(least.s, imported.s);

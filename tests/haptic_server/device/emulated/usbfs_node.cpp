@@ -197,8 +197,9 @@ NodeReply UsbfsNode::reap(Description& description) {
     signal(description, false);
     return replyOf(description.unplugged ? -ENODEV : -EAGAIN);
   }
-  const NodeReply first = description.done.front();
+  NodeReply first = description.done.front();
   description.done.pop_front();
+  first.isLast = description.done.empty() && !description.unplugged;
   if (description.done.empty()) signal(description, false);
   return first;
 }

@@ -159,10 +159,16 @@ int submit(NodeRequest& asked, const usbdevfs_urb& urb) {
   return reply.result < 0 ? failed(-reply.result) : 0;
 }
 
+/// The node whose last transfer was reaped just now. libusb asks for another one at once, which need not be sent to the
+/// hardware: one that is done since then is found by the next poll.
+std::atomic<std::uint64_t> reapedDry{0};
+
 /// Writes where the transfer was submitted from, in the memory of whoever reaps: as the kernel does.
 int reap(const NodeRequest& asked, void** reaped) {
+  if (reapedDry.exchange(0) == asked.node) return failed(EAGAIN);
   const NodeReply reply = hardware().ask(asked);
   if (reply.urb == 0) return failed(-reply.result);
+  if (reply.isLast) reapedDry = asked.node;
   auto* urb = reinterpret_cast<usbdevfs_urb*>(static_cast<std::uintptr_t>(reply.urb));
   auto* buffer = static_cast<std::uint8_t*>(urb->buffer);
   if (urb->type == USBDEVFS_URB_TYPE_CONTROL) buffer += sizeof asked.setup;

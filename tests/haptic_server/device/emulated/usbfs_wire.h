@@ -24,6 +24,7 @@ struct NodeReply {
   std::int32_t result = 0;  ///< Or a negative errno.
   std::uint64_t urb = 0;
   std::int32_t status = 0;
+  bool isLast = false;       ///< No other transfer is done yet.
   std::uint32_t length = 0;  ///< Of data.
   std::array<std::uint8_t, kMaxNodeData> data{};
 };
