@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <numbers>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -42,9 +42,11 @@ struct Shape {
 /// The cube [-1, 1]^3 with n x n x 2 triangles to a side.
 inline Shape cubeGrid(int n) {
   Shape shape;
-  std::map<std::array<int, 3>, std::uint32_t> known;
+  std::unordered_map<std::int64_t, std::uint32_t> known;
+  known.reserve(static_cast<std::size_t>(6 * n * n + 2));
   const auto vertex = [&](std::array<int, 3> at) {
-    const auto [entry, added] = known.try_emplace(at, static_cast<std::uint32_t>(shape.vertices.size()));
+    const std::int64_t place = (std::int64_t{at[0]} * (n + 1) + at[1]) * (n + 1) + at[2];
+    const auto [entry, added] = known.try_emplace(place, static_cast<std::uint32_t>(shape.vertices.size()));
     if (added) shape.vertices.emplace_back(Vec3(at[0], at[1], at[2]) * (2.0 / n) - Vec3(1));
     return entry->second;
   };
