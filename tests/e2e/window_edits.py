@@ -64,7 +64,7 @@ class WindowEdits(harness.EndToEnd):
         self.window.do("key", "Return")
 
     def test_a_dragged_slider_is_felt_at_once_and_its_last_value_arrives(self):
-        self.start(options=[], telemetry_hz=250)  # beside a hand that is drawn
+        self.start(options=[], telemetry_hz=500)  # beside a hand that is drawn
         self.window.click(*ON_GROUND)
         self.window.widget("label", "^ground$")
         slider = self.window.widget("slider", "^stiffness slider$")
