@@ -11,11 +11,11 @@
 
 An effect is a call of its kind, of which only the fields that it uses matter; paths and vectors are sequences of x, y, z:
 
-    from haptics.scene import TAPS, guide, samples, viscosity, wav
+    from haptics.scene import TAPS, guide, samples, spline, viscosity, wav
 
     scene.set_material(object={"name": "ball"}, material=Material(**TAPS["wood"]))
     scene.set_effects(object={"name": "ball"}, effects=[
-        guide(path_m=[(0, 0, 0.03), (0.02, 0, 0.03)], stiffness_N_per_m=200, reach_m=0.01),
+        guide(path_m=spline([(0, 0, 0.03), (0.02, 0.01, 0.03), (0.04, 0, 0.03)]), stiffness_N_per_m=200, reach_m=0.01),
         viscosity(damping_Ns_per_m=2, region=EFFECT_REGION_SPHERE, size_m=(0.08, 0, 0)),
         samples(**wav("click.wav"), amplitude_N=1, direction=(0, 0, 1), trigger=EFFECT_TRIGGER_BUTTON)])
 
@@ -23,6 +23,7 @@ This module has every message of scene.proto, which says fields, units, ranges a
 stands for a message in any place. What a file may not hold is said by who opens it, by its field.
 """
 import filecmp
+import math
 import os
 import shutil
 import wave
@@ -174,6 +175,40 @@ samples = _effect(EffectKind.EFFECT_KIND_SAMPLES)
 recorded_texture = _effect(EffectKind.EFFECT_KIND_RECORDED_TEXTURE)
 
 MAX_SAMPLES = 65536  # of an effect
+MAX_PATH_POINTS = 4096
+
+
+def spline(points, *, closed: bool = False, tolerance_m: float = 1e-5) -> list:
+    """The path_m of a curve through points (m): a polyline that is nowhere farther than tolerance_m from their centripetal
+    Catmull-Rom spline, which has no cusps or loops between two of them (Yuksel, Schaefer and Keyser 2011).
+
+    ValueError: fewer than two points, two in a row at one place, or a path of more than MAX_PATH_POINTS."""
+    points = [tuple(map(float, point)) for point in points]
+    if closed:
+        points = points[-1:] + points + points[:2]
+    elif len(points) > 1:  # straight on at the ends
+        points = [tuple(2 * a - b for a, b in zip(*points[:2]))] + points + [tuple(2 * a - b for a, b in zip(*points[:-3:-1]))]
+    if len(points) < 4:
+        raise ValueError(f"a curve leads through two points or more, a closed one through three; these are {len(points)}")
+    path = [points[1]]
+    for i, four in enumerate(zip(points, points[1:], points[2:], points[3:])):
+        a, b, c = (math.dist(p, q) ** 0.5 for p, q in zip(four, four[1:]))
+        if not min(a, b, c) > 0:
+            raise ValueError(f"points: two in a row are at one place, beside the one with number {i} from 0; leave one out")
+        p, q, r, s = four
+        handles = [tuple((d * d * ahead - b * b * behind + (2 * d * d + 3 * d * b + b * b) * own) / (3 * d * (d + b))
+                         for ahead, own, behind in zip(*three)) for d, three in ((a, (r, q, p)), (c, (q, r, s)))]
+        curve = (q, *handles, r)  # a cubic Bezier curve, whose second derivative is 6 of these differences at most
+        bend = max(math.hypot(*(x - 2 * y + z for x, y, z in zip(*curve[k:k + 3]))) for k in (0, 1))
+        count = max(1, math.ceil((6 * bend / 8 / tolerance_m) ** 0.5))
+        if len(path) + count > MAX_PATH_POINTS:
+            raise ValueError(f"tolerance_m: {tolerance_m:g} asks for more points than a path may have, {MAX_PATH_POINTS}: "
+                             "make it larger, or give fewer points")
+        for k in range(1, count + 1):
+            t, u = k / count, 1 - k / count
+            path.append(tuple(u * u * u * w + 3 * u * u * t * x + 3 * u * t * t * y + t * t * t * z
+                              for w, x, y, z in zip(*curve)))
+    return path
 
 
 def wav(path: "str | os.PathLike") -> dict:

@@ -2,6 +2,7 @@
 import concurrent.futures
 import gc
 import hashlib
+import math
 import os
 import struct
 import tempfile
@@ -549,6 +550,59 @@ class Wav(unittest.TestCase):
                 file.write(struct.pack("<I", 8000 * 3600 + (36 if at == 4 else 0)))
         with self.assertRaisesRegex(ValueError, "has 3600 s at 8000 Hz; an effect has at most 65536 samples, 8.192 s at this rate"):
             scene.wav(hour)
+
+
+class Spline(unittest.TestCase):
+    POINTS = [(0, 0, 0), (0.02, 0.01, 0), (0.021, 0.03, 0.005), (0.06, 0.03, -0.01), (0.06, 0, 0)]
+
+    @staticmethod
+    def distance_from(path, place):
+        nearest = math.inf
+        for a, b in zip(path, path[1:]):
+            side = [y - x for x, y in zip(a, b)]
+            along = sum((z - x) * s for x, z, s in zip(a, place, side)) / sum(s * s for s in side)
+            nearest = min(nearest, math.dist(place, [x + s * min(1, max(0, along)) for x, s in zip(a, side)]))
+        return nearest
+
+    @staticmethod
+    def on_curve(four, part):
+        """By Barry and Goldman's pyramid: knots as far apart as the roots of the distances."""
+        knots = [0]
+        for a, b in zip(four, four[1:]):
+            knots.append(knots[-1] + math.dist(a, b) ** 0.5)
+        t, row = knots[1] + part * (knots[2] - knots[1]), list(four)
+        for level in (1, 2, 3):
+            row = [[((knots[k + min(level, 2)] - t) * x + (t - knots[k + (level == 3)]) * y)
+                    / (knots[k + min(level, 2)] - knots[k + (level == 3)]) for x, y in zip(row[k], row[k + 1])]
+                   for k in range(len(row) - 1)]
+        return row[0]
+
+    def test_its_path_is_within_the_tolerance_of_the_curve(self):
+        for tolerance_m in (1e-3, 1e-5):
+            path = scene.spline(self.POINTS, tolerance_m=tolerance_m)
+            self.assertLess(len(path), 30 if tolerance_m == 1e-3 else 200)
+            for point in self.POINTS:
+                self.assertLess(min(math.dist(point, p) for p in path), 1e-12)
+            for k in range(len(self.POINTS) - 3):
+                for part in range(101):
+                    place = self.on_curve(self.POINTS[k:k + 4], part / 100)
+                    self.assertLess(self.distance_from(path, place), tolerance_m)
+
+    def test_a_closed_one_comes_back_without_a_corner(self):
+        path = scene.spline(self.POINTS[:3], closed=True, tolerance_m=1e-8)
+        self.assertLess(math.dist(path[0], path[-1]), 1e-15)
+        first, last = ([b - a for a, b in zip(*two)] for two in (path[:2], path[-2:]))
+        self.assertGreater(sum(a * b for a, b in zip(first, last)), 0.99 * math.hypot(*first) * math.hypot(*last))
+
+    def test_a_straight_one_has_its_points(self):
+        self.assertEqual(scene.spline([(0, 0, 0), (1, 0, 0)]), [(0, 0, 0), (1, 0, 0)])
+        self.assertEqual(len(scene.guide(path_m=scene.spline(self.POINTS)).path_m) % 3, 0)
+
+    def test_what_is_no_curve_is_said(self):
+        for points, options, said in (([(0, 0, 0)], {}, "through two points or more"), (self.POINTS[:1] * 2, {}, "at one place"),
+                                      (self.POINTS, {"tolerance_m": 1e-12}, "tolerance_m: 1e-12 asks for more points")):
+            with self.assertRaisesRegex(ValueError, said):
+                scene.spline(points, **options)
 
 
 if __name__ == "__main__":
