@@ -24,7 +24,7 @@ constexpr int kHunted = 8192;  ///< Triangles: of files that are hunted.
 constexpr std::array kSizes{8192, 16'384, 32'768, 65'536};
 /// Rounds over the families, of which the shortest time of each size counts: a busy machine only adds to a time. Those after
 /// the first are of the families that exceed a limit; what else the machine does has passed by then.
-constexpr int kMaxRounds = 16;
+constexpr int kMaxRounds = 48;
 
 using ImportGenes = std::array<double, ImportFamily::kGenes>;
 
