@@ -175,7 +175,8 @@ void SceneService::run() {
   const Interruptible interruptible(stop_.get_token());
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
-    if (lanes_.next() == nullptr && (isBehind_ || !servoScenes_.planIsOld())) queueChanged_.wait_for(lock, kReclaimEvery);
+    if (lanes_.next() == nullptr && (isBehind_ || !servoScenes_.planIsOld()))
+      queueChanged_.wait_for(lock, kReclaimEvery);
     lock.unlock();
     runRound();
     lock.lock();
