@@ -479,8 +479,8 @@ Result<Gltf> preparedGltf(std::string file, std::uint64_t mostOfNothing, const I
   if (!root.is_object()) return refused("", "is no glTF: its JSON is no object {}");
   if (memberIn(root, "meshes").is_object()) {
     const json& version = memberIn(memberIn(root, "asset"), "version");
-    if (version.is_string() && version.get_ref<const std::string&>().starts_with("1."))
-      return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};
+    const bool isWord = version.is_string() && version.get_ref<const std::string&>().starts_with('1');
+    if (isWord || version == 1) return Gltf{.file = std::move(file), .positions = {}, .leftOut = {}};
     return refused("", "is glTF of version " + version.dump() + " (asset.version); \"2.0\" and \"1.0\" are read");
   }
   plainGltf(root);

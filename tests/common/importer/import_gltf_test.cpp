@@ -147,6 +147,10 @@ TEST_F(ImportGltf, ReadsWhatOthersWriteALittleOtherwise) {
   early.root["meshes"] = {{"mesh", early.root["meshes"][0]}}, early.root["asset"]["version"] = 0.8;
   EXPECT_THAT(refusal("t.gltf", early.text()),
               ::testing::HasSubstr("is glTF of version 0.8 (asset.version); \"2.0\" and"));
+  for (const nlohmann::json& version : {nlohmann::json("1.0"), nlohmann::json(1)}) {
+    early.root["asset"]["version"] = version;
+    EXPECT_THAT(refusal("t.gltf", early.text()), ::testing::Not(::testing::HasSubstr("is glTF of version"))) << version;
+  }
   File url;  // by the letters of RFC 4648, section 5
   for (int i = 0; i < 4; ++i) url.bytes[static_cast<std::size_t>(i)] = raw(-1.25e-5F)[static_cast<std::size_t>(i)];
   ASSERT_NE(url.text(), url.text("-_"));
