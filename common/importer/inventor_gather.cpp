@@ -238,7 +238,7 @@ class ConfinedInput final : public SoInput {
       handedOver() = text;
       const SbBool pushed = SoInput::pushFile((std::string("/") + name).c_str());  // as no path to be searched for
       handedOver() = nullptr;
-      if (pushed) return TRUE;
+      return pushed;
     }
     return FALSE;
   }

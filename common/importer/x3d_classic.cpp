@@ -49,9 +49,10 @@ class ClassicTokens {
 };
 
 struct ClassicNode {
-  std::string_view name, definition, used, field;
-  std::vector<std::pair<std::string_view, std::string_view>> values;  ///< Fields, and the text of their tokens.
-  std::vector<ClassicNode> nodes;
+  std::string_view field;  ///< Of the node that holds it; empty: none holds it.
+  std::string_view name{}, definition{}, used{};
+  std::vector<std::pair<std::string_view, std::string_view>> values{};  ///< Fields, and the text of their tokens.
+  std::vector<ClassicNode> nodes{};
 };
 
 bool isName(std::string_view token) {
@@ -74,24 +75,23 @@ class ClassicParser {
     std::vector<ClassicNode> scene;
     while (fault_.empty() && !tokens_.now().empty()) takeStatement(scene, {});
     if (!fault_.empty()) return refused("", fault_);
-    std::string xml = "<X3D>" + head_ + "<Scene>";
+    std::string xml = "<X3D><head>" + units_ + "</head><Scene>";
     for (const ClassicNode& node : scene) write(node, xml);
     return xml + "</Scene></X3D>";
   }
 
  private:
   ClassicTokens tokens_;
-  std::string fault_, head_;
+  std::string fault_, units_;
   std::map<std::string_view, std::string_view> nodesByName_;  // of DEF
   std::set<std::string_view> prototypes_;
   int depth_ = 0;
 
-  bool fail(const std::string& expected) {
-    if (!fault_.empty()) return false;
+  void fail(const std::string& expected) {
+    if (!fault_.empty()) return;
     fault_ = "line " + std::to_string(tokens_.line()) + ": ";
     fault_ += tokens_.now().empty() ? "ends where " : "has " + inQuotes(tokens_.now()) + " where ";
     fault_ += expected + " should be";
-    return false;
   }
 
   std::string_view take() {
@@ -155,11 +155,11 @@ class ClassicParser {
     } else if (keyword == "UNIT") {
       take();
       const std::string_view category = take(), name = take(), factor = take();
-      head_ += "<head><unit";
-      writeAttribute("category", category, head_);
-      writeAttribute("name", name, head_);
-      writeAttribute("conversionFactor", factor, head_);
-      head_ += "/></head>";
+      units_ += "<unit";
+      writeAttribute("category", category, units_);
+      writeAttribute("name", name, units_);
+      writeAttribute("conversionFactor", factor, units_);
+      units_ += "/>";
     } else {
       return false;
     }
@@ -175,11 +175,11 @@ class ClassicParser {
         fail("the name of a node that stands before it (DEF)");
         return;
       }
-      into.push_back({.name = node->second, .definition = {}, .used = used, .field = field, .values = {}, .nodes = {}});
+      into.push_back({.field = field, .name = node->second, .used = used});
       take();
       return;
     }
-    ClassicNode node{.name = {}, .definition = {}, .used = {}, .field = field, .values = {}, .nodes = {}};
+    ClassicNode node{.field = field};
     if (takes("DEF")) node.definition = take();
     node.name = takeName("a node");
     if (prototypes_.contains(node.name)) node.name = "ProtoInstance";

@@ -12,6 +12,8 @@ namespace haptics {
 /// Of what an effect may have by itself, so much is felt.
 struct EffectShare {
   double stiffness = 1, damping = 1;
+
+  bool operator==(const EffectShare&) const = default;
 };
 
 /// The places of a scene's effects, of which those that may hold or drag the hand at once share what the device bears.

@@ -9,7 +9,6 @@
 #include "haptic_server/engine/motion/coupling.h"
 #include "haptic_server/engine/tool/tool_contact.h"
 #include "haptic_server/engine/tool/tool_shell.h"
-#include "haptic_server/scene/effect_limits.h"
 
 namespace haptics {
 
@@ -253,7 +252,12 @@ ServoSceneBuilder::ObjectParts ServoSceneBuilder::partsOf(const ServoObjectSourc
     parts.tissue = softness ? std::make_shared<const SoftTissue>(tissueOf(*softness)) : nullptr;
   const bool sameBody = sameMesh && was->motion == record.motion;
   if (!sameBody) parts.effects.clear();
-  if (!source.pendingRemoval) parts.effects = effectsOf(record, parts, effects);
+  if (!source.pendingRemoval) {
+    const std::vector<EffectShare> shares = effects.sharesOf(record.id, device_);
+    const bool sameEffects = was == &record || (was != nullptr && was->effects == record.effects);
+    if (!sameBody || !sameEffects || parts.shares != shares) parts.effects = effectsOf(record, parts, effects);
+    parts.shares = shares;
+  }
   if (!sameSurface) {
     parts.sharp = nullptr;
     parts.spacing_m = 0;

@@ -9,8 +9,8 @@
 
 #include "haptic_server/engine/force/spring_damper.h"
 #include "haptic_server/engine/step/servo_scene.h"
+#include "haptic_server/scene/effect_limits.h"
 #include "haptic_server/scene/sequencer.h"
-#include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
 
@@ -82,6 +82,7 @@ class ServoSceneBuilder {
     std::shared_ptr<const SoftTissue> tissue;
     KinematicShape shape;
     std::vector<std::shared_ptr<const EffectField>> effects;
+    std::vector<EffectShare> shares;                 ///< Of the effects.
     std::shared_ptr<const std::vector<Vec3>> sharp;  ///< Of the surface, at the spacing;
     double spacing_m = 0;                            ///< none at 0.
   };

@@ -31,7 +31,8 @@ std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexc
 }
 
 void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
-  work.allowance.spend((Allowance::kPlace + Allowance::kSphere) * static_cast<std::int64_t>(bodies.size()));
+  const std::int64_t once = (Allowance::kPlace + Allowance::kSphere) * static_cast<std::int64_t>(bodies.size());
+  work.allowance.spend(once);
   double reach = reachOf(state, hip);
   std::array<bool, kMaxNear> pushes{};
   for (bool isLarger = true; isLarger;) {  // one that pushes may bring another into reach
@@ -45,7 +46,8 @@ void NearBodies::gather(std::span<const Body> bodies, const ContactState& state,
       isLeftOut = isLeftOut || !pushes[b];
       reach += push_m;
     }
-    if (isLarger) work.allowance.spend(Allowance::kSphere * static_cast<std::int64_t>(bodies.size()));
+    isLarger = isLarger && !work.allowance.isSpent();
+    if (isLarger) work.allowance.spend(once);
   }
   count_ = 0;
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {

@@ -466,6 +466,7 @@ class StateTransfer {
 
 /// What is driven and has no sample in the scene that waits comes to rest at once.
 void stopDriven(const ServoScene& next, HapticState& state) noexcept {
+  if (state.driven.count + state.reshaped.count == 0) return;
   std::size_t n = 0;  // both are in order of the objects' ids
   const auto isDriven = [&](const auto& samples) noexcept { return n < samples.size() && samples[n].number != 0; };
   for (std::size_t i = 0; i < state.objects.count; ++i) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <new>
-#include <utility>
 
 #include "common/maths/rotation.h"
 #include "haptic_server/engine/collision/moving_together.h"
@@ -218,8 +217,9 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
       continue;
     }
     if (push.any() && moving.waited > 0) {  // the hand pushes it for this tick alone
-      const double waited_s = config.period_s * static_cast<double>(std::exchange(moving.waited, 0));
-      moveRigidBody(state.rigidBody(moving), moving.state, Push{}, waited_s, allowance);
+      moveRigidBody(state.rigidBody(moving), moving.state, Push{}, config.period_s * static_cast<double>(moving.waited),
+                    allowance);
+      moving.waited = 0;
     }
     moveRigidBody(state.rigidBody(moving), moving.state, push, config.period_s * static_cast<double>(1 + moving.waited),
                   allowance);

@@ -325,5 +325,28 @@ TEST(SeveralBodies, BodiesBeyondMaxNearAreCountedAndTheFarthestDropped) {
   EXPECT_EQ(r.work.droppedBodies, 5);
 }
 
+/// One moves so near that it may push the IHIP to where another one, which moves too, may push it to a third.
+TEST(NearBodies, AreThoseThatBodiesBringIntoReachInAnyOrder) {
+  const auto ball = shapes::sphere(0.02, 6).build();
+  const auto at = [&](Vec3 before, Vec3 now) {
+    Body body;
+    body.surface = ball.get();
+    body.previous = {{1, 0, 0, 0}, before};
+    body.current = {{1, 0, 0, 0}, now};
+    body.update();
+    return body;
+  };
+  const Body first = at({0.026, 0, 0}, {0.021, 0, 0}), second = at({-0.05, 0, 0}, {-0.045, 0, 0}),
+             third = at({0, 0.055, 0}, {0, 0.055, 0});
+  ContactState state;
+  resetContact(state, Vec3(0));
+  for (const std::vector<Body>& bodies : {std::vector{first, second, third}, std::vector{second, third, first}}) {
+    NearBodies near;
+    ContactWork work;
+    near.gather(bodies, state, Vec3(0), work);
+    EXPECT_EQ(near.count(), 3);
+  }
+}
+
 }  // namespace
 }  // namespace haptics::several_bodies_test
