@@ -58,6 +58,8 @@ def main():
     Path(sys.argv[3]).write_text(json.dumps(summary, indent=2) + "\n")
     for name, figures in key_figures(summary):
         print(f"  {name:<10} {figures}")
+    if not summary["client_scene_hash"]:
+        sys.exit("the viewer ended before it held the whole scene")
     if not summary["hashes_equal"]:
         sys.exit(f"server and viewer do not hold the same scene: revisions {summary['scene_revision']} and "
                  f"{summary['client_scene_revision']}")

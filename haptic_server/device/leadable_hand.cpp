@@ -52,7 +52,7 @@ HandTarget LeadableHand::next(double dt_s, Vec3 felt_N) noexcept {
     const double felt = glm::length(felt_N);
     if (!newest->leads) {
       release();
-    } else if (phase_ == Phase::kExploring && felt > kNoPress_N) {
+    } else if (phase_ == Phase::kExploring && felt > kNoPress_N && !retreatedInVain_) {
       command_.normal = felt_N / felt;
       pressed_N_ = felt;
       beginRetreat();
@@ -109,6 +109,7 @@ void LeadableHand::take(const HandCommand& command) noexcept {
     from_ = position_;
     interval_s_ = kUsualInterval_s;
     depth_m_ = pressed_N_ = command_.press_N = 0;
+    retreatedInVain_ = false;
     phase_ = Phase::kLed;
   }
   // A command that presses nowhere goes on away from the surface that was pressed.
@@ -140,6 +141,7 @@ void LeadableHand::retreat(double dt_s) noexcept {
   retreat_m_ += kLiftSpeed_m_per_s * dt_s;
   filter(from_ + command_.normal * retreat_m_, dt_s, position_, velocity_);
   if (pressed_N_ > kNoPress_N && retreat_m_ < kLongestRetreat_m) return;
+  retreatedInVain_ = pressed_N_ > kNoPress_N;
   phase_ = Phase::kExploring;
   exploring_.resumeAt(position_);
   offset_ = Vec3(0);

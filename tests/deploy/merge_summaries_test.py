@@ -46,6 +46,11 @@ class MergeSummaries(unittest.TestCase):
                     code = end.code
             return code, json.loads(files[2].read_text()) if files[2].exists() else None
 
+    def test_a_viewer_that_ended_too_early_is_the_reason(self):
+        code, merged = self.run_on(SERVER, {**VIEWER, "client_scene_hash": ""})
+        self.assertEqual(code, "the viewer ended before it held the whole scene")
+        self.assertFalse(merged["hashes_equal"])
+
     def test_it_writes_every_agreed_key(self):
         code, merged = self.run_on(SERVER, VIEWER)
         self.assertIsNone(code)

@@ -116,6 +116,18 @@ TEST(LeadableHand, PressesWithTheForceThatIsSet) {
   }
 }
 
+// A guide or a field pulls wherever the hand is: no retreat ends that, and the hand is led all the same.
+TEST(LeadableHand, FollowsThoughAFieldPullsItAllTheTime) {
+  LeadableHand hand(nominal(), kMaxForce_N);
+  Vec3 position = hand.next(0, Vec3(0)).position;
+  const Vec3 wanted(0.05, 0.02, 0.1);
+  for (int tick = 0; tick < 3000; ++tick) {
+    if (tick % 16 == 0) hand.command(at(wanted));
+    position = hand.next(kPeriod_s, {1, 0, 0}).position;
+  }
+  EXPECT_NEAR(glm::distance(position, wanted), 0, 1e-3);
+}
+
 TEST(LeadableHand, PressesWithNoMoreThanTheDeviceResists) {
   Led led;
   for (int i = 0; i < 300; ++i) {
