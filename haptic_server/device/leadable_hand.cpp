@@ -48,11 +48,12 @@ LeadableHand::LeadableHand(const HandPreset& hand, double maxForce_N, double sta
 HandTarget LeadableHand::next(double dt_s, Vec3 felt_N) noexcept {
   if (dt_s == 0) return explore(dt_s, felt_N);
   age_s_ += dt_s;
+  sinceRetreat_s_ += dt_s;
   if (const HandCommand* const newest = commands_.takeNew()) {
     const double felt = glm::length(felt_N);
     if (!newest->leads) {
       release();
-    } else if (phase_ == Phase::kExploring && felt > kNoPress_N && !retreatedInVain_) {
+    } else if (phase_ == Phase::kExploring && felt > kNoPress_N && sinceRetreat_s_ > kReleased_s) {
       command_.normal = felt_N / felt;
       pressed_N_ = felt;
       beginRetreat();
@@ -109,7 +110,6 @@ void LeadableHand::take(const HandCommand& command) noexcept {
     from_ = position_;
     interval_s_ = kUsualInterval_s;
     depth_m_ = pressed_N_ = command_.press_N = 0;
-    retreatedInVain_ = false;
     phase_ = Phase::kLed;
   }
   // A command that presses nowhere goes on away from the surface that was pressed.
@@ -141,7 +141,7 @@ void LeadableHand::retreat(double dt_s) noexcept {
   retreat_m_ += kLiftSpeed_m_per_s * dt_s;
   filter(from_ + command_.normal * retreat_m_, dt_s, position_, velocity_);
   if (pressed_N_ > kNoPress_N && retreat_m_ < kLongestRetreat_m) return;
-  retreatedInVain_ = pressed_N_ > kNoPress_N;
+  sinceRetreat_s_ = 0;
   phase_ = Phase::kExploring;
   exploring_.resumeAt(position_);
   offset_ = Vec3(0);

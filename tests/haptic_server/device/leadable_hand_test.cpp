@@ -123,7 +123,8 @@ TEST(LeadableHand, FollowsThoughAFieldPullsItAllTheTime) {
   const Vec3 wanted(0.05, 0.02, 0.1);
   for (int tick = 0; tick < 3000; ++tick) {
     if (tick % 16 == 0) hand.command(at(wanted));
-    position = hand.next(kPeriod_s, {1, 0, 0}).position;
+    position =
+        hand.next(kPeriod_s, {std::cos(0.01 * tick), std::sin(0.01 * tick), 0}).position;  // it turns as a guide's does
   }
   EXPECT_NEAR(glm::distance(position, wanted), 0, 1e-3);
 }
