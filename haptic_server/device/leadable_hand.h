@@ -12,8 +12,8 @@ namespace haptics {
 ///   - a command older than kHeld_s is not followed further: the hand stands still and presses as it does;
 ///   - one older than kReleased_s, or the word that nobody leads, lets it go: it retreats from what it presses, as slowly as
 ///     it came, lifts and explores.
-/// It lets go of what the exploring hand presses before it follows the first command, and lands and lifts slowly; what
-/// it feels within kReleased_s after a retreat is no surface but a guide or a field, of which no retreat lets go.
+/// It lets go of what the exploring hand presses before it follows the first command, and lands and lifts slowly. What it feels
+/// within kReleased_s after a retreat it takes for a guide or a field, of which no retreat lets go.
 /// Where a command presses, the hand goes against the normal until the motors push back with that force. It turns to how the
 /// command has it, or the exploring hand, with at most kMaxTurn_rad_per_s. It presses the buttons of the command that it follows,
 /// and opens and closes the gripper with at most kMaxTurn_rad_per_s.
@@ -59,7 +59,7 @@ class LeadableHand final : public HandIntent {
   double depth_m_ = 0;    // of the hand below the commanded position
   double pressed_N_ = 0;  // smoothed
   double retreat_m_ = 0;  // so far, from from_
-  double sinceRetreat_s_ = 2 * kReleased_s;
+  double sinceRetreat_s_ = kReleased_s;
   Vec3 position_{0}, velocity_{0};
   Quat rotation_{1, 0, 0, 0};
   Vec3 offset_{0}, offsetVelocity_{0};  // from where the exploring hand is, after it was let go

@@ -116,15 +116,15 @@ TEST(LeadableHand, PressesWithTheForceThatIsSet) {
   }
 }
 
-// A guide or a field pulls wherever the hand is: no retreat ends that, and the hand is led all the same.
+// The pull of a guide turns as the hand moves, and no retreat ends it: the hand is led all the same.
 TEST(LeadableHand, FollowsThoughAFieldPullsItAllTheTime) {
   LeadableHand hand(nominal(), kMaxForce_N);
   Vec3 position = hand.next(0, Vec3(0)).position;
   const Vec3 wanted(0.05, 0.02, 0.1);
   for (int tick = 0; tick < 3000; ++tick) {
     if (tick % 16 == 0) hand.command(at(wanted));
-    position =
-        hand.next(kPeriod_s, {std::cos(0.01 * tick), std::sin(0.01 * tick), 0}).position;  // it turns as a guide's does
+    const Vec3 pull_N(std::cos(0.01 * tick), std::sin(0.01 * tick), 0);
+    position = hand.next(kPeriod_s, pull_N).position;
   }
   EXPECT_NEAR(glm::distance(position, wanted), 0, 1e-3);
 }
