@@ -170,7 +170,10 @@ class TeleoperationPort {
 /// The hand's end.
 class MasterPort : public TeleoperationPort {
  public:
-  explicit MasterPort(const Settings& settings) : TeleoperationPort(settings) {}
+  explicit MasterPort(const Settings& settings)
+      : TeleoperationPort(settings),
+        shown_N_per_m_(
+            std::min(kShown_N_per_m, 2 * settings.noticeable_N / std::max(settings.resolution_m, kFinest_m))) {}
 
   /// @param place_m  Of the device, finite.
   /// @return The force on the hand. What is not paid for does not push the hand, it resists it.
@@ -180,7 +183,7 @@ class MasterPort : public TeleoperationPort {
     const double share = settings_.period_s / (settings_.period_s + kSmooth_s);
     for (std::size_t i = 0; i < 3; ++i) heard_N_[i] += share * (trust_ * heard_.force_N[i] - heard_N_[i]);
     const Vector heard_N = shortened(heard_N_, settings_.maxForce_N);
-    const Vector shown_N = paid(heard_N, kShown_N_per_m);
+    const Vector shown_N = paid(heard_N, shown_N_per_m_);
 
     const double speed = length(speed_m_per_s_), missing_N = length(heard_N) - length(shown_N);
     const double lacks = std::clamp(1 - heard_.spare_J / kReserve_J, 0.0, 1.0);
@@ -189,7 +192,7 @@ class MasterPort : public TeleoperationPort {
     const Vector& written_N = write(difference(shown_N, times(speed_m_per_s_, damping)));
 
     const double coming_N = std::min(settings_.maxForce_N, std::max(length(heard_N), length(heard_.force_N)));
-    const double spare_J = held_J_ - priceOf(coming_N, kShown_N_per_m) - kLeft_J;
+    const double spare_J = held_J_ - priceOf(coming_N, shown_N_per_m_) - kLeft_J;
     if (lacks > 0) {
       give(spare_J);
     } else {
@@ -205,13 +208,16 @@ class MasterPort : public TeleoperationPort {
   }
 
  private:
-  /// Of the springs that pay. Larger: less work of the hand for a force, and a harder blow when it is let go.
+  /// Of the springs that pay, at most. Larger: less work of the hand for a force, and a harder blow when it is let go.
   static constexpr double kShown_N_per_m = 3000;
+  static constexpr double kFinest_m = 1e-9;  ///< Of encoders.
   /// At most. More: it is harder where a wall is known of, and rougher.
   static constexpr double kResists_Ns_per_m = 15;
   static constexpr double kBrake_Ns_per_m = 5;  ///< As long as the follower lacks what it needs to move.
   static constexpr double kLeft_J = 5e-6;
 
+  /// What encoders round is not noticed: a hand that swings at a spring by their steps pays for each.
+  double shown_N_per_m_;
   Vector heard_N_{};
 };
 

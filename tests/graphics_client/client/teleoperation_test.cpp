@@ -57,6 +57,28 @@ TEST(MasterPort, ResistsAHandThatPressesAgainstWhatIsToldAndShowsItThen) {
   EXPECT_GT(put_J, 2 * 2 / (2 * 3000.0));
 }
 
+TEST(MasterPort, BringsALightHandAtCoarseEncodersToRest) {
+  constexpr double kResolution_m = 60e-6, kMass_kg = 0.3, kGrip_N_per_m = 100, kViscous_Ns_per_m = 1, kCoulomb_N = 0.01;
+  constexpr double kReach_m = 0.01, kComes_s = 0.4, kLatestRest_s = 1.4, kEnd_s = 2.4, kTick_s = 1e-3, kStep_s = 1e-4;
+  for (double offset_m = 0; offset_m < kResolution_m; offset_m += kResolution_m / 20) {
+    MasterPort master({.maxForce_N = 8, .resolution_m = kResolution_m});
+    double at_m = offset_m, speed = 0, rested_m = 0, strays_m = 0;
+    for (int n = 1; n * kTick_s <= kEnd_s; ++n) {
+      const double t = n * kTick_s, meant_m = -kReach_m * std::min(1.0, t / kComes_s);
+      if (n % 30 == 1) master.receive({.tick = static_cast<std::uint64_t>(n), .force_N = {0, 0, 1.75}, .spare_J = -1});
+      const double shown_N = master.tick({0, 0, std::round(at_m / kResolution_m) * kResolution_m})[2];
+      for (int i = 0; i < 10; ++i) {
+        speed += kStep_s / kMass_kg * (shown_N + kGrip_N_per_m * (meant_m - at_m) - kViscous_Ns_per_m * speed);
+        speed = std::copysign(std::max(0.0, std::abs(speed) - kStep_s / kMass_kg * kCoulomb_N), speed);
+        at_m += kStep_s * speed;
+      }
+      if (t <= kLatestRest_s) rested_m = at_m;
+      strays_m = std::max(strays_m, std::abs(at_m - rested_m));
+    }
+    EXPECT_LT(strays_m, 2 * kResolution_m) << offset_m;
+  }
+}
+
 TEST(MasterPort, TakesNoPacketThatIsOldOrNotFinite) {
   MasterPort master(kExact);
   master.receive(pressed(5, 1, 1e-3));
