@@ -18,7 +18,9 @@ constexpr const char* kMaxUnacknowledged = "256 MB";
 /// overruns the usual buffer of a socket, 208 kB: what else comes is lost with it, and is to be sent again in turn.
 constexpr const char* kMaxFirst = "65536";
 constexpr const char* kMaxAgain = "16384 B";
-constexpr const char* kMaxPacket = "14720 B";  // of what is sent again; of all else it is so by default
+/// Of one packet, on this machine; elsewhere, where a packet of several frames is lost with any of them.
+constexpr const char* kMaxPacket = "14720 B";
+constexpr const char* kMaxFrame = "1344 B";
 
 // Ticks that come together are sent together. Cyclone DDS 0.10.5 has a policy for that, and warns of the setting.
 #define HAPTICS_BATCHING_IS_A_POLICY (DDS_VERSION_MAJOR > 0 || DDS_VERSION_MINOR > 10 || DDS_VERSION_PATCH >= 5)
@@ -35,8 +37,9 @@ std::string configuration(const std::string& settings) {
 /// Of interface, discovery and writing.
 /// @param interface  Has been checked: it quotes nothing.
 std::string settings(const std::string& interface, const std::string& users) {
-  const std::string writing = std::string("<General><MaxRexmitMessageSize>") + kMaxPacket +
-                              "</MaxRexmitMessageSize></General><Internal>" + kAsking + kBatching +
+  const std::string packet = interface.empty() && users.empty() ? kMaxPacket : kMaxFrame;
+  const std::string writing = "<General><MaxMessageSize>" + packet + "</MaxMessageSize><MaxRexmitMessageSize>" +
+                              packet + "</MaxRexmitMessageSize></General><Internal>" + kAsking + kBatching +
                               "<BurstSize><MaxInitTransmit>" + kMaxFirst + "</MaxInitTransmit><MaxRexmit>" + kMaxAgain +
                               "</MaxRexmit></BurstSize><Watermarks><WhcAdaptive>false</WhcAdaptive><WhcHigh>" +
                               kMaxUnacknowledged + "</WhcHigh></Watermarks></Internal>";
