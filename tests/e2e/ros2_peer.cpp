@@ -1,6 +1,8 @@
 // Another maker's DDS as a ROS 2 node would use it, for the end-to-end test: it reads what the bridge publishes and compares
 // each message's bytes with those that Fast DDS's own types make of it, or publishes what the bridge takes.
 //
+// As with ROS 2, ROS_LOCALHOST_ONLY=0 is for more than this machine; here it is 1 unless said.
+//
 // usage: ros2_peer read DOMAIN NAMESPACE SECONDS [crtk] [best_effort]  prints a line of JSON for each topic, poses before it
 //        ros2_peer move DOMAIN NAMESPACE OBJECT HZ SECONDS MOTION      MOTION: circle, nan, zero_rotation, frame
 //        ros2_peer add DOMAIN TOPIC X Y Z HZ SECONDS [FRAME]           a force
@@ -14,6 +16,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -101,13 +104,14 @@ void print(const visualization_msgs::msg::dds_::MarkerArray_& m, const std::stri
 
 class Node {
  public:
-  /// On this machine alone, as ROS 2 makes it where ROS_LOCALHOST_ONLY is 1.
   explicit Node(unsigned domain) {
     dds::DomainParticipantQos qos;
-    const auto loopback = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-    loopback->interfaceWhiteList.emplace_back("127.0.0.1");
+    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    const char* const localhostOnly = std::getenv("ROS_LOCALHOST_ONLY");
+    if (localhostOnly == nullptr || std::string(localhostOnly) != "0")
+      udp->interfaceWhiteList.emplace_back("127.0.0.1");
     qos.transport().use_builtin_transports = false;
-    qos.transport().user_transports.push_back(loopback);
+    qos.transport().user_transports.push_back(udp);
     participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
     if (participant_ == nullptr) throw std::runtime_error("no participant");
     subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);

@@ -50,6 +50,13 @@ void Child::kill() {
   process_ = 0;
 }
 
+int Child::wait() {
+  int status = 0;
+  if (process_ <= 0 || waitpid(process_, &status, 0) != process_) return -1;
+  process_ = 0;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
 int Child::stop(double patience_s) {
   if (process_ <= 0) return -1;
   signal(SIGTERM);

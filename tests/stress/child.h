@@ -25,6 +25,7 @@ class Child {
 
   void signal(int number) const;
   void kill();                  ///< SIGKILL, and waits.
+  int wait();                   ///< Until it ends; the exit code, or -1 when it was killed.
   int stop(double patience_s);  ///< SIGTERM; the exit code, or -1 when it had to be killed.
   [[nodiscard]] pid_t id() const noexcept { return process_; }
   [[nodiscard]] bool alive();

@@ -1,9 +1,12 @@
 // haptic_stress: real processes on a bad network, editing, being killed, stopped and starved; and what is left of them.
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <tuple>
+#include <vector>
 
+#include "common/clock/monotonic.h"
 #include "common/command_line/command_line.h"
 #include "common/wire/endpoint.h"
 #include "tests/stress/audience_run.h"
@@ -31,11 +34,14 @@ Examples:
   haptic_stress pinch --rtt-ms 200 --loss-pct 5 --seconds 60 --out out
   haptic_stress ticks --rtt-ms 200 --loss-pct 5 --seconds 600 --out out
   haptic_stress touch --viewers 4 --rtt-ms 200 --loss-pct 5 --seconds 300 --out out
+  haptic_stress programs --loss-pct 5 --server-side 'haptic_server --listen 10.99.0.1:7654 --allow-insecure-lan' \
+    --client-side 'hapticctl --connect 10.99.0.1:7654 watch --seconds 10' --out out
   haptic_stress audience --watchers 500 --nodes 3 --seconds 300 --scene deploy/scenes/demo.scene --out out
 
 As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
 --relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg; touch writes DIR/touch.json, pinch
-DIR/pinch.json, ticks DIR/ticks.json. audience is all on loopback, and writes DIR/audience.json.
+DIR/pinch.json, ticks DIR/ticks.json. audience is all on loopback, and writes DIR/audience.json. programs needs the
+namespaces; in both the device is "haptics", the servers' side is 10.99.0.1, and what is printed goes to DIR/*_side.log.
 Exit status: 0 everything holds, 1 something does not (the JSON says what), 2 wrong usage.)";
 
 /// Those without which some verbs have defaults of their own.
@@ -71,6 +77,35 @@ int conclude(const nlohmann::ordered_json& report, const std::filesystem::path& 
   return report.at("pass").get<bool>() ? 0 : 1;
 }
 
+struct Programs {
+  std::vector<std::string> serverSide;
+  std::string clientSide;
+};
+
+/// The report. Throws std::runtime_error where it cannot run.
+nlohmann::ordered_json runPrograms(RunPlan plan, const Programs& programs, const std::filesystem::path& out) {
+  std::filesystem::create_directories(out);
+  for (const char* log : {"server_side.log", "client_side.log"}) std::filesystem::remove(out / log);  // of a run before
+  const auto network = makeNamespaces(plan);
+  if (!network) throw std::runtime_error("programs: only in network namespaces, as root");
+  plan.began_ns = monotonicNow_ns();
+  network->start();
+  const auto start = [&](const std::string& program, const char* log, void (Network::*enter)() const) {
+    return Child({"/bin/sh", "-c", "exec " + program}, out / log, [&] { ((*network).*enter)(); });
+  };
+  std::vector<Child> servers;
+  for (const std::string& program : programs.serverSide)
+    servers.push_back(start(program, "server_side.log", &Network::enterServerSide));
+  const int code = start(programs.clientSide, "client_side.log", &Network::enterClientSide).wait();
+  plan.seconds = plan.secondsAt(monotonicNow_ns());
+  auto report = headOf(plan, *network);
+  const bool serversRun = std::ranges::all_of(servers, [](Child& server) { return server.alive(); });
+  constexpr double kPatience_s = 30;
+  for (Child& server : servers) server.stop(kPatience_s);
+  conclude(report, *network, {{"servers_run", serversRun}, {"client_ended_well", code == 0}});
+  return report;
+}
+
 int stressed(const RunPlan& plan, const RunOptions& options) {
   const RunResult result = run(plan, options);
   const int code = conclude(makeReport(result), options.out, "stress");
@@ -93,6 +128,7 @@ int main(int argc, char** argv) {
   HandLeaderOptions leader;
   AudienceRunOptions audience;
   WatchersOptions watchers;
+  Programs programs;
   std::string address, journal, summary;
   bool noViewer = false, viewOnly = false;
   CommandLine app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
@@ -138,6 +174,10 @@ int main(int argc, char** argv) {
   Command asPinch = app.verb(
       "pinch", "Two clients lead a hand each, which pinch a brick and lift it: is it held, and seen where it is held?");
   asPinch.option("--viewers", pinch.viewers, "That look on").range(1, 32).showDefault();
+  Command asPrograms =
+      app.verb("programs", "Programs of yours on both sides, until the client ends: does it end well?");
+  asPrograms.option("--server-side", programs.serverSide, "Command, told to end at the end; one each time");
+  asPrograms.option("--client-side", programs.clientSide, "Command; its end is that of the run").required();
   Command asTicks = app.verb("ticks", "A client has every tick: is each there, or named as missing?");
   Command asTouch = app.verb(
       "touch",
@@ -175,6 +215,10 @@ int main(int argc, char** argv) {
       audience.out = options.out;
       if (!planOptions.edits.given()) plan.edits_Hz = 2;
       return conclude(runAudience(plan, audience), options.out, "audience");
+    }
+    if (asPrograms.given()) {
+      if (!planOptions.cut.given()) plan.cut_ms = 0;
+      return conclude(runPrograms(plan, programs, options.out), options.out, "programs");
     }
     for (const auto& [verb, cast, play, name] : {std::tuple{asPinch, &pinch, &runPinched, "pinch"},
                                                  {asTicks, &ticks, &runTicks, "ticks"},
