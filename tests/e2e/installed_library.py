@@ -4,6 +4,7 @@ HAPTICS_RATE, HAPTICS_TICKS: of the recording beside the server. HAPTICS_BUILD: 
 """
 import math
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -21,12 +22,30 @@ SCENES = ("demo", "skin", "table") if TICKS < 10_000 else (
     "demo", "texture_wall", "skin", "doughnut", "door", "table", "soft", "ffd_bar")
 STANDARD = {"linux-vdso", "libstdc++", "libm", "libgcc_s", "libc", "ld-linux-x86-64"}
 CRYPTO = {"libcrypto", "libzstd"}  # Debian 13's libcrypto loads libzstd
+CLIENTS = STANDARD | {"libprotobuf", *CRYPTO, "libssl", "libOpenMeshCore", "libz"}
 AROUND, ACROSS = 256, 126  # 64,512 triangles
 
 SCENE = """
 operations { add { name: "torus" mesh { file: "torus.stl" }
                    material { stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 shading { crease_rad: 0.6 }
                               friction { mu_static: 0.4 mu_dynamic: 0.3 } } } }
+"""
+
+# What the page on teleoperation calls the program's own.
+ROBOT = """
+#include <utility>
+struct End {
+  using Vector = haptics::TeleoperationPort::Vector;
+  Vector read() { return {}; }
+  Vector tip() { return {}; }
+  Vector contactForce() { return {}; }
+  void write(const Vector&) {}
+} device, robot;
+struct {
+  std::optional<haptics::TeleoperationPacket> last;
+  void put(const haptics::TeleoperationPacket& packet) { last = packet; }
+  std::optional<haptics::TeleoperationPacket> take() { return std::exchange(last, std::nullopt); }
+} line;
 """
 
 
@@ -113,7 +132,7 @@ class InstalledLibrary(harness.EndToEnd):
 
     def test_an_outside_client_edits_and_follows_a_server(self):
         program = self.build_example(harness.PROJECT / "graphics_client" / "examples" / "follow_force", ("vtk", "coin", "asio"),
-                                     STANDARD | {"libprotobuf", *CRYPTO, "libssl", "libOpenMeshCore", "libz"})
+                                     CLIENTS)
         server = self.start_server()
         pose = 'operations { set_pose { object { name: "%s" } pose { position { z: %g } } } }'
         said = self.run_or_fail(program, server.address, "2", pose % ("box", 0.001)).splitlines()
@@ -128,6 +147,18 @@ class InstalledLibrary(harness.EndToEnd):
         alone = subprocess.run([program, server.address, "1"], capture_output=True, text=True)
         self.assertEqual(alone.returncode, 1)
         self.assertIn(server.address, alone.stderr)
+
+    def test_what_the_clients_pages_show_compiles(self):
+        client = harness.PROJECT / "graphics_client"
+        shown = [line for page in ("README.md", "client/README.md")
+                 for block in re.findall("^```cpp\n(.*?)^```", (client / page).read_text(), re.M | re.S)
+                 for line in block.splitlines()]
+        included = [line for line in shown if line.startswith("#include")]
+        source = self.folder / "shown" / "follow_force"
+        shutil.copytree(client / "examples" / source.name, source)
+        (source / "main.cpp").write_text("\n".join([*included, ROBOT, "int main() {", *(line for line in shown if line not in included),
+                                                    "}", ""]))
+        self.build_example(source, ("vtk", "coin", "asio"), CLIENTS)
 
 
 if __name__ == "__main__":
