@@ -127,7 +127,11 @@ class PointTree {
   explicit PointTree(const std::vector<Point>& points) : points_(points), order_(points.size()), place_(points.size()) {
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     build(0, 0, order_.size());
-    for (std::size_t i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
+    ordered_.reserve(order_.size());
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      place_[order_[i]] = i;
+      ordered_.push_back(points_[order_[i]]);
+    }
   }
 
   void remove(std::size_t point) {
@@ -140,21 +144,48 @@ class PointTree {
       node = 2 * node + (place < middle ? 1 : 2);
       (place < middle ? last : first) = middle;
     }
-    order_[place] = kNone;
+    ordered_[place] = Point(std::numeric_limits<double>::quiet_NaN());
   }
 
   /// A point in the triangle, its edges included, of which `counts`; kNone: there is none.
   template <typename Counts>
   [[nodiscard]] std::size_t anyIn(Point a, Point b, Point c, const Counts& counts) const {
-    return anyIn(0, 0, order_.size(), {a, b, c}, counts);
+    const std::array<Edge, 3> edges{Edge(a, b), Edge(b, c), Edge(c, a)};
+    const Point low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
+    struct Part {
+      std::size_t node, first, last;
+    };
+    std::array<Part, 64> stack;
+    std::size_t top = 0;
+    stack[top++] = {0, 0, order_.size()};
+    while (top > 0) {
+      const auto [node, first, last] = stack[--top];
+      const Node& box = nodes_[node];
+      if (box.count == 0 || high.x < box.ends[0].x || low.x > box.ends[1].x || high.y < box.ends[0].y ||
+          low.y > box.ends[1].y || !edges[0].mayHaveToItsLeft(box) || !edges[1].mayHaveToItsLeft(box) ||
+          !edges[2].mayHaveToItsLeft(box))
+        continue;
+      if (last - first > kLeaf) {
+        const std::size_t middle = (first + last) / 2;
+        stack[top++] = {2 * node + 2, middle, last};
+        stack[top++] = {2 * node + 1, first, middle};
+        continue;
+      }
+      for (std::size_t i = first; i < last; ++i) {
+        const Point p = ordered_[i];
+        if (edges[0].hasToItsLeft(p) && edges[1].hasToItsLeft(p) && edges[2].hasToItsLeft(p) && counts(order_[i]))
+          return order_[i];
+      }
+    }
+    return kNone;
   }
 
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
  private:
-  static constexpr std::size_t kLeaf = 8;
+  static constexpr std::size_t kLeaf = 16;
   struct Node {
-    Point low, high;
+    std::array<Point, 2> ends;  // low, high
     std::size_t count = 0;
   };
 
@@ -165,7 +196,7 @@ class PointTree {
       low = glm::min(low, points_[order_[i]]);
       high = glm::max(high, points_[order_[i]]);
     }
-    nodes_[node] = {low, high, last - first};
+    nodes_[node] = {{low, high}, last - first};
     if (last - first <= kLeaf) return;
     const int axis = high.x - low.x >= high.y - low.y ? 0 : 1;
     const std::size_t middle = (first + last) / 2;
@@ -176,36 +207,20 @@ class PointTree {
     build(2 * node + 2, middle, last);
   }
 
-  /// False only if turn(a, b, p) < 0 for every p in the box: as rounded it is largest in one of the box's corners.
-  static bool mayBeLeft(Point a, Point b, const Node& box) {
-    return turn(a, b, {b.y > a.y ? box.low.x : box.high.x, b.x > a.x ? box.high.y : box.low.y}) >= 0;
-  }
-
-  template <typename Counts>
-  [[nodiscard]] std::size_t anyIn(std::size_t node, std::size_t first, std::size_t last,
-                                  const std::array<Point, 3>& triangle, const Counts& counts) const {
-    const auto& [a, b, c] = triangle;
-    const Node& box = nodes_[node];
-    if (box.count == 0 || !mayBeLeft(a, b, box) || !mayBeLeft(b, c, box) || !mayBeLeft(c, a, box)) return kNone;
-    if (std::max({a.x, b.x, c.x}) < box.low.x || std::min({a.x, b.x, c.x}) > box.high.x ||
-        std::max({a.y, b.y, c.y}) < box.low.y || std::min({a.y, b.y, c.y}) > box.high.y) {
-      return kNone;
+  /// An edge of a triangle, with the corner of every box that is furthest to its left: as rounded, too, turn() is largest there.
+  struct Edge {
+    Point from, to;
+    int u, v;  // of Node::ends
+    Edge(Point a, Point b) : from(a), to(b), u(b.y > a.y ? 0 : 1), v(b.x > a.x ? 1 : 0) {}
+    [[nodiscard]] bool mayHaveToItsLeft(const Node& box) const {
+      return turn(from, to, {box.ends[u].x, box.ends[v].y}) >= 0;
     }
-    if (last - first > kLeaf) {
-      const std::size_t middle = (first + last) / 2;
-      const std::size_t found = anyIn(2 * node + 1, first, middle, triangle, counts);
-      return found != kNone ? found : anyIn(2 * node + 2, middle, last, triangle, counts);
-    }
-    for (std::size_t i = first; i < last; ++i) {
-      if (order_[i] == kNone) continue;
-      const Point p = points_[order_[i]];
-      if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0 && counts(order_[i])) return order_[i];
-    }
-    return kNone;
-  }
+    [[nodiscard]] bool hasToItsLeft(Point p) const { return turn(from, to, p) >= 0; }
+  };
 
   const std::vector<Point>& points_;
-  std::vector<std::size_t> order_;  // kNone: taken out
+  std::vector<std::size_t> order_;
+  std::vector<Point> ordered_;      // not a number: taken out
   std::vector<std::size_t> place_;  // in order_
   std::vector<Node> nodes_;         // the children of node i are 2 i + 1 and 2 i + 2
 };
