@@ -341,7 +341,7 @@ void PropertyPanel::say(const QString& text, bool isError) {
 
 bool PropertyPanel::eventFilter(QObject* watched, QEvent* event) {
   auto* row = qobject_cast<QWidget*>(watched);
-  if (event->type() == QEvent::Wheel && !row->hasFocus()) {
+  if (event->type() == QEvent::Wheel && !(qobject_cast<QAbstractSpinBox*>(row) && row->hasFocus())) {
     event->ignore();
     return true;
   }

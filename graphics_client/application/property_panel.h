@@ -56,7 +56,7 @@ class PropertyPanel : public QWidget {
   void uploaded(const QString& edit, const haptics::Edit& change);
 
  protected:
-  /// The wheel scrolls the panel unless the row has the focus. A key that moves a slider ends its edit. Space is the row's,
+  /// The wheel scrolls the panel, but for a number that has the focus. A key that moves a slider ends its edit. Space is the row's,
   /// undo and redo are the scene's.
   bool eventFilter(QObject* watched, QEvent* event) override;
 

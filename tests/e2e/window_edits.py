@@ -188,6 +188,18 @@ class WindowEdits(harness.EndToEnd):
         harness.wait_until(lambda: not self.effects(), 20, "it is not removed")
         self.assertIn("ground", self.other.objects())
 
+    def test_the_wheel_over_a_texture_that_was_chosen_scrolls_past_it(self):
+        self.start()
+        self.window.click(*ON_GROUND)
+        gallery = self.window.middle(self.in_panel("combo box", "^none$"))
+        self.window.click(*gallery)
+        self.window.do("key", "Right", "Return")
+        harness.wait_until(lambda: self.other.objects()["ground"].HasField("texture"), 20, "no texture")
+        chosen = self.other.objects()["ground"].texture
+        self.window.do("mousemove", *gallery, "click", 5)
+        harness.wait_until(lambda: self.window.middle(self.window.widget("combo box", "^waves$")) != gallery, 20, "it does not scroll")
+        self.assertEqual(self.other.objects()["ground"].texture, chosen)
+
     def test_a_conflict_is_said_and_nothing_is_overwritten(self):
         self.start()
         self.window.click(*ON_GROUND)
