@@ -144,6 +144,11 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
     view_shown_ = nullptr;
   });
   connect(&files_, &SceneFiles::said, [this](auto... words) { say(words...); });
+  connect(&files_, &SceneFiles::restarted, [this] {
+    editor_.startAnew();
+    files_.forget();
+    select({});
+  });
   const auto sayLong = [this](const QString& what, const QString& words, bool isError) {
     say(what, words, isError);
     statusBar()->showMessage(what + ": " + words, kLongMessage_ms);
@@ -282,6 +287,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
+  files_.follow();
   const bool isReplay = replay_->isShown();
   connection_.refresh(*editor_.view(), isReplay || replay_->isLoading());
   editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server first"

@@ -48,17 +48,21 @@ void SceneFiles::open(const QString& file) {
 void SceneFiles::save(const std::function<void()>& then) {
   if (isRefused()) return;
   if (file_.isEmpty()) return saveAs(then);
-  write(file_, then);
+  write(file_, editor_.view(), server_, then);
 }
 
 void SceneFiles::saveAs(const std::function<void()>& then) {
   if (isRefused()) return;
+  askForFile([this, then](const QString& file) { write(file, editor_.view(), server_, then); });
+}
+
+void SceneFiles::askForFile(const std::function<void(const QString& file)>& chosen) {
   auto* dialog = new QFileDialog(window_, "Save scene as", {}, kScenes);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setAcceptMode(QFileDialog::AcceptSave);
   dialog->setDefaultSuffix("scene");
   dialog->selectFile(file_.isEmpty() ? "scene.scene" : file_);
-  connect(dialog, &QFileDialog::fileSelected, this, [this, then](const QString& file) { write(file, then); });
+  connect(dialog, &QFileDialog::fileSelected, this, chosen);
   dialog->open();
 }
 
@@ -69,9 +73,10 @@ bool SceneFiles::isRefused() {
   return true;
 }
 
-void SceneFiles::write(const QString& file, const std::function<void()>& then) {
+void SceneFiles::write(const QString& file, const std::shared_ptr<const MirrorView>& view, int server,
+                       const std::function<void()>& then) {
   const auto state = editor_.state();
-  files_.start([this, file, then, state, server = server_, view = editor_.view()] {
+  files_.start([this, file, then, state, server, view] {
     auto saved = std::make_shared<Result<void>>(saveScene(*view, file.toStdString()));
     QMetaObject::invokeMethod(this, [this, file, then, state, server, saved] {
       if (!*saved) return fail("Save scene", saved->error());
@@ -98,6 +103,31 @@ void SceneFiles::askBeforeLoss(const QString& what, const std::function<void()>&
   connect(question, &QMessageBox::finished, this, [this, then](int answer) {
     if (answer == QMessageBox::Save) save(then);
     if (answer == QMessageBox::Discard) then();
+  });
+  question->open();
+}
+
+void SceneFiles::follow() {
+  const auto view = editor_.view();
+  if (view->epoch == 0) return;
+  const auto before = std::exchange(shown_, view);
+  if (!before || before->epoch == view->epoch) return;
+  const bool isSaved = editor_.isSaved();
+  const int server = server_;
+  emit restarted();
+  const QString words = "The server was started anew, and its own scene is shown.";
+  emit said("connection", words, false);
+  if (isSaved) return;
+  auto* question =
+      new QMessageBox(QMessageBox::Question, "Save what was shown before?",
+                      words + " Edits of yours that are in no file are not in it. Save the scene as it was before?",
+                      QMessageBox::Save | QMessageBox::Discard, window_);
+  question->setAttribute(Qt::WA_DeleteOnClose);
+  question->setDefaultButton(QMessageBox::Save);
+  logInfo("asks: " + question->text().toStdString());
+  connect(question, &QMessageBox::finished, this, [this, before, server](int answer) {
+    if (answer != QMessageBox::Save) return;
+    askForFile([this, before, server](const QString& file) { write(file, before, server, {}); });
   });
   question->open();
 }

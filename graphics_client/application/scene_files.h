@@ -4,6 +4,7 @@
 #include <QString>
 #include <QThreadPool>
 #include <functional>
+#include <memory>
 
 #include "graphics_client/application/scene_editor.h"
 
@@ -34,10 +35,15 @@ class SceneFiles : public QObject {
   /// The scene is another server's.
   void forget() {
     file_.clear();
+    shown_.reset();
     ++server_;
   }
+  /// To be called again and again. Of a server that was started anew, with another scene than what was shown, restarted() comes; then
+  /// it asks whether to save what was shown, where edits of this user are lost with it.
+  void follow();
 
  signals:
+  void restarted();
   void said(const QString& what, const QString& words, bool isError);
 
  private:
@@ -45,10 +51,14 @@ class SceneFiles : public QObject {
   SceneEditor& editor_;
   int server_ = 0;  // counts those that were shown
   QString file_;
+  std::shared_ptr<const MirrorView> shown_;  // last, of this server
   QThreadPool files_;
 
   [[nodiscard]] bool isRefused();
-  void write(const QString& file, const std::function<void()>& then);
+  void askForFile(const std::function<void(const QString& file)>& chosen);
+  /// @param server  Of which the view is.
+  void write(const QString& file, const std::shared_ptr<const MirrorView>& view, int server,
+             const std::function<void()>& then);
   void fail(const QString& what, const Error& error);
 };
 

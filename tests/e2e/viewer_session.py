@@ -176,6 +176,38 @@ class ViewerSession(harness.EndToEnd):
         self.assertEqual(window.wait(), 0, window.text())
         self.assertEqual(window.count("asks: "), 1)
 
+    def test_a_server_that_is_started_anew_loses_no_edit_and_overwrites_no_file(self):
+        def names(file):
+            return set(re.findall(r'^    name: "(\w+)"', file.read_text(), re.MULTILINE))
+        first, lost, second = (self.folder / f"{name}.scene" for name in ("first", "lost", "second"))
+        server = self.start_server()
+        window = self.open_window("--connect", server.address)
+        window.wait_for_scene()
+        window.press("ctrl+s")
+        window.type_into("Save scene as", str(first))
+        window.wait_for(r"saved .*first\.scene")
+        window.do("mousemove", 30, 74, "click", 1)
+        time.sleep(0.5)
+        window.press("Delete")
+        harness.wait_until(lambda: server.status()["revision"] == 2, 10, "the object is not deleted")
+        kept = {thing["name"] for thing in server.ctl("get").json()["object"]}
+        time.sleep(0.5)
+
+        server.kill()
+        again = self.start_server(listen=server.address)
+        window.wait_for(r"asks: The server was started anew")
+        window.focus("Save what was shown before?")
+        window.do("key", "Return")
+        window.type_into("Save scene as", str(lost))
+        window.wait_for(r"saved .*lost\.scene")
+        self.assertEqual(names(lost), kept)
+        again.ctl("apply", "-", text=f'operations {{ remove {{ object {{ name: "{min(kept)}" }} }} }}')
+        window.wait_for(r"^scene revision 2 root \w+ equal$", 2)
+        window.press("ctrl+s")
+        window.type_into("Save scene as", str(second))
+        window.wait_for(r"saved .*second\.scene")
+        self.assertEqual((names(first) - names(lost), names(first) - names(second)), (names(first) - kept, {min(kept)}))
+
     def test_a_signal_ends_it_without_a_question(self):
         server = self.start_server()
         window = self.open_window("--connect", server.address)
