@@ -166,7 +166,8 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
   memory_.bodies.count = obstacles.size();
   for (std::size_t b = 0; b < obstacles.size(); ++b) {
     const auto& [pose, sharp, origin] = obstacles[b];
-    memory_.bodies[b].at = origin < 0 ? pose : before[static_cast<std::size_t>(origin)].at;
+    memory_.bodies[b] =
+        origin < 0 ? ToolObstacleState{.at = pose, .isNew = true} : before[static_cast<std::size_t>(origin)];
     isSame = isSame && origin == static_cast<int>(b);
   }
   memory_.sharpClearTo.count = listSharp(obstacles);
@@ -192,7 +193,7 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
 void ToolContact::reset(const ToolPose& device, std::span<const Body> bodies) noexcept {
   memory_.proxy = device;
   memory_.touches.count = 0;
-  for (std::size_t b = 0; b < bodies.size(); ++b) memory_.bodies[b].at = bodies[b].current;
+  for (std::size_t b = 0; b < bodies.size(); ++b) memory_.bodies[b] = {.at = bodies[b].current};
   memory_.waited = memory_.isOnWay = false;
   memory_.bodiesPart = 1;
   forgetClearances();
@@ -210,6 +211,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const ToolPose& dev
   scratch_.hitCount = 0;  // those of the last tick may be of other bodies
   const ToolPose start = memory_.proxy;
   const double startEnergy = energy(start, device, coupling);
+  seeWhatIsAround(bodies, allowance);
   gather(bodies, device);
   const bool bodiesRest = memory_.moved == 0;
   if (memory_.moved > 0) {
@@ -317,8 +319,7 @@ void ToolContact::gather(std::span<const Body> bodies, const ToolPose& device) n
       std::max(glm::length(device.position), glm::length(memory_.proxy.position)) + scratch_.tool->shell.radius_m;
   memory_.moved = farthestMove(bodies);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (!bodies[b].pendingRemoval && isNear(bodies[b], scratch_.bodyMoved[b]))
-      extent = std::max(extent, bodies[b].extent_m);
+    if (isFelt(bodies, b) && isNear(bodies[b], scratch_.bodyMoved[b])) extent = std::max(extent, bodies[b].extent_m);
   }
   memory_.skin = kSkin * extent;
 }
@@ -338,7 +339,7 @@ double ToolContact::farthestMove(std::span<const Body> bodies) noexcept {
     if (body.pendingRemoval || body.current == memory_.bodies[b].at) continue;
     scratch_.bodyMoved[b] = glm::distance(body.current.position, memory_.bodies[b].at.position) +
                             chord(memory_.bodies[b].at.rotation, body.current.rotation) * body.surface->extent_m();
-    if (isNear(body, scratch_.bodyMoved[b])) moved = std::max(moved, scratch_.bodyMoved[b]);
+    if (isFelt(bodies, b) && isNear(body, scratch_.bodyMoved[b])) moved = std::max(moved, scratch_.bodyMoved[b]);
   }
   return moved;
 }
@@ -365,7 +366,7 @@ void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, All
   std::size_t kept = 0;
   for (std::size_t i = 0; i < memory_.touches.count; ++i) {
     Touch touch = memory_.touches[i];
-    if (bodies[touch.body].pendingRemoval) continue;
+    if (!isFelt(bodies, touch.body)) continue;
     if (!allowance.isSpent()) {
       refreshTouch(bodies[touch.body], tool, touch, allowance);
       if (touch.ofBody && bodies.size() > 1 && isFlushWithHeld(bodies, touch.body, touch.place, allowance)) continue;

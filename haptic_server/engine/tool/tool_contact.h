@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <type_traits>
 
@@ -83,10 +84,14 @@ struct ToolTouch {
 
 /// A body, for a tool.
 struct ToolObstacleState {
-  Pose at;               ///< When the proxy moved last.
-  double travelled = 0;  ///< m, at most, of the tool against it from ToolContact::adopt() to the proxy's last move.
+  Pose at;                   ///< When the proxy moved last.
+  double travelled = 0;      ///< m, at most, of the tool against it from ToolContact::adopt() to the proxy's last move.
+  Word<bool> isNew = false;  ///< It came while the tool was held: whether onto the tool, is looked for.
+  Word<bool> isAround = false;  ///< It came onto the tool, and is not felt before the tool is clear of it.
+  std::uint64_t next = 0;       ///< Point of the tool that is looked at next for that.
+  std::uint64_t clear = 0;      ///< So many before that one, one after another, are not in it.
 
-  HAPTICS_FIELDS(self.at, self.travelled);
+  HAPTICS_FIELDS(self.at, self.travelled, self.isNew, self.isAround, self.next, self.clear);
 };
 
 /// What a tool remembers from tick to tick.
@@ -154,7 +159,7 @@ class ToolContact {
     /// sharpPoints() at the tool's spacing, body frame: what is thin enough to come between two of its points has some.
     std::span<const Vec3> sharp;
     /// The place that it had among those before, with the same surface; -1: it is new, and pushes only what comes to it from
-    /// outside.
+    /// outside; where it came onto the tool, nothing before the tool is clear of it.
     int origin = -1;
   };
 
@@ -236,6 +241,12 @@ class ToolContact {
   [[nodiscard]] bool isFlushWithHeld(std::span<const Body> bodies, std::size_t index, const Vec3& place,
                                      Allowance& allowance) const noexcept;
   void addHit(const Touch& hit, double time, double height) noexcept;
+  [[nodiscard]] bool isFelt(std::span<const Body> bodies, std::size_t b) const noexcept {
+    return !bodies[b].pendingRemoval && !memory_.bodies[b].isAround;
+  }
+  void seeWhatIsAround(std::span<const Body> bodies, Allowance& allowance) noexcept;
+  [[nodiscard]] std::optional<bool> isIn(const Body& body, ToolObstacleState& state, std::int64_t keep,
+                                         Allowance& allowance) const noexcept;
   void gather(std::span<const Body> bodies, const ToolPose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const ToolPose& device, const ToolCoupling& coupling, ToolPose& next, ToolResult& result,

@@ -6,6 +6,7 @@
 
 #include "haptic_server/engine/contact/near_bodies.h"
 #include "haptic_server/engine/contact/tolerances.h"
+#include "haptic_server/engine/geometry/enclosure.h"
 #include "haptic_server/engine/tool/tool_contact.h"
 
 // Which points a way may take into something, and the test of those.
@@ -40,6 +41,53 @@ constexpr double kTestMargin = 1.5, kTestDecay = 0.95;
 }
 
 }  // namespace
+
+/// A body that an edit puts onto the tool would hold some of its points inside and others outside, for ever where it surrounds the
+/// tool. So the tool passes it freely until it is clear of it.
+void ToolContact::seeWhatIsAround(std::span<const Body> bodies, Allowance& allowance) noexcept {
+  const std::int64_t keep = allowance.left() / 2;
+  bool isOther = false;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    ToolObstacleState& state = memory_.bodies[b];
+    if (!(state.isNew || state.isAround) || bodies[b].pendingRemoval) continue;
+    const auto known = isIn(bodies[b], state, keep, allowance);
+    if (!known) continue;
+    isOther |= *known != state.isAround;
+    state.isNew = false;
+    state.isAround = *known;
+  }
+  if (!isOther) return;
+  memory_.isOnWay = false;
+  memory_.cursor = 0;
+  forgetClearances();
+}
+
+/// Is a point of the tool in the body? Looks at one after another, in several ticks where they are many, and again at the one that was.
+/// What is less than a millimetre in a new body is not: so far an edit may move a surface on which the tool rests.
+std::optional<bool> ToolContact::isIn(const Body& body, ToolObstacleState& state, std::int64_t keep,
+                                      Allowance& allowance) const noexcept {
+  constexpr double kSunk_m = 1e-3, kFlush_m = 1e-5;
+  const double reach = body.surface->radius_m() + scratch_.tool->shell.radius_m;
+  const std::size_t count = memory_.clearTo.count;
+  allowance.spend(Allowance::kSphere);
+  if (!body.surface->closed() || squaredLength(body.centre - memory_.proxy.position) > reach * reach) return false;
+  const Frames tool = framesAt(memory_.proxy);
+  const double least_m = state.isAround ? kFlush_m : kSunk_m;
+  for (; state.clear < count; ++state.clear) {
+    if (allowance.left() <= keep) return std::nullopt;
+    allowance.spend(Allowance::kPlace);
+    const Vec3 at = body.frame.toLocal(tool.jaw[jawOf(state.next)].toWorld(point(state.next)));
+    const bool isInside = windingNumber(*body.surface, at, allowance) > 0 &&
+                          distanceFrom(*body.surface, at, 2 * least_m, allowance) > least_m;
+    if (allowance.isSpent()) return std::nullopt;
+    if (isInside) {
+      state.clear = 0;
+      return true;
+    }
+    state.next = state.next + 1 < count ? state.next + 1 : 0;
+  }
+  return false;
+}
 
 /// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else scratch_.hits are the first
 /// ones found; or there are none, and the allowance was spent before the point scratch_.tested.
@@ -79,7 +127,7 @@ Crossing ToolContact::crossingBesideGaps(std::span<const Body> bodies, std::size
   for (std::size_t b = 0; b < bodies.size() && count < kMaxBodies; ++b) {
     const Body& body = bodies[b];
     const double radius = body.surface->radius_m() + glm::distance(here, there) + scratch_.bodyMoved[b];
-    if (b != index && !body.pendingRemoval && squaredLength(there - body.centre) <= radius * radius) admit(b);
+    if (b != index && isFelt(bodies, b) && squaredLength(there - body.centre) <= radius * radius) admit(b);
   }
   return isInGap(std::span(near).first(count), near[0], to, rimmed, entered, allowance) ? rimmed : entered;
 }
@@ -100,7 +148,7 @@ std::int64_t ToolContact::testPoints(std::span<const Body> bodies, const Frames&
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const Body& body = bodies[b];
       const double radius = body.surface->radius_m() + bound + scratch_.bodyMoved[b];
-      if (body.pendingRemoval || squaredLength(there - body.centre) > radius * radius) continue;
+      if (!isFelt(bodies, b) || squaredLength(there - body.centre) > radius * radius) continue;
       const Vec3 from = toLocal(memory_.bodies[b].at, here);
       const Vec3 to = body.frame.toLocal(there);
       const bool mayHaveGaps = bodies.size() > 1 || !body.surface->closed() || body.surface->anySelfIntersecting();
@@ -127,7 +175,7 @@ std::int64_t ToolContact::testBodysPoints(std::span<const Body> bodies, const Fr
     const auto [points, first] = scratch_.sharp[b];
     const double travelled = memory_.bodies[b].travelled + scratch_.bodyMoved[b] + bound;
     const double reach = scratch_.tool->shell.radius_m + bound + scratch_.bodyMoved[b];
-    if (points.empty() || body.pendingRemoval) continue;
+    if (points.empty() || !isFelt(bodies, b)) continue;
     if (glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
     const std::size_t begin = memory_.clearTo.count + first;
     double* const clearTo = memory_.sharpClearTo.items.data() + first;
@@ -276,7 +324,7 @@ double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowanc
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const CollisionMesh& surface = *bodies[b].surface;
     const double reach = surface.radius_m() + clear + scratch_.bodyMoved[b];
-    if (bodies[b].pendingRemoval || squaredLength(place - bodies[b].centre) > reach * reach) continue;
+    if (!isFelt(bodies, b) || squaredLength(place - bodies[b].centre) > reach * reach) continue;
     allowance.spend(Allowance::kPlace);
     const Vec3 at = toLocal(memory_.bodies[b].at, place);
     if (glm::distance(at, surface.centre()) - surface.radius_m() < clear)

@@ -503,6 +503,45 @@ TEST(ToolContact, ForgetsSharpPointsOfABodyThatAreOthersNow) {
   EXPECT_LT(glm::distance(tool.follow(bodies, device, kCoupling).force_N, before_N), 0.01);
 }
 
+TEST(ToolContact, IsLetOutOfABodyThatAnEditPutsAroundItAndMeetsItThen) {
+  const auto plate = surfaceOf(makeBox({0.1, 0.1, 0.008}, 4).value());
+  const std::vector<Body> bodies{bodyOf(plate)};
+  HeldAmong tool(makeBox({0.01, 0.01, 0.06}, 3).value(), 0.002, {});
+  tool.reset({}, {});
+  tool.adopt(std::array{ToolContact::Obstacle{bodies[0].current, {}, -1}});
+  const auto go = [&](double from_m, double to_m, double& largest_N) {
+    ToolResult result;
+    for (int i = 1; i <= 500; ++i) {
+      const Pose device{{1, 0, 0, 0}, {0.002 * std::sin(0.05 * i), 0, from_m + (to_m - from_m) * i / 500}};
+      result = tool.follow(bodies, device, kCoupling, Allowance(400'000));
+      largest_N = std::max(largest_N, glm::length(result.force_N));
+    }
+    return result;
+  };
+  double around_N = 0, again_N = 0;
+  go(0, -0.01, around_N);
+  go(-0.01, 0.05, around_N);
+  EXPECT_LT(around_N, 1e-9);
+  const ToolResult result = go(0.05, 0.03, again_N);
+  EXPECT_NEAR(result.proxy.position.z, 0.034, 1e-5);
+  EXPECT_NEAR(result.force_N.z, 4, 0.02);
+}
+
+TEST(ToolContact, StaysOnASurfaceThatAnEditMakesAnew) {
+  const Ground ground;
+  HeldAmong tool(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
+  const Pose device{{1, 0, 0, 0}, {0, 0, 0.003}};
+  bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, device);
+  TriMesh finer = makeBox({0.4, 0.4, 0.1}, 5).value();
+  std::mt19937 random(1);
+  for (Vec3f& vertex : finer.vertices) vertex.z += std::uniform_real_distribution<float>(-3e-4F, 3e-4F)(random);
+  const auto surface = surfaceOf(finer);
+  const std::vector<Body> bodies{bodyOf(surface, ground.bodies[0].current)};
+  tool.adopt(std::array{ToolContact::Obstacle{bodies[0].current, {}, -1}});
+  for (int i = 0; i < 200; ++i)
+    EXPECT_GT(tool.follow(bodies, device, kCoupling).proxy.position.z, 0.0045) << "at the device it would be at 3 mm";
+}
+
 TEST(ToolContact, IsPushedByABodyThatMoves) {
   const auto wall = surfaceOf(makeBox({0.1, 0.1, 0.1}, 4).value());
   std::vector<Body> bodies{bodyOf(wall, {{1, 0, 0, 0}, {0, 0, -0.08}})};
