@@ -294,7 +294,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
                     : view.link == LinkState::kClosed ? "not connected to a server"
                                                       : "");
   const QString link = isReplay ? replay_->status() : text(view.linkText);
-  linkText_->setText(fontMetrics().elidedText(link, Qt::ElideRight, width() / 2));
+  linkText_->setText(fontMetrics().elidedText(link, Qt::ElideRight, isReplay ? width() * 3 / 4 : width() / 2));
   linkText_->setToolTip(link);
   const QString equality = isReplay                        ? ""
                            : view.link != LinkState::kLive ? ", the last that is known"

@@ -73,9 +73,9 @@ constexpr const char* kPositionTip = "Where the object is, world frame";
 constexpr const char* kAngleTip = "How the object is turned: about x, then y, then z";
 
 const NumberProperty kPlace[] = {
-    {"x", kPositionTip, " mm", -2000, 2000, 1, false, position_mm<0>, setPosition_mm<0>},
-    {"y", kPositionTip, " mm", -2000, 2000, 1, false, position_mm<1>, setPosition_mm<1>},
-    {"z", kPositionTip, " mm", -2000, 2000, 1, false, position_mm<2>, setPosition_mm<2>},
+    {"x", kPositionTip, " mm", -200, 200, 1, false, position_mm<0>, setPosition_mm<0>},
+    {"y", kPositionTip, " mm", -200, 200, 1, false, position_mm<1>, setPosition_mm<1>},
+    {"z", kPositionTip, " mm", -200, 200, 1, false, position_mm<2>, setPosition_mm<2>},
     {"turn x", kAngleTip, "°", -180, 180, 1, false, angle_deg<0>, setAngle_deg<0>},
     {"turn y", kAngleTip, "°", -90, 90, 1, false, angle_deg<1>, setAngle_deg<1>},
     {"turn z", kAngleTip, "°", -180, 180, 1, false, angle_deg<2>, setAngle_deg<2>},

@@ -6,6 +6,7 @@
 #include <QIcon>
 #include <QListView>
 #include <QPixmap>
+#include <QProxyStyle>
 #include <QPushButton>
 #include <algorithm>
 #include <utility>
@@ -21,6 +22,15 @@ constexpr int kColumns = 4;
 
 /// Entries: none, each family, and what an object has that is none of these.
 int ownEntry() { return static_cast<int>(textureFamilies().size()) + 1; }
+
+/// Some styles lay the list of a combo box over it, as high as all entries in one column.
+class ListBelow : public QProxyStyle {
+ public:
+  int styleHint(StyleHint hint, const QStyleOption* option, const QWidget* widget,
+                QStyleHintReturn* more) const override {
+    return hint == SH_ComboBox_Popup ? 0 : QProxyStyle::styleHint(hint, option, widget, more);
+  }
+};
 
 /// What of the view's fields the family names is here.
 bool isHere(const FieldFamily& family, const MirrorView& view) {
@@ -48,7 +58,9 @@ TextureGallery::TextureGallery(QFormLayout* form, const std::function<void(const
   const int rows = (ownEntry() + kColumns) / kColumns;
   entries->setMinimumSize((2 * kColumns + 1) * kEntryWidth_px / 2, rows * kEntryHeight_px);
   gallery_->setMaxVisibleItems(rows);
-  gallery_->setStyleSheet("QComboBox { combobox-popup: 0; }");  // else it is as high as all entries in one column
+  auto* style = new ListBelow;  // by a style sheet it would keep the colours of a theme that is left
+  style->setParent(gallery_);
+  gallery_->setStyle(style);
   gallery_->setIconSize({kPicture_px, kPicture_px});
   gallery_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   gallery_->addItem("none");
