@@ -65,7 +65,8 @@ std::string warningOf(const Meeting& a, const Meeting& b, double depth_m) {
   std::ostringstream text;
   text << a.object->record->name << ": warning: lies " << millimetres(depth_m) << " inside " << b.object->record->name
        << "; the two are pushed apart, by no more than " << kPushApart_m_per_s
-       << " m/s: put them beside each other, or take the collision of one away";
+       << " m/s, or jam where they are pushed both ways: put them beside each other, or let one meet no others (no "
+          "collision)";
   return text.str();
 }
 
