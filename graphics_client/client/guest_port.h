@@ -40,6 +40,7 @@ class GuestPort {
   void add(const Client::Tick& tick) {
     const bool touches = tick.touched == settings_.body;
     const Vector now_N = touches ? tick.force_N : Vector{};
+    if (!follows_) put_J_ += dot(now_N, now_N) / (2 * settings_.stiffness_N_per_m);  // the spring holds it already
     for (std::size_t i = 0; i < 3; ++i) {
       if (follows_) given_J_ += (now_N[i] + hand_N_[i]) / 2 * (tick.hip_m[i] - hip_m_[i]);
       sum_N_[i] -= now_N[i];

@@ -7,6 +7,7 @@ import math
 import os
 import signal
 import statistics
+import sys
 import unittest
 
 import harness
@@ -98,6 +99,25 @@ class Guests(harness.EndToEnd):
                 self.assertGreater(block["at"][0], 0.02)
                 self.assertLess(block["speed_m_per_s"], 2e-3)
                 self.assertGreaterEqual(block["lowest_J"], -ROUNDING_J)
+
+    def test_a_guest_of_python_is_pushed_along_and_left_where_it_is(self):
+        self.server = self.start_server(scene=FOLDER / "table.scene")
+        example = harness.PROJECT / "graphics_client" / "script" / "python" / "examples" / "slide_block.py"
+        client = self.client()
+        with client.hand() as hand:
+            hand.move_to((-0.08, 0, 0.08))
+            hand.move_to((-0.08, 0, 0.02))
+            guest = harness.Process([sys.executable, example, "--connect", self.server.address, "--seconds", 6, "block"])
+            self.addCleanup(guest.kill)
+            harness.wait_until(lambda: "block" in client.bodies(), 10, guest.text)
+            felt = hand.move_to((0.0, 0, 0.02), 0.05)
+            hand.move_to((-0.08, 0, 0.02), 0.05)
+            self.assertEqual(guest.wait(), 0, guest.text())
+            left = client.bodies()["block"].pose.position.x
+        forces_N = [math.hypot(s.force.written.x, s.force.written.y) for s in felt]
+        self.assertGreater(max(forces_N), 0.2)
+        self.assertGreater(left, 0.02)
+        self.assertRegex(guest.text(), f"block is {1e3 * left:.0f}")
 
     def test_a_guest_whose_engine_stops_stands_still(self):
         self.server = self.start_server(scene=FOLDER / "table.scene")
