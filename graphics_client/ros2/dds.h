@@ -101,17 +101,22 @@ class Writer {
 
   /// Never waits. It is on its way when its packet is full, or after flush(). false: it was not written.
   bool write(const Message& message) { return dds_write(entity_.get(), &message) == DDS_RETCODE_OK; }
+  /// Of a writer that keeps nothing for who comes late. Fast DDS goes through the numbers of all that was ever written when it finds
+  /// a writer, 0.7 us each: what nobody reads gets none.
+  bool writeToReaders(const Message& message) { return status().current_count == 0 || write(message); }
   void flush() { dds_write_flush(entity_.get()); }
   /// Readers that were matched since the writer was made, also those that are gone.
-  [[nodiscard]] std::uint32_t readersSoFar() const {
-    dds_publication_matched_status_t status = {};
-    dds_get_publication_matched_status(entity_.get(), &status);
-    return status.total_count;
-  }
+  [[nodiscard]] std::uint32_t readersSoFar() const { return status().total_count; }
   [[nodiscard]] dds_entity_t get() const noexcept { return entity_.get(); }
 
  private:
   Entity entity_;
+
+  [[nodiscard]] dds_publication_matched_status_t status() const {
+    dds_publication_matched_status_t status = {};
+    dds_get_publication_matched_status(entity_.get(), &status);
+    return status;
+  }
 };
 
 template <class Message>

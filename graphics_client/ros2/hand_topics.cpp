@@ -32,19 +32,19 @@ void HandTopics::publish(std::int64_t stamp_ns, double period_s, const Telemetry
   const ros2::Header header = ros2::header(stamp_ns);
   const ros2::Quaternion turned = ros2::quaternion(tool ? tool->deviceRotation : Quat(1, 0, 0, 0));
   const ros2::Vector3 torque = ros2::vector3(tool ? tool->written_Nm : Vec3(0)), none = {};
-  count(pose_.write({header, {ros2::point(sample.hip), turned}}));
-  count(twist_.write({header, {ros2::vector3(velocityAt(sample, period_s)), none}}));
-  count(wrench_.write({header, {ros2::vector3(sample.force.written), torque}}));
-  count(ihip_.write({header, {ros2::point(sample.ihip), turned}}));
-  count(contact_.write({header, {ros2::vector3(sample.force.contact), none}}));
+  count(pose_.writeToReaders({header, {ros2::point(sample.hip), turned}}));
+  count(twist_.writeToReaders({header, {ros2::vector3(velocityAt(sample, period_s)), none}}));
+  count(wrench_.writeToReaders({header, {ros2::vector3(sample.force.written), torque}}));
+  count(ihip_.writeToReaders({header, {ros2::point(sample.ihip), turned}}));
+  count(contact_.writeToReaders({header, {ros2::vector3(sample.force.contact), none}}));
   std::vector<std::int32_t> buttons(kButtons);
   for (int i = 0; i < kButtons; ++i)
     buttons[static_cast<std::size_t>(i)] = static_cast<std::int32_t>((sample.device.buttons >> i) & 1);
-  count(joy_.write({header, {}, ros2::sequenceOf<dds_sequence_long>(buttons)}));
+  count(joy_.writeToReaders({header, {}, ros2::sequenceOf<dds_sequence_long>(buttons)}));
   if (sample.handle.has(HandleReading::kGripper)) {
     std::vector<char*> names{ros2::text("gripper")};
     std::vector<double> angles{sample.handle.gripper_rad};
-    count(gripper_.write(
+    count(gripper_.writeToReaders(
         {header, ros2::sequenceOf<dds_sequence_string>(names), ros2::sequenceOf<dds_sequence_double>(angles), {}, {}}));
   }
   if (touched != lastTouched_) {

@@ -135,7 +135,7 @@ void SceneTopics::update(const MirrorView& view, std::int64_t stamp_ns, std::uin
     writeMarkers(view, stamp_ns);
   }
   if (now_ns >= nextFrames_ns_) {
-    nextFrames_ns_ = now_ns + kFrames_ns;
+    nextFrames_ns_ = std::max(nextFrames_ns_ + kFrames_ns, now_ns);  // ticks come together: it is called some ms late
     writeFrames(view, stamp_ns);
   }
 }

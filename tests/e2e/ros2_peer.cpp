@@ -179,6 +179,7 @@ class Counter : public Listener {
       if (count_ == 0) first_ms_ = elapsed_ms();
       ++count_;
       const auto number = static_cast<long long>(info.sample_identity.sequence_number().to64long());
+      if (last_ == 0) first_ = number;
       if (last_ != 0 && number <= last_) ++outOfOrder_;
       if (last_ != 0 && number > last_ + 1) lost_ += number - last_ - 1;
       last_ = number;
@@ -188,10 +189,12 @@ class Counter : public Listener {
   }
   void report() const override {
     std::printf(
-        "{\"topic\": \"%s\", \"count\": %lu, \"lost\": %lld, \"out_of_order\": %lu, \"differing\": %lu, "
+        "{\"topic\": \"%s\", \"count\": %lu, \"first\": %lld, \"lost\": %lld, \"out_of_order\": %lu, \"differing\": "
+        "%lu, "
         "\"matched_ms\": %.0f, "
         "\"first_ms\": %.0f}\n",
-        topic_.c_str(), count_, lost_, outOfOrder_, Compared<Type>::differing.load(), matched_ms_.load(), first_ms_);
+        topic_.c_str(), count_, first_, lost_, outOfOrder_, Compared<Type>::differing.load(), matched_ms_.load(),
+        first_ms_);
   }
   [[nodiscard]] bool isMatched() const override { return matched_ms_ >= 0; }
 
@@ -199,7 +202,7 @@ class Counter : public Listener {
   std::string topic_;
   Clock::time_point began_;
   unsigned long count_ = 0, outOfOrder_ = 0;
-  long long last_ = 0, lost_ = 0;
+  long long first_ = 0, last_ = 0, lost_ = 0;  // numbers of the writer
   std::atomic<double> matched_ms_ = -1;
   double first_ms_ = -1;
 
