@@ -64,13 +64,10 @@ def is_as_shown(output, shown):
 
 def lay_out_clone(clone):
     """Makes a folder that looks like a clone of this repository that was built."""
-    build = clone / "build" / "release"
-    build.mkdir(parents=True)
-    (build / "bin").symlink_to(BIN)
-    (build / "python").symlink_to(os.environ["PYTHONPATH"].split(":")[0])
-    (build / "cmake_install.cmake").symlink_to(BIN.parent / "cmake_install.cmake")
-    for folder in ("deploy", "graphics_client", "haptic_server", "tests"):
-        (clone / folder).symlink_to(PROJECT / folder)
+    (clone / "build").mkdir(parents=True)
+    (clone / "build" / "release").symlink_to(BIN.parent)
+    for name in ("CMakePresets.json", "deploy", "graphics_client", "haptic_server", "tests"):
+        (clone / name).symlink_to(PROJECT / name)
 
 
 def enter_own_network():
