@@ -94,6 +94,27 @@ TEST(OutsideMethod, PenaltyInPythonGivesThemToRounding) {
   EXPECT_GT(touching, 100);
 }
 
+class Penalty : public testing::TestWithParam<bool> {};
+
+TEST_P(Penalty, HoldsAHandWithinARoom) {
+  shapes::Shape walls = shapes::box({0.1, 0.06, 0.08});
+  for (auto& triangle : walls.triangles) std::swap(triangle[1], triangle[2]);
+  const std::vector<std::shared_ptr<const CollisionMesh>> room{walls.build()};
+  const std::vector<Pose> poses{{Random(6).rotation(), Vec3(0.2, 0, 0)}};
+  const auto method = findMethod(GetParam() ? penaltyInPython() : libraryOf("penalty"), methods()).make();
+  const auto feltAt = [&](Vec3 local) { return method->tick(poses, toWorld(poses[0], local)); };
+  method->begin(room, poses, poses[0].position);
+  EXPECT_FALSE(feltAt(Vec3(0.049, 0, 0.01)).touching);
+  for (const double beyond_m : {0.0505, 0.2}) {
+    const Felt felt = feltAt(Vec3(beyond_m, 0, 0.01));
+    EXPECT_TRUE(felt.touching) << beyond_m;
+    EXPECT_NEAR(glm::distance(felt.ihip, toWorld(poses[0], Vec3(0.05, 0, 0.01))), 0, 1e-8) << beyond_m;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfExamples, Penalty, testing::Bool(),
+                         [](const auto& of) { return std::string(of.param ? "Python" : "C"); });
+
 TEST(OutsideMethod, SaysHowManyTrianglesItLookedAtAndHowLongItTook) {
   Random random(3);
   const Bodies bodies(random);

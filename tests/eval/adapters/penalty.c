@@ -1,5 +1,5 @@
-/* The penalty method: inside a closed body a spring pulls the hand to the nearest place of its surface. Every triangle is
- * looked at in every tick.
+/* The penalty method: in what is solid of a closed mesh a spring pulls the hand to the nearest place of the surface. Every
+ * triangle is looked at in every tick.
  *   cc -O2 -ffp-contract=off -shared -fPIC -o penalty.so penalty.c -lm */
 #include <math.h>
 #include <stdlib.h>
@@ -13,6 +13,7 @@ typedef struct {
 
 static struct haptics_scene scene;
 static struct haptics_body* bodies;
+static double* solid_above; /* for each body, of all solid angles together */
 
 static vec at(const double* v) { return (vec){v[0], v[1], v[2]}; }
 static vec add(vec a, vec b) { return (vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -48,17 +49,27 @@ static vec nearest_on(const struct haptics_body* body, uint32_t t, vec h) {
   return best;
 }
 
-/* Of the sphere about h, as h sees the triangle; all of a closed mesh are 4 pi together where h is inside. */
+/* Of the sphere about h, as h sees the triangle. Those of a closed mesh are together 4 pi where h is inside and 0 where it is
+ * outside; of a room, whose triangles face inwards, -4 pi and 0. */
 static double solid_angle(const struct haptics_body* body, uint32_t t, vec h) {
   const vec a = sub(corner(body, t, 0), h), b = sub(corner(body, t, 1), h), c = sub(corner(body, t, 2), h);
   const double la = sqrt(dot(a, a)), lb = sqrt(dot(b, b)), lc = sqrt(dot(c, c));
   return 2 * atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
 }
 
+static double volume(const struct haptics_body* body) {
+  double sum = 0;
+  for (uint32_t t = 0; t < body->triangle_count; ++t)
+    sum += dot(corner(body, t, 0), cross(corner(body, t, 1), corner(body, t, 2)));
+  return sum / 6;
+}
+
 static const char* load(const struct haptics_scene* given) {
   scene = *given;
   bodies = realloc(bodies, (scene.body_count + 1) * sizeof *bodies);
   memcpy(bodies, given->bodies, scene.body_count * sizeof *bodies);
+  solid_above = realloc(solid_above, (scene.body_count + 1) * sizeof *solid_above);
+  for (uint32_t i = 0; i < scene.body_count; ++i) solid_above[i] = copysign(6.283185307179586, volume(&bodies[i]));
   return NULL;
 }
 
@@ -80,7 +91,7 @@ static void tick(const struct haptics_pose* poses, const double* hip_m, struct h
       angle += solid_angle(body, t, h);
     }
     answer->triangles += body->triangle_count;
-    if (!body->is_closed || fabs(angle) < 6.283185307179586 || sqrt(least) <= deepest) continue;
+    if (!body->is_closed || angle < solid_above[i] || sqrt(least) <= deepest) continue;
     deepest = sqrt(least);
     ihip = add(rotate(poses[i].rotation, 1, foot), at(poses[i].position));
     force = mul(sub(ihip, hip), body->stiffness_N_per_m);

@@ -1,4 +1,5 @@
-"""The penalty method again, with numpy: inside a closed body a spring pulls the hand to the nearest place of its surface."""
+"""The penalty method again, with numpy: in what is solid of a closed mesh a spring pulls the hand to the nearest place of the
+surface."""
 
 import numpy as np
 
@@ -21,6 +22,8 @@ class Penalty:
             body.corners = np.array(body.vertices)[np.array(body.triangles)]
             body.edges = np.roll(body.corners, -1, axis=1) - body.corners
             body.normals = np.cross(body.edges[:, 0], body.edges[:, 1])
+            a, b, c = np.moveaxis(body.corners, 1, 0)
+            body.solid_above = np.copysign(2 * np.pi, dot(a, np.cross(b, c)).sum())
 
     def place(self, hip):
         pass
@@ -29,7 +32,7 @@ class Penalty:
         hip, deepest, best, stiffness = np.array(hip), 0, None, 0
         for body, (rotation, position) in zip(self.bodies, poses):
             h = rotate((rotation[0], *(-x for x in rotation[1:])), hip - position)
-            if not body.closed or not inside(body, h):
+            if not body.closed or not is_solid_at(body, h):
                 continue
             foot = nearest(body, h)
             depth = np.linalg.norm(foot - h)
@@ -40,12 +43,13 @@ class Penalty:
         return hm.TOUCHING, stiffness * (best - hip), best
 
 
-def inside(body, h):
-    """All triangles together are seen under 4 pi from inside of a closed mesh."""
+def is_solid_at(body, h):
+    """All triangles of a closed mesh together are seen under 4 pi from inside and 0 from outside; of a room, which face
+    inwards, under -4 pi and 0."""
     a, b, c = np.moveaxis(body.corners - h, 1, 0)
     la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
     angle = np.arctan2(dot(a, np.cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
-    return abs(2 * angle.sum()) > 2 * np.pi
+    return 2 * angle.sum() > body.solid_above
 
 
 def nearest(body, h):
