@@ -337,11 +337,11 @@ Vec3 MainWindow::placeOnFloor(const std::string& name, Vec3 size_m) {
   return {middle, scene_.objects().floor_m()};
 }
 
-void MainWindow::withSelected(const std::function<void(const std::string&)>& does) {
+void MainWindow::withSelected(const std::function<void(const std::set<std::string>&)>& does) {
   if (selected_.isEmpty()) return properties_->say("No object is selected", true);
   std::set<std::string> names = objects_->others();
   names.insert(selected_.toStdString());
-  for (const std::string& name : names) does(name);
+  does(names);
 }
 
 void MainWindow::say(const QString& edit, const QString& words, bool isError) {

@@ -116,7 +116,7 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] Vec3 placeOnFloor(const std::string& name, Vec3 size_m);
   void restoreLayout();
   void saveLayout() const;
-  void withSelected(const std::function<void(const std::string&)>& does);
+  void withSelected(const std::function<void(const std::set<std::string>&)>& does);
   void say(const QString& edit, const QString& words, bool isError);
   void importMesh();
   void drop(const QStringList& files, const QPoint& place);

@@ -88,9 +88,9 @@ void MainWindow::makeEditMenu() {
   }
   ofSelected_ = {
       addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Others like those that are selected, beside them",
-                [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }),
+                [this] { withSelected([this](const auto& names) { editor_.duplicate(names); }); }),
       addAction(edit, "&Delete", QKeySequence::Delete, "Removes what is selected",
-                [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); })};
+                [this] { withSelected([this](const auto& names) { editor_.remove(names); }); })};
   objects_->addActions(ofSelected_);
   for (QAction* action : ofSelected_) action->setEnabled(false);
   edit->addSeparator();
@@ -105,10 +105,13 @@ void MainWindow::makeEditMenu() {
 }
 
 void MainWindow::addHiding(QMenu* menu) {
-  objects_->addAction(addAction(
-      menu, "&Hide or show the object", QKeySequence("Ctrl+H"), "The selected object, in this picture only", [this] {
-        withSelected([this](const std::string& object) { objects_->toggleVisible(QString::fromStdString(object)); });
-      }));
+  objects_->addAction(addAction(menu, "&Hide or show the object", QKeySequence("Ctrl+H"),
+                                "The selected object, in this picture only", [this] {
+                                  withSelected([this](const auto& objects) {
+                                    for (const std::string& object : objects)
+                                      objects_->toggleVisible(QString::fromStdString(object));
+                                  });
+                                }));
   objects_->addAction(addAction(menu, "Show hidden &objects", QKeySequence("Ctrl+Shift+H"),
                                 "All objects that are hidden in this picture", [this] { objects_->showAll(); }));
 }

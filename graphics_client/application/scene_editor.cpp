@@ -44,6 +44,11 @@ QString wordsOf(const v1::Accepted& accepted) {
   return words;
 }
 
+QString listed(const std::set<std::string>& objects) {
+  return objects.size() == 1 ? QString::fromStdString(printable(*objects.begin()))
+                             : QString("%1 objects").arg(objects.size());
+}
+
 }  // namespace
 
 SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted, std::function<void()> changed)
@@ -157,26 +162,34 @@ void SceneEditor::addMesh(const std::string& wantedName, const ContentHash& mesh
                   [name, done = std::move(done)](const Result<v1::Accepted>& outcome) { done(name, outcome); });
 }
 
-void SceneEditor::duplicate(const std::string& object) {
-  const std::string name = freeName(*link_.latest()->scene, object);
-  const Composer compose = [object, name](const MirrorView& view) -> Result<v1::Transaction> {
-    const auto record = view.scene->find(object);
-    if (!record) return refused("", "there is no such object");
+void SceneEditor::duplicate(const std::set<std::string>& objects) {
+  std::map<std::string, std::string> names;
+  Edit made;
+  for (const std::string& object : objects) {
+    const auto& [of, name] = *names.emplace(object, freeName(*link_.latest()->scene, object)).first;
+    made.of.insert({of, name});
+  }
+  made.compose = [names](const MirrorView& view) -> Result<v1::Transaction> {
     v1::Transaction transaction;
-    v1::AddObject& add = *transaction.add_operations()->mutable_add();
-    add = additionOf(*record);
-    add.set_name(name);
-    v1::Vector3& position = *add.mutable_pose()->mutable_position();
-    position.set_x(position.x() + kSize_m);
+    for (const auto& [object, name] : names) {
+      const auto record = view.scene->find(object);
+      if (!record) return refused("", "there is no " + object);
+      v1::AddObject& add = *transaction.add_operations()->mutable_add();
+      add = additionOf(*record);
+      add.set_name(name);
+      v1::Vector3& position = *add.mutable_pose()->mutable_position();
+      position.set_x(position.x() + kSize_m);
+    }
     return transaction;
   };
-  submit("duplicate " + QString::fromStdString(printable(object)), {.compose = compose, .of = {object, name}});
+  submit("duplicate " + listed(objects), std::move(made));
 }
 
-void SceneEditor::remove(const std::string& object) {
-  v1::Operation operation;
-  operation.mutable_remove()->mutable_object()->set_name(object);
-  submit("delete " + QString::fromStdString(printable(object)), std::move(operation));
+void SceneEditor::remove(const std::set<std::string>& objects) {
+  Edit made;
+  for (const std::string& object : objects)
+    made.transaction.add_operations()->mutable_remove()->mutable_object()->set_name(object);
+  submit("delete " + listed(objects), std::move(made));
 }
 
 void SceneEditor::rename(const std::string& object, const std::string& wanted, const std::function<void()>& done) {
@@ -192,8 +205,9 @@ void SceneEditor::rename(const std::string& object, const std::string& wanted, c
     return transaction;
   };
   Edit made{.text = edit.toStdString(), .compose = compose, .of = {object, wanted}};
-  history_.submit(std::move(made), [done, say = said(edit)](const Result<v1::Accepted>& outcome) {
+  history_.submit(std::move(made), [done, say = said(edit)](Result<v1::Accepted> outcome) {
     if (outcome) done();
+    if (!outcome && outcome.error().field.ends_with(".name")) outcome.error().field = "name";
     say(outcome);
   });
 }

@@ -41,8 +41,9 @@ class SceneEditor {
   void addMesh(const std::string& wantedName, const ContentHash& mesh, Vec3 position_m,
                std::function<void(const v1::EditProgress&)> progress,
                std::function<void(const std::string& name, const Result<v1::Accepted>&)> done);
-  void duplicate(const std::string& object);
-  void remove(const std::string& object);
+  /// All of them by one edit.
+  void duplicate(const std::set<std::string>& objects);
+  void remove(const std::set<std::string>& objects);
   /// Its motion begins anew where the scene has it.
   /// @param done  It has the name.
   void rename(const std::string& object, const std::string& wanted, const std::function<void()>& done);

@@ -131,6 +131,19 @@ class WindowEdits(harness.EndToEnd):
             time.sleep(0.15)
         self.assertEqual(left, first)
 
+    def test_what_is_chosen_together_is_duplicated_and_deleted_by_one_edit(self):
+        self.start()
+        self.other.apply('operations { add { name: "ball" mesh { sphere { radius_m: 0.01 } } pose { position { z: 0.1 } } } }')
+        tree = self.window.middle(self.window.widget("tree", "^objects$"))
+        for key, left in (("ctrl+d", {"ground", "ball", "ground-2", "ball-2"}), ("ctrl+z", {"ground", "ball"}), ("Delete", set())):
+            time.sleep(0.5)  # the list follows the scene ten times a second
+            self.window.click(*tree)
+            before = self.revision()
+            self.window.do("key", "ctrl+a", "key", key)
+            self.wait_past(before, f"{key} is accepted")
+            harness.wait_until(lambda left=left: set(self.other.objects()) == left, 20, lambda: f"{key}: {set(self.other.objects())}")
+            self.assertEqual(self.revision(), before + 1)
+
     def in_panel(self, role, name):
         """A widget of the properties, once they are scrolled to where it is seen."""
         def find():
