@@ -49,8 +49,9 @@ class Surface {
       }
     }
     for (const auto& [ends, face] : along) {
-      if (ends.first < ends.second)
-        edges_.push_back({ends.first, ends.second, face, along.at({ends.second, ends.first})});
+      const auto back = along.find({ends.second, ends.first});
+      if (ends.first < ends.second && back != along.end())
+        edges_.push_back({ends.first, ends.second, face, back->second});
     }
     for (const Edge& edge : edges_) {
       edgesAt_[edge.from].push_back(&edge);
