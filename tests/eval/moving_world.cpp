@@ -72,7 +72,9 @@ TelemetrySample MovingWorld::tick(Vec3 hip) {
       for (std::size_t i = 0; i < state_.collidingCount; ++i) state_.colliding[i].isPut = false;
     }
   }
-  return hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
+  TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
+  if (spoils != nullptr) spoils(sample);
+  return sample;
 }
 
 MovingWorld::HandSamples MovingWorld::tick(Vec3 hip, Vec3 secondHip) {
@@ -96,6 +98,7 @@ MovingWorld::HandSamples MovingWorld::tick(Vec3 hip, Vec3 secondHip) {
   HandSamples samples;
   finishSteps({*scene_, state_, config_, input, result}, {*scene_, *second_, config_, secondInput, secondResult},
               samples.first, samples.second);
+  if (spoils != nullptr) spoils(samples.second);
   return samples;
 }
 

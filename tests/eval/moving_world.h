@@ -40,6 +40,9 @@ class MovingWorld final : public BodyWorld {
   };
   HandSamples tick(Vec3 hip, Vec3 secondHip);
 
+  /// Null, but in tests of judges: what it makes of the answers.
+  static inline void (*spoils)(TelemetrySample& sample) = nullptr;
+
   [[nodiscard]] const HapticState& state() const noexcept { return state_; }
   /// Its index into the state's bodies, -1 while the step does not have it.
   [[nodiscard]] int indexOf(std::uint64_t id) const noexcept;

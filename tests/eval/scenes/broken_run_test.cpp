@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "haptic_server/engine/tool/tool_contact.h"
 #include "tests/eval/exchange/recorder.h"
 #include "tests/eval/methods.h"
 #include "tests/eval/moving_world.h"
@@ -168,6 +169,34 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair("S40", WorldBreakage::kDrifts), std::pair("P7", WorldBreakage::kDrifts),
                     std::pair("P8", WorldBreakage::kDrifts), std::pair("P9", WorldBreakage::kDrifts)),
     [](const auto& of) { return std::string(of.param.first); });
+
+/// Now and then a kick, each larger than the one before, and a hand that is let go of.
+void spoilSample(TelemetrySample& sample) {
+  static int ticks = 0;
+  if (sample.object == 0 || ++ticks % 37 != 0) return;
+  sample.force.contact += Vec3(0.001 * ticks);
+  sample.object = 0;
+}
+
+void sinkTool(ToolResult& result) { result.proxy.position -= Vec3(1e-6); }
+
+class JudgesOfOurs : public testing::TestWithParam<const char*> {};
+
+TEST_P(JudgesOfOurs, SeeABrokenRun) {
+  if (takesLong(GetParam())) GTEST_SKIP() << "HAPTICS_LONG is not set";
+  const auto* const scene = std::ranges::find(kFailureScenes, std::string_view(GetParam()), &FailureScene::name);
+  MovingWorld::spoils = spoilSample;
+  spoilsTool = sinkTool;
+  const auto method = findMethod(kOurs, methods()).make();
+  Random random = scene->random(1);
+  const bool passed = scene->run(*method, random).pass;
+  MovingWorld::spoils = nullptr;
+  spoilsTool = nullptr;
+  EXPECT_FALSE(passed);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfScenes, JudgesOfOurs, testing::Values("S18", "S19", "S20", "S23", "S24", "S25", "S29"),
+                         [](const auto& of) { return std::string(of.param); });
 
 std::vector<FailureScene> ledScenes() {
   std::vector<FailureScene> led;

@@ -10,6 +10,10 @@
 
 /// The failure scenes: scripted motion that breaks methods of rendering, each with a number for it. SI in the code,
 /// metres in the scene's frame; units as the keys say in the results.
+namespace haptics {
+struct ToolResult;
+}
+
 namespace haptics::eval {
 
 struct SceneResult {
@@ -84,6 +88,9 @@ struct FailureScene {
 [[nodiscard]] SceneResult standAsReported(Renderer& method, Random& random);         ///< P7
 [[nodiscard]] SceneResult putBoardsAsReported(Renderer& method, Random& random);     ///< P8
 [[nodiscard]] SceneResult slideAsReported(Renderer& method, Random& random);         ///< P9
+
+/// Of S23 to S25, as MovingWorld::spoils.
+inline void (*spoilsTool)(ToolResult& result) = nullptr;
 
 inline constexpr std::array kFailureScenes{
     FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},

@@ -54,6 +54,7 @@ class ToolScene {
 
   const ToolResult& tick(const Pose& device) {
     result_ = contact_->follow(bodies_, device, kCoupling, kAllowance);
+    if (spoilsTool != nullptr) spoilsTool(result_);
     const bool finite = isFinite(result_.force_N) && isFinite(result_.torque_Nm) && isFinite(result_.proxy.position);
     notFinite_ += finite ? 0 : 1;
     for (const Body& body : bodies_) {
