@@ -281,15 +281,17 @@ class Outline {
     bool isCut = false;
   };
 
+  /// Not of a corner that turns right: that is no ear before a neighbour is cut off.
   void lookAgainAt(std::size_t corner) {
-    const Point cut = flat_[corners_[corner].after] - flat_[corners_[corner].before];
-    queue_.push({glm::dot(cut, cut), corner, ++corners_[corner].looks});
+    Corner& its = corners_[corner];
+    const Point a = flat_[its.before], b = flat_[corner], c = flat_[its.after];
+    ++its.looks;
+    if (turn(a, b, c) > 0 || a == b || b == c || c == a) queue_.push({glm::dot(c - a, c - a), corner, its.looks});
   }
 
   [[nodiscard]] bool isEar(std::size_t i) {
     const Point a = flat_[corners_[i].before], b = flat_[i], c = flat_[corners_[i].after];
     if (a == b || b == c || c == a) return true;  // nothing, or there and back
-    if (turn(a, b, c) <= 0) return false;
     // Other corners at the same places are outside, but for one at the ear's tip whose edges leave into the ear.
     const auto intoEar = [&](Point p) { return turn(a, b, p) > 0 && turn(b, c, p) > 0; };
     const auto isIn = [&](std::size_t k) {
