@@ -531,6 +531,16 @@ class Judge(Verb):
         self.assertEqual(done.stdout.count("as in verdict.json"), 7)
         self.assertEqual(len(self.records("judge")), 7)
 
+    @unittest.skipUnless(os.environ.get("HAPTICS_LONG"), "all scenes take a minute")
+    def test_judges_all_scenes_as_the_live_run_did(self):
+        runs = self.out.parent / "runs"
+        self.run_well("failures", "--method", "ours", "--export", str(runs))
+        done = self.judge(runs)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stdout.count("pass, as in verdict.json"), 33)
+        (runs / "ours-S17-1" / "dents.csv").unlink()
+        self.assertEqual(self.judge(runs / "ours-S17-1").returncode, 1)
+
     def test_the_page_is_enough_to_draw_a_run(self):
         folder = self.export("god_object", "S1")
         picture = self.out / "S1.png"

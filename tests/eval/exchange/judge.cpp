@@ -4,7 +4,9 @@
 #include <charconv>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "tests/eval/adapters/outside_method.h"
 #include "tests/eval/exchange/recorder.h"
@@ -33,7 +35,6 @@ class Rows {
     }
     if (cells_.size() != columns_)
       wrong("has " + std::to_string(cells_.size()) + " columns; " + std::to_string(columns_) + " are right");
-    if (number(0) != static_cast<double>(number_)) wrong("is not numbered so");
     return true;
   }
 
@@ -66,6 +67,13 @@ class Playback final : public Renderer {
   explicit Playback(const std::filesystem::path& folder, bool turnsMirroredOver)
       : motion_(folder / "motion.csv", 6), folder_(folder), turnsMirroredOver_(turnsMirroredOver) {
     readForces();
+    if (exists(folder / kDentsFile)) {
+      for (Rows rows(folder / kDentsFile, 8); rows.next();)
+        dents_[at(rows)].push_back({Vec3f(rows.vec3(2)), Vec3f(rows.vec3(5))});
+    }
+    if (exists(folder / kBulgesFile)) {
+      for (Rows rows(folder / kBulgesFile, 3); rows.next();) bulges_m_[at(rows)] = rows.number(2);
+    }
   }
 
   void begin(std::span<const std::shared_ptr<const CollisionMesh>>, std::span<const Pose>, Vec3 hip) override {
@@ -76,6 +84,14 @@ class Playback final : public Renderer {
   Felt tick(std::span<const Pose>, Vec3 hip) override { return answerTo("tick", hip); }
   Felt drive(std::span<const Pose>, bool haveCome, Vec3 hip) override {
     return answerTo(haveCome ? "tick_with_sample" : "tick_without_sample", hip);
+  }
+  [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override {
+    const auto told = dents_.find({row_, body});
+    return told == dents_.end() ? std::vector<Dent>{} : told->second;
+  }
+  [[nodiscard]] double highestBulge_m(std::size_t body) const override {
+    const auto told = bulges_m_.find({row_, body});
+    return told == bulges_m_.end() ? 0 : told->second;
   }
   [[nodiscard]] bool turnsMirroredOver() const override { return turnsMirroredOver_; }
 
@@ -88,6 +104,13 @@ class Playback final : public Renderer {
     std::int64_t row;
     Felt felt;
   };
+  using RowAndBody = std::pair<std::int64_t, std::size_t>;
+
+  static RowAndBody at(const Rows& rows) {
+    if (!(rows.number(0) >= 0 && rows.number(0) < 1e15 && rows.number(1) >= 0 && rows.number(1) < 1e6))
+      rows.wrong("has no row of motion.csv and body");
+    return {static_cast<std::int64_t>(rows.number(0)), static_cast<std::size_t>(rows.number(1))};
+  }
 
   void readForces() {
     constexpr std::size_t kColumns = 16;
@@ -128,7 +151,7 @@ class Playback final : public Renderer {
 
   void go(std::string_view event, Vec3 hip) {
     if (!motion_.next()) throw std::runtime_error((folder_ / "motion.csv").string() + ": ends before the scene does");
-    ++row_;
+    if (motion_.number(0) != static_cast<double>(++row_)) motion_.wrong("is not numbered so");
     if (motion_.cell(1) != event)
       motion_.wrong("is \"" + std::string(motion_.cell(1)) + "\" where the scene has \"" + std::string(event) + "\"");
     if (motion_.vec3(3) != hip)
@@ -151,6 +174,8 @@ class Playback final : public Renderer {
   std::filesystem::path folder_;
   bool turnsMirroredOver_;
   std::vector<Row> forces_;
+  std::map<RowAndBody, std::vector<Dent>> dents_;
+  std::map<RowAndBody, double> bulges_m_;
   std::size_t next_ = 0;
   std::int64_t row_ = 0;
 };
@@ -185,8 +210,6 @@ Record judge(const std::filesystem::path& folder) {
     throw std::runtime_error(path.string() + ": \"scene\": " + name + " can only be judged live");
   Record record{{"method", fieldOf<std::string>(json, path, "method")}, {"scene", name}, {"seed", seed}};
   runOrExplain(record, [&] {
-    if (json.value("needs_method", false))
-      throw NotApplicable("the scene asks the method for more than forces: it can only be judged live");
     Playback playback(folder, json.value("turns_mirrored_over", false));
     Random random = scene->random(seed);
     const SceneResult result = scene->run(playback, random);

@@ -129,27 +129,36 @@ Felt Recorder::drive(std::span<const Pose> samples, bool haveCome, Vec3 hip) {
 
 std::vector<Dent> Recorder::dents(std::size_t body) const {
   std::vector<Dent> dents = method_->dents(body);
-  needsMethod_ = needsMethod_ || !dents.empty();
+  if (dents.empty() || !dented_.emplace(row_, body).second) return dents;
+  if (!dents_.is_open()) {
+    dents_.open(folder_ / kDentsFile);
+    dents_ << "row,body,centre_x_m,centre_y_m,centre_z_m,displacement_x_m,displacement_y_m,displacement_z_m\n";
+  }
+  for (const Dent& dent : dents)
+    dents_ << row_ << ',' << body << ',' << textOf(Vec3(dent.centre)) << ',' << textOf(Vec3(dent.displacement)) << '\n';
   return dents;
 }
 
 double Recorder::highestBulge_m(std::size_t body) const {
   const double bulge_m = method_->highestBulge_m(body);
-  needsMethod_ = needsMethod_ || bulge_m != 0;
+  if (bulge_m == 0) return 0;
+  if (!bulges_.is_open()) {
+    bulges_.open(folder_ / kBulgesFile);
+    bulges_ << "row,body,highest_bulge_m\n";
+  }
+  bulges_ << row_ << ',' << body << ',' << exactText(bulge_m) << '\n';
   return bulge_m;
 }
 
 void Recorder::finish(const Record& about, const Record& verdict) {
-  for (std::ofstream* file : {&motion_, &poses_, &forces_}) {
+  for (std::ofstream* file : {&motion_, &poses_, &forces_, &dents_, &bulges_}) {
+    if (!file->is_open()) continue;
     file->close();
     if (!*file) throw std::runtime_error(folder_.string() + ": a file in it cannot be written");
   }
   Record scene{{"format", kExchangeFormat}};
   scene.update(about);
-  scene.update({{"tick_s", kPeriod_s},
-                {"turns_mirrored_over", method_->turnsMirroredOver()},
-                {"needs_method", needsMethod_},
-                {"loads", loads_}});
+  scene.update({{"tick_s", kPeriod_s}, {"turns_mirrored_over", method_->turnsMirroredOver()}, {"loads", loads_}});
   writeRecord(folder_, "scene", scene);
   writeRecord(folder_, "verdict", verdict);
 }

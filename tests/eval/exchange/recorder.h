@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
+#include <utility>
 
 #include "tests/eval/renderer.h"
 #include "tests/eval/report.h"
@@ -10,6 +12,8 @@
 namespace haptics::eval {
 
 inline constexpr std::string_view kExchangeFormat = "haptics scene 1";
+inline constexpr const char* kDentsFile = "dents.csv";
+inline constexpr const char* kBulgesFile = "bulges.csv";
 
 /// Scenes of these are led through what a Renderer is asked, and through nothing beside it.
 [[nodiscard]] constexpr bool isExchanged(Concern concern) {
@@ -53,7 +57,8 @@ class Recorder final : public Renderer {
   std::optional<FeltSurface> surface_;
   std::vector<Pose> lastPoses_;
   std::int64_t row_ = 0;
-  mutable bool needsMethod_ = false;  // the scene asked it for more than it answers in a tick
+  mutable std::ofstream dents_, bulges_;                           // made when the first one is told
+  mutable std::set<std::pair<std::int64_t, std::size_t>> dented_;  // by row and body: asked for and written
 };
 
 }  // namespace haptics::eval
