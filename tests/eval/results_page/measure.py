@@ -18,7 +18,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 BUILT_IN = ("ours", "pseudocode_closed", "god_object", "finite_proxy_1mm", "global_closest", "intermediate_plane_100Hz")
-OUTSIDE = ("bullet", "ode", "mujoco", "vtk_locator", "penalty")
+OUTSIDE = ("bullet", "ode", "mujoco", "vtk_locator")
 ACCURACY = ("scene", "triangles", "depth_mm", "ihip_error_max_mm", "force_error_max_N", "direction_error_max_deg",
             "epsilon_p99_ratio", "force_above_100Hz_rms_N", "tick_p50_ns", "tick_p99_ns", "tick_max_ns", "pipe_p50_ns",
             "fault", "pass")

@@ -17,7 +17,8 @@ th, td { padding: .2rem .45rem; border: 1px solid #ddd; text-align: right; white
 th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: #fff; }
 .pass { background: #d9efd9; } .fail { background: #f6cfc9; } .fault { background: #e0b3e6; } .none { color: #999; }
 figure { margin: 1rem 0; } svg { width: 100%; max-width: 34rem; height: auto; } svg text { font-size: 13px; }
-.names { list-style: none; padding: 0; columns: 12rem; }
+.names { list-style: none; padding: 0; columns: 14rem; }
+.names li { white-space: nowrap; }
 code { font-size: .85rem; overflow-wrap: anywhere; } summary { cursor: pointer; } dt { font-weight: 600; } dd { margin: 0 0 .3rem 1rem; }
 """
 COLOURS = ("#000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#8c8c8c", "#a6761d", "#1b5e20")
