@@ -5,6 +5,7 @@
 #include "haptic_server/engine/collision/collision_points.h"
 #include "tests/eval/baselines/distance_field_shell.h"
 #include "tests/eval/baselines/finite_proxy.h"
+#include "tests/eval/baselines/global_closest.h"
 #include "tests/eval/baselines/moeller_trumbore.h"
 #include "tests/eval/baselines/spring_world.h"
 #include "tests/eval/baselines/swept_sphere.h"
@@ -63,6 +64,18 @@ TEST(FiniteProxy, FeelsASurfaceWhereItIsAndCannotEnterANarrowGap) {
   EXPECT_NEAR(pressed.force_N.z, kSpring_N_per_m * 0.002, 1e-6);
   proxy.place({0, 0.001, 0.012});
   EXPECT_GT(proxy.tick(poses, {0, 0.001, 0.005}).force_N.z, kSpring_N_per_m * 0.004);
+}
+
+TEST(GlobalClosest, HasTheSpringOfAnEditUntilTheNextSceneBegins) {
+  const std::vector<std::shared_ptr<const CollisionMesh>> box{shapes::box({0.1, 0.1, 0.1}).build()};
+  const std::vector<Pose> poses(1);
+  const Vec3 free(0, 0, 0.1), hip(0, 0, 0.049);
+  GlobalClosest method;
+  method.begin(box, poses, free);
+  method.edit({{}, box, poses, 2000}, hip);
+  EXPECT_NEAR(method.tick(poses, hip).force_N.z, 2, 1e-6);
+  method.begin(box, poses, free);
+  EXPECT_NEAR(method.tick(poses, hip).force_N.z, 1, 1e-6);
 }
 
 TEST(MoellerTrumbore, AgreesWithTheProductionTestAwayFromEdges) {

@@ -38,6 +38,7 @@ class AblatedMethod final : public Renderer {
 
   void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
              Vec3 hip) override {
+    setSpring();
     surfaces_.assign(bodies.begin(), bodies.end());
     bodies_.clear();
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -52,6 +53,7 @@ class AblatedMethod final : public Renderer {
   [[nodiscard]] bool turnsMirroredOver() const override { return true; }
   /// Of surfaces: the bodies stay the same.
   void edit(const EditedScene& scene, Vec3 /*hip*/) override {
+    setSpring(scene.spring_N_per_m);
     std::vector<BodyOrigin> origins;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       origins.push_back({static_cast<int>(i), scene.bodies[i] != surfaces_[i]});

@@ -75,7 +75,7 @@ class Renderer {
   /// they begin anew.
   virtual void edit(const EditedScene& scene, Vec3 hip) {
     begin(scene.bodies, scene.poses, hip);
-    spring_N_per_m_ = scene.spring_N_per_m;
+    setSpring(scene.spring_N_per_m);
   }
   /// One tick. A pose other than the last is motion.
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
@@ -94,6 +94,8 @@ class Renderer {
   [[nodiscard]] virtual bool turnsMirroredOver() const { return false; }
 
  protected:
+  /// Another scene begins with the usual one: begin() of whatever renders with it says so.
+  void setSpring(double spring_N_per_m = kSpring_N_per_m) { spring_N_per_m_ = spring_N_per_m; }
   [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }
 
  private:

@@ -66,6 +66,7 @@ class Baseline : public Renderer {
   explicit Baseline(SegmentTest test = SegmentTest::kWatertight) : bodies_(test) {}
   void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
              Vec3 hip) override {
+    setSpring();
     bodies_.set(bodies, poses);
     place(hip);
   }

@@ -6,6 +6,7 @@ namespace haptics::eval {
 
 void SurfaceAfterContact::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies,
                                 std::span<const Pose> poses, Vec3 hip) {
+  setSpring();
   cache_ = {};
   rest_ = now_ = bodies.front();
   vertices_.clear();
