@@ -244,9 +244,12 @@ class Sweeps(Verb):
 class Worst(Verb):
     def test_finds_ticks_that_an_allowance_bounds(self):
         fast = "--rate", "10000"  # a tick has a tenth of the allowance then: it is spent, and counted soon
-        said = self.run_well("worst", "--seconds", "2", "--family", "soup", *fast)
-        self.assertIn("within", said)
-        record, = self.records("worst")
+        for seconds in (2, 10, 50):  # the clock of a busy machine leaves a hunt few plays
+            said = self.run_well("worst", "--seconds", str(seconds), "--family", "soup", *fast)
+            self.assertIn("within", said)
+            record, = self.records("worst")
+            if record["allowance_spent_ticks"] > 0:
+                break
         self.assertEqual((record["family"], record["rate_Hz"], record["bounded"]), ("soup", 10000, True))
         self.assertGreater(record["plays"], 3)
         self.assertGreater(record["allowance_spent_ticks"], 0)
