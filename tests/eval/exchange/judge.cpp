@@ -86,12 +86,12 @@ class Playback final : public Renderer {
     return answerTo(haveCome ? "tick_with_sample" : "tick_without_sample", hip);
   }
   [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override {
-    const auto told = dents_.find({row_, body});
-    return told == dents_.end() ? std::vector<Dent>{} : told->second;
+    const auto found = dents_.find({row_, body});
+    return found == dents_.end() ? std::vector<Dent>{} : found->second;
   }
   [[nodiscard]] double highestBulge_m(std::size_t body) const override {
-    const auto told = bulges_m_.find({row_, body});
-    return told == bulges_m_.end() ? 0 : told->second;
+    const auto found = bulges_m_.find({row_, body});
+    return found == bulges_m_.end() ? 0 : found->second;
   }
   [[nodiscard]] bool turnsMirroredOver() const override { return turnsMirroredOver_; }
 

@@ -57,8 +57,8 @@ class Recorder final : public Renderer {
   std::optional<FeltSurface> surface_;
   std::vector<Pose> lastPoses_;
   std::int64_t row_ = 0;
-  mutable std::ofstream dents_, bulges_;                           // made when the first one is told
-  mutable std::set<std::pair<std::int64_t, std::size_t>> dented_;  // by row and body: asked for and written
+  mutable std::ofstream dents_, bulges_;                           // made with their first row
+  mutable std::set<std::pair<std::int64_t, std::size_t>> dented_;  // row and body of what is written
 };
 
 }  // namespace haptics::eval

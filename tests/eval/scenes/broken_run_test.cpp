@@ -171,10 +171,10 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& of) { return std::string(of.param.first); });
 
 /// Now and then a kick, each larger than the one before, and a hand that is let go of.
+int spoiltTicks = 0;
 void spoilSample(TelemetrySample& sample) {
-  static int ticks = 0;
-  if (sample.object == 0 || ++ticks % 37 != 0) return;
-  sample.force.contact += Vec3(0.001 * ticks);
+  if (sample.object == 0 || ++spoiltTicks % 37 != 0) return;
+  sample.force.contact += Vec3(0.001 * spoiltTicks);
   sample.object = 0;
 }
 
@@ -185,6 +185,7 @@ class JudgesOfOurs : public testing::TestWithParam<const char*> {};
 TEST_P(JudgesOfOurs, SeeABrokenRun) {
   if (takesLong(GetParam())) GTEST_SKIP() << "HAPTICS_LONG is not set";
   const auto* const scene = std::ranges::find(kFailureScenes, std::string_view(GetParam()), &FailureScene::name);
+  spoiltTicks = 0;
   MovingWorld::spoils = spoilSample;
   spoilsTool = sinkTool;
   const auto method = findMethod(kOurs, methods()).make();
