@@ -1,10 +1,12 @@
 #include "common/mesh/joined_edges.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
 
 namespace haptics {
 namespace {
@@ -47,13 +49,20 @@ std::vector<Side> openSides(const TriMesh& mesh) {
 class SidesByPlace {
  public:
   SidesByPlace(const TriMesh& mesh, const std::vector<Side>& sides, double within_m)
-      : mesh_(mesh), sides_(sides), within_m_(within_m), cell_m_(kCell * within_m) {
+      : mesh_(mesh),
+        sides_(sides),
+        within_m_(within_m),
+        cell_m_(kCell * within_m),
+        prefixBits_(std::bit_width(sides.size() | 1)),
+        begins_((std::size_t{1} << prefixBits_) + 1) {
     entries_.reserve(sides.size());
     for (std::uint32_t i = 0; i < sides.size(); ++i) {
       const Vec3 place = at(sides[i].from);
       entries_.push_back({keyOf(cellOf(place.x), cellOf(place.y), cellOf(place.z)), i});
     }
     std::ranges::sort(entries_, {}, [](const Entry& e) { return std::pair(e.key, e.side); });
+    for (const Entry& entry : entries_) ++begins_[prefixOf(entry.key) + 1];
+    std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
   }
 
   /// The nearest that runs against this one, along it.
@@ -74,8 +83,9 @@ class SidesByPlace {
       for (std::int64_t y = cellOf(low.y); y <= cellOf(high.y); ++y) {
         for (std::int64_t z = cellOf(low.z); z <= cellOf(high.z); ++z) {
           const std::uint64_t key = keyOf(x, y, z);
-          auto entry = std::ranges::lower_bound(entries_, key, {}, &Entry::key);
-          for (int looked = 0; entry != entries_.end() && entry->key == key && looked < kMaxInACell; ++looked)
+          const std::span range = withPrefixOf(key);
+          auto entry = std::ranges::lower_bound(range, key, {}, &Entry::key);
+          for (int looked = 0; entry != range.end() && entry->key == key && looked < kMaxInACell; ++looked)
             look(*entry++);
         }
       }
@@ -92,6 +102,11 @@ class SidesByPlace {
     std::uint32_t side;
   };
 
+  [[nodiscard]] std::size_t prefixOf(std::uint64_t key) const { return key >> (64 - prefixBits_); }
+  [[nodiscard]] std::span<const Entry> withPrefixOf(std::uint64_t key) const {
+    const std::size_t prefix = prefixOf(key);
+    return std::span(entries_).subspan(begins_[prefix], begins_[prefix + 1] - begins_[prefix]);
+  }
   [[nodiscard]] Vec3 at(std::uint32_t vertex) const { return Vec3(mesh_.vertices[vertex]); }
   [[nodiscard]] std::int64_t cellOf(double place_m) const {
     return static_cast<std::int64_t>(std::floor(place_m / cell_m_));
@@ -106,7 +121,9 @@ class SidesByPlace {
   const TriMesh& mesh_;
   const std::vector<Side>& sides_;
   const double within_m_, cell_m_;
-  std::vector<Entry> entries_;
+  const int prefixBits_;
+  std::vector<Entry> entries_;         // in the order of their keys
+  std::vector<std::uint32_t> begins_;  // of the entries with each prefix of their keys
 };
 
 /// Vertices that have become one, each set at the place of its lowest number.

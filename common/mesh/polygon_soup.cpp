@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <compare>
 #include <cstddef>
-#include <functional>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <queue>
@@ -121,12 +122,12 @@ bool isFan(const std::vector<Point>& flat) {
   return true;
 }
 
-/// Points that are taken out one by one, in a tree of boxes.
+/// Of points those that are `in`, which are taken out one by one, in a tree of boxes.
 class PointTree {
  public:
-  explicit PointTree(const std::vector<Point>& points) : points_(points), order_(points.size()), place_(points.size()) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    build(0, 0, order_.size());
+  PointTree(const std::vector<Point>& points, std::vector<std::size_t> in)
+      : points_(points), order_(std::move(in)), place_(points.size(), kNone) {
+    if (!order_.empty()) build(0, 0, order_.size());
     ordered_.reserve(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) {
       place_[order_[i]] = i;
@@ -135,7 +136,8 @@ class PointTree {
   }
 
   void remove(std::size_t point) {
-    const std::size_t place = place_[point];
+    const std::size_t place = std::exchange(place_[point], kNone);
+    if (place == kNone) return;
     std::size_t node = 0, first = 0, last = order_.size();
     for (;;) {
       --nodes_[node].count;
@@ -157,7 +159,7 @@ class PointTree {
     };
     std::array<Part, 64> stack;
     std::size_t top = 0;
-    stack[top++] = {0, 0, order_.size()};
+    if (!order_.empty()) stack[top++] = {0, 0, order_.size()};
     while (top > 0) {
       const auto [node, first, last] = stack[--top];
       const Node& box = nodes_[node];
@@ -231,7 +233,7 @@ class PointTree {
 class Outline {
  public:
   explicit Outline(const std::vector<Point>& flat)
-      : flat_(flat), tree_(flat), corners_(flat.size()), waiting_(flat.size()) {
+      : flat_(flat), corners_(flat.size()), tree_(flat, notLeftTurns(flat)), waiting_(flat.size()) {
     for (std::size_t i = 0; i < corners_.size(); ++i) {
       corners_[i].before = (i + corners_.size() - 1) % corners_.size();
       corners_[i].after = (i + 1) % corners_.size();
@@ -242,8 +244,10 @@ class Outline {
   /// The ear with the shortest cut, as the corners before, at and after it, is cut off. None: there is none.
   std::optional<std::array<std::size_t, 3>> cutEar() {
     while (!queue_.empty()) {
-      const auto [length, i, looks] = queue_.top();
-      queue_.pop();
+      const auto shortest = queue_.begin();
+      const auto [i, looks] = shortest->second.front();
+      shortest->second.pop();
+      if (shortest->second.empty()) queue_.erase(shortest);
       if (looks != corners_[i].looks || !isEar(i)) continue;
       const std::size_t before = corners_[i].before, after = corners_[i].after;
       corners_[i].isCut = true;
@@ -269,11 +273,9 @@ class Outline {
   }
 
  private:
-  /// At a corner, the one with the shortest cut first. Outdated: the corner has more looks by now.
+  /// Outdated: the corner has more looks by now.
   struct Look {
-    double length2;
     std::size_t corner, looks;
-    auto operator<=>(const Look&) const = default;
   };
   struct Corner {
     std::size_t before, after;
@@ -281,12 +283,29 @@ class Outline {
     bool isCut = false;
   };
 
+  /// Of lengths within 2^(1/8) of each other; shorter ones have a lower class.
+  static std::uint64_t classOf(double length2) {
+    constexpr int kMantissaBits = 52, kBitsOfClass = 2;
+    return std::bit_cast<std::uint64_t>(length2) >> (kMantissaBits - kBitsOfClass);
+  }
+
+  static std::vector<std::size_t> notLeftTurns(const std::vector<Point>& flat) {
+    std::vector<std::size_t> corners;
+    const std::size_t n = flat.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!(turn(flat[(i + n - 1) % n], flat[i], flat[(i + 1) % n]) > 0)) corners.push_back(i);
+    }
+    return corners;
+  }
+
   /// Not of a corner that turns right: that is no ear before a neighbour is cut off.
   void lookAgainAt(std::size_t corner) {
     Corner& its = corners_[corner];
     const Point a = flat_[its.before], b = flat_[corner], c = flat_[its.after];
     ++its.looks;
-    if (turn(a, b, c) > 0 || a == b || b == c || c == a) queue_.push({glm::dot(c - a, c - a), corner, its.looks});
+    const bool turnsLeft = turn(a, b, c) > 0;
+    if (turnsLeft) tree_.remove(corner);
+    if (turnsLeft || a == b || b == c || c == a) queue_[classOf(glm::dot(c - a, c - a))].push({corner, its.looks});
   }
 
   [[nodiscard]] bool isEar(std::size_t i) {
@@ -306,10 +325,10 @@ class Outline {
   }
 
   const std::vector<Point>& flat_;
-  PointTree tree_;
   std::vector<Corner> corners_;
-  std::vector<std::vector<std::size_t>> waiting_;  // for the corner that was found in their triangle
-  std::priority_queue<Look, std::vector<Look>, std::greater<>> queue_;
+  PointTree tree_;  // of the corners that do not turn left: an ear that holds any corner holds one of them
+  std::vector<std::vector<std::size_t>> waiting_;    // for the corner that was found in their triangle
+  std::map<std::uint64_t, std::queue<Look>> queue_;  // of each class of lengths
 };
 
 /// Whether the fan of the corners that are left faces back, by more than rounding.
