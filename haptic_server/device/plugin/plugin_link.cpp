@@ -29,11 +29,11 @@ namespace {
 constexpr const char* kSymbol = "haptics_device_plugin";
 /// What came since stands at the end of its structures.
 constexpr std::uint32_t kOldestAbi = 2;
-static_assert(sizeof(haptics_device_info) == 200 && offsetof(haptics_device_state, force_off) == 72);
+static_assert(offsetof(haptics_device_info, max_gripper_Nm) == 200 && offsetof(haptics_device_state, force_off) == 72);
 constexpr double kMaxForce_N = 100;
 /// No arm reaches farther from the middle of its workspace.
 constexpr double kFarthest_m = 10;
-constexpr double kMaxTorque_Nm = 20;
+constexpr double kMaxTorque_Nm = 20, kMaxGripper_Nm = 5;
 /// Between looks at a plug-in that does not wait by itself.
 constexpr std::uint64_t kLookAgain_ns = 100'000;
 /// A call that took so much longer than it was allowed to has kept the force from being written.
@@ -45,7 +45,7 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
                  "is " + std::to_string(value) + "; the plug-in is to say a number from 0 to " + std::to_string(most));
 }
 
-[[nodiscard]] Result<void> check(const haptics_device_info& info) {
+[[nodiscard]] Result<void> check(const haptics_device_info& info, bool writesGripper) {
   if (std::memchr(info.name, 0, sizeof info.name) == nullptr || info.name[0] == 0)
     return refused("name", "is empty, or does not end");
   const std::tuple<const char*, double, double> numbers[] = {
@@ -63,7 +63,9 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
       {"rotation.resolution_rad", info.rotation.resolution_rad, 1},
       {"rotation.inertia_kgm2", info.rotation.inertia_kgm2, 10},
       {"rotation.viscous_friction_Nms_per_rad", info.rotation.viscous_friction_Nms_per_rad, 100},
-      {"rotation.coulomb_friction_Nm", info.rotation.coulomb_friction_Nm, 100}};
+      {"rotation.coulomb_friction_Nm", info.rotation.coulomb_friction_Nm, 100},
+      {"max_gripper_Nm", info.max_gripper_Nm, kMaxGripper_Nm},
+      {"max_gripper_Nm_per_rad", info.max_gripper_Nm_per_rad, 100}};
   for (const auto& [field, value, most] : numbers) {
     if (!(value >= 0 && value <= most)) return outOfRange(field, value, most);
   }
@@ -78,6 +80,10 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
                    "is 1 of a device that does not sense how it is turned; its degrees should be 6");
   if (info.rotation.is_driven == 1 && info.rotation.max_torque_Nm == 0)
     return refused("rotation.max_torque_Nm", "is 0; a device that gives torque has a limit: give what it can do");
+  if (info.max_gripper_Nm > 0 && info.max_gripper_Nm_per_rad == 0)
+    return refused("max_gripper_Nm_per_rad", "is 0; give how stiff a spring the gripper bears");
+  if (info.max_gripper_Nm > 0 && !writesGripper)
+    return refused("max_gripper_Nm", "is above 0, and the plug-in has no write_gripper()");
   return {};
 }
 
@@ -117,9 +123,13 @@ void closeDevice(const haptics_device_functions& functions, void* device) noexce
 
 class PluginPort final : public UsbPort {
  public:
-  PluginPort(const haptics_device_functions& functions, void* device, std::string name,
+  PluginPort(const haptics_device_functions& functions, void* device, const haptics_device_info& info,
              const std::function<void(const std::string&)>& warning)
-      : functions_(functions), device_(device), name_(std::move(name)), warning_(warning) {}
+      : functions_(functions),
+        device_(device),
+        name_(info.name),
+        hasGripper_(info.max_gripper_Nm > 0 && functions.write_gripper != nullptr),
+        warning_(warning) {}
   ~PluginPort() override { closeDevice(functions_, device_); }
   PluginPort(const PluginPort&) = delete;
   PluginPort& operator=(const PluginPort&) = delete;
@@ -128,10 +138,13 @@ class PluginPort final : public UsbPort {
   [[nodiscard]] UsbOutcome clearStall() override { return UsbOutcome::kDone; }
 
   [[nodiscard]] UsbOutcome send(std::span<const std::uint8_t> bytes) override {
-    std::array<double, 6> output;
+    std::array<double, 7> output;
     std::memcpy(output.data(), bytes.data(), sizeof output);
-    const int outcome =
-        call("write", monotonicNow_ns(), [&] { return functions_.write(device_, output.data(), output.data() + 3); });
+    const double *const force_N = output.data(), *const torque_Nm = force_N + 3;
+    const int outcome = call(hasGripper_ ? "write_gripper" : "write", monotonicNow_ns(), [&] {
+      return hasGripper_ ? functions_.write_gripper(device_, force_N, torque_Nm, output[6])
+                         : functions_.write(device_, force_N, torque_Nm);
+    });
     if (outcome == HAPTICS_DEVICE_DONE) return UsbOutcome::kDone;
     return outcome == HAPTICS_DEVICE_GONE ? UsbOutcome::kGone : UsbOutcome::kFailed;
   }
@@ -161,6 +174,7 @@ class PluginPort final : public UsbPort {
   const haptics_device_functions& functions_;
   void* device_;
   std::string name_;
+  bool hasGripper_;  // that gives a moment
   const std::function<void(const std::string&)>& warning_;
   haptics_device_state state_{};
   std::string condition_;
@@ -240,7 +254,8 @@ class PluginPort final : public UsbPort {
           .viscousFriction_Ns_per_m = said.viscous_friction_Ns_per_m / scale,
           .coulombFriction_N = said.coulomb_friction_N,
           .delay_s = said.delay_s,
-          .rotation = rotationOf(said)};
+          .rotation = rotationOf(said),
+          .gripper = {.maxMoment_Nm = said.max_gripper_Nm, .maxStiffness_Nm_per_rad = said.max_gripper_Nm_per_rad}};
 }
 
 }  // namespace
@@ -274,15 +289,18 @@ Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
   }
   if (!functions->open || !functions->read || !functions->write || !functions->close)
     return refused(file, "lacks one of open, read, write and close");
-  return PluginLibrary(file, functions);
+  haptics_device_functions known{};  // an older plug-in's end earlier
+  std::memcpy(&known, functions, functions->abi < 4 ? offsetof(haptics_device_functions, write_gripper) : sizeof known);
+  return PluginLibrary(file, known);
 }
 
 Result<haptics_device_info> PluginLibrary::describe(const std::string& which) const {
   void* device = nullptr;
   haptics_device_info info{};
-  if (const char* reason = openDevice(*functions_, which, device, info)) return refused(file_, reason);
-  closeDevice(*functions_, device);
-  if (auto checked = check(info); !checked) return tl::unexpected(std::move(checked.error()).within(file_ + ": "));
+  if (const char* reason = openDevice(functions_, which, device, info)) return refused(file_, reason);
+  closeDevice(functions_, device);
+  if (auto checked = check(info, functions_.write_gripper != nullptr); !checked)
+    return tl::unexpected(std::move(checked.error()).within(file_ + ": "));
   return info;
 }
 
@@ -303,7 +321,7 @@ tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> PluginBus::open(const UsbMode
   if (const char* reason = openDevice(library_.functions(), which_, device, info)) {
     return tl::unexpected(UsbRefusal{DeviceFault::kNotAnswering, {library_.file(), reason}});
   }
-  return std::make_unique<PluginPort>(library_.functions(), device, info.name, warning_);
+  return std::make_unique<PluginPort>(library_.functions(), device, info, warning_);
 }
 
 PluginProtocol::PluginProtocol(const haptics_device_info& description, const DeviceCalibration& calibration)
@@ -336,9 +354,10 @@ std::optional<Vec3> PluginProtocol::locate(const DeviceReply& /*reply*/) {
   return position_;
 }
 
-void PluginProtocol::setTorque(Vec3 torque_Nm) noexcept {
+void PluginProtocol::setTorque(Vec3 torque_Nm, double grip_Nm) noexcept {
   const Vec3 scaled = forceScale_ * handedness_ * sense_ * bounded(torque_Nm, info_.rotation.maxTorque_Nm);
   std::copy_n(&scaled.x, 3, output_.begin() + 3);
+  output_[6] = forceScale_ * bounded({grip_Nm, 0, 0}, info_.gripper.maxMoment_Nm).x;
 }
 
 std::span<const std::uint8_t> PluginProtocol::command(Vec3 force_N, DeviceLight /*light*/) {

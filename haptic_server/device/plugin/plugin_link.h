@@ -19,18 +19,19 @@ class PluginLibrary {
   /// Opens and closes the device that WHICH names, to see what it is. Refused: what the plug-in refuses, in its words;
   /// a description out of range, naming the field.
   [[nodiscard]] Result<haptics_device_info> describe(const std::string& which) const;
-  [[nodiscard]] const haptics_device_functions& functions() const noexcept { return *functions_; }
+  [[nodiscard]] const haptics_device_functions& functions() const noexcept { return functions_; }
   [[nodiscard]] const std::string& file() const noexcept { return file_; }
 
  private:
-  PluginLibrary(std::string file, const haptics_device_functions* functions)
+  PluginLibrary(std::string file, const haptics_device_functions& functions)
       : file_(std::move(file)), functions_(functions) {}
 
   std::string file_;
-  const haptics_device_functions* functions_;
+  haptics_device_functions functions_;
 };
 
-/// Opens the plug-in's device as a port that carries haptics_device_state one way and a force and a torque, six doubles, the other.
+/// Opens the plug-in's device as a port that carries haptics_device_state one way, and a force, a torque and the gripper's moment,
+/// seven doubles, the other.
 class PluginBus final : public UsbBus {
  public:
   /// @param warning  Is told, from the driver's thread, of calls that took too long.
@@ -66,7 +67,7 @@ class PluginProtocol final : public UsbProtocol {
   [[nodiscard]] std::optional<Vec3> locate(const DeviceReply& reply) override;
   [[nodiscard]] Quat rotation() const noexcept override { return rotation_; }
   [[nodiscard]] HandleReading handle() const noexcept override { return handle_; }
-  void setTorque(Vec3 torque_Nm) noexcept override;
+  void setTorque(Vec3 torque_Nm, double grip_Nm) noexcept override;
   [[nodiscard]] std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) override;
 
  private:
@@ -79,7 +80,7 @@ class PluginProtocol final : public UsbProtocol {
   Vec3 position_{0};  // of the newest state
   Quat rotation_{1, 0, 0, 0};
   HandleReading handle_;            // likewise
-  std::array<double, 6> output_{};  // N, Nm
+  std::array<double, 7> output_{};  // N, Nm, Nm
 };
 
 }  // namespace haptics

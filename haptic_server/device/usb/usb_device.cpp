@@ -102,7 +102,7 @@ DeviceReading UsbDevice::read(std::uint64_t) noexcept {
 
 void UsbDevice::write(Vec3 force_N) noexcept {
   if (!stopped_.load(std::memory_order_relaxed)) {
-    shared_.orders.put({isFinite(force_N) ? force_N : Vec3(0), torque_Nm_, bus_.clock_ns()});
+    shared_.orders.put({isFinite(force_N) ? force_N : Vec3(0), torque_Nm_, grip_Nm_, bus_.clock_ns()});
   }
 }
 

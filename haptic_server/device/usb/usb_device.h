@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,8 +29,9 @@ struct DeviceReport {
 
 /// What the servo tells the driver.
 struct DeviceOrder {
-  Vec3 force_N{0};    ///< On the hand, world frame.
-  Vec3 torque_Nm{0};  ///< Likewise.
+  Vec3 force_N{0};     ///< On the hand, world frame.
+  Vec3 torque_Nm{0};   ///< Likewise.
+  double grip_Nm = 0;  ///< On the gripper, which it opens above 0.
   std::uint64_t written_ns = 0;
 };
 
@@ -85,6 +87,7 @@ class UsbDevice final : public Device {
   [[nodiscard]] bool hasNewSample() noexcept override { return shared_.reports.newest().replies != repliesRead_; }
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
   void writeTorque(Vec3 torque_Nm) noexcept override { torque_Nm_ = isFinite(torque_Nm) ? torque_Nm : Vec3(0); }
+  void writeGrip(double moment_Nm) noexcept override { grip_Nm_ = std::isfinite(moment_Nm) ? moment_Nm : 0; }
   void write(Vec3 force_N) noexcept override;
   void stop() noexcept override;
 
@@ -97,6 +100,7 @@ class UsbDevice final : public Device {
   UsbShared shared_;
   std::uint64_t repliesRead_ = 0;  // the servo's
   Vec3 torque_Nm_{0};              // likewise
+  double grip_Nm_ = 0;             // likewise
   std::atomic<bool> stopped_{false};
   std::atomic<bool> quit_{false};
   std::thread thread_;

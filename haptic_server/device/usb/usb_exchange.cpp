@@ -51,7 +51,7 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     const bool absent = report_.state == DeviceState::kAbsent && fault_ != DeviceFault::kForceOff;
     if (!there || (absent && bus_.clock_ns() - faultSince_ns_ > kGiveUp_ns)) break;
   }
-  protocol_.setTorque(Vec3(0));
+  protocol_.setTorque(Vec3(0), 0);
   sendAgain(port_, bus_, protocol_.command(Vec3(0), DeviceLight::kOff), kOffCommands);
   if (hasJumped()) protocol_.invalidateHoming();
   if (fault_ != DeviceFault::kNone) return;
@@ -83,7 +83,8 @@ void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   const double gain = gain_.next(!feelable, static_cast<double>(period_ns_) * 1e-9);
   if (!watch_.maySend(now_ns, silenced_)) return;
   const Vec3 force = stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.force_N);
-  protocol_.setTorque(stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.torque_Nm));
+  protocol_.setTorque(stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.torque_Nm),
+                      stopped ? 0 : gain * order.grip_Nm);
   const DeviceLight light = report_.state == DeviceState::kHoming  ? DeviceLight::kHoming
                             : report_.state == DeviceState::kReady ? DeviceLight::kReady
                                                                    : DeviceLight::kFault;

@@ -59,8 +59,8 @@ class UsbProtocol {
   [[nodiscard]] virtual Quat rotation() const noexcept { return {1, 0, 0, 0}; }
   /// What else was measured with it; vectors in the device's frame.
   [[nodiscard]] virtual HandleReading handle() const noexcept { return {}; }
-  /// On the hand, device frame, in commands from now on.
-  virtual void setTorque(Vec3 /*torque_Nm*/) noexcept {}
+  /// On the hand, device frame, and on the gripper, which it opens above 0, in commands from now on.
+  virtual void setTorque(Vec3 /*torque_Nm*/, double /*grip_Nm*/) noexcept {}
   /// The command that pushes the hand with a force (newtons, device frame) where it was located last. Valid until the
   /// next call.
   [[nodiscard]] virtual std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) = 0;

@@ -104,6 +104,6 @@ static const char* open_device(const char* which, void** opened, struct haptics_
 
 const struct haptics_device_functions* haptics_device_plugin(void) {
   static const struct haptics_device_functions plugin = {HAPTICS_DEVICE_ABI, open_device, read_state, write_force,
-                                                         close_device};
+                                                         close_device, NULL};
   return &plugin;
 }

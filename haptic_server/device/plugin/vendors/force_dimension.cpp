@@ -39,25 +39,27 @@ constexpr double kClosed_rad = 0.05, kOpen_rad = 0.1;
 constexpr std::uint32_t kGripperButton = 1U << 31;
 
 /// Force, stiffness and damping limit, resolution, and mass and friction as in haptic_server/device/presets.cpp, which says
-/// what of them is assumed; torque and torsion limit, and resolution of turns. 0 is not known.
+/// what of them is assumed; torque and torsion limit, resolution of turns, and force of the gripper. 0 is not known.
 struct Model {
   int type;
   double maxForce_N, stiffness_N_per_m, damping_Ns_per_m, resolution_m, mass_kg;
-  double maxTorque_Nm, torsion_Nm_per_rad, resolution_rad;
+  double maxTorque_Nm, torsion_Nm_per_rad, resolution_rad, gripper_N;
 };
-constexpr Model kModels[]{{33, 12, 5000, 30, 10e-6, 0.2, 0, 0, 0},           // omega.3
-                          {34, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3},     // omega.6,
-                          {36, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3},     // for the left hand
-                          {35, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3},     // omega.7
-                          {37, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3},     //
-                          {104, 12, 4000, 30, 1.5e-6, 0.3, 0.2, 1, 2.3e-4},  // sigma.7
-                          {105, 12, 4000, 30, 1.5e-6, 0.3, 0.2, 1, 2.3e-4},  //
-                          {108, 8, 8000, 0, 0, 0, 0.2, 0, 0},                // lambda.7
-                          {109, 8, 8000, 0, 0, 0, 0.2, 0, 0},                //
-                          {63, 20, 0, 0, 0, 0, 0, 0, 0},                     // delta.3
-                          {60, 8, 3000, 20, 60e-6, 0.25, 0, 0, 0}};          // Falcon
+constexpr Model kModels[]{{33, 12, 5000, 30, 10e-6, 0.2, 0, 0, 0, 0},           // omega.3
+                          {34, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3, 0},     // omega.6,
+                          {36, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3, 0},     // for the left hand
+                          {35, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3, 8},     // omega.7
+                          {37, 12, 5000, 30, 10e-6, 0.2, 0, 0, 1.57e-3, 8},     //
+                          {104, 12, 4000, 30, 1.5e-6, 0.3, 0.2, 1, 2.3e-4, 8},  // sigma.7
+                          {105, 12, 4000, 30, 1.5e-6, 0.3, 0.2, 1, 2.3e-4, 8},  //
+                          {108, 8, 8000, 0, 0, 0, 0.2, 0, 0, 0},                // lambda.7
+                          {109, 8, 8000, 0, 0, 0, 0.2, 0, 0, 0},                //
+                          {63, 20, 0, 0, 0, 0, 0, 0, 0, 0},                     // delta.3
+                          {60, 8, 3000, 20, 60e-6, 0.25, 0, 0, 0, 0}};          // Falcon
 /// Of one that stands in no list.
-constexpr Model kUnknown{0, 8, 0, 0, 0, 0, 0.1, 0, 0};
+constexpr Model kUnknown{0, 8, 0, 0, 0, 0, 0.1, 0, 0, 0};
+/// The gripper's force acts so far from its hinge, and bears so stiff a spring: both assumed.
+constexpr double kGripperArm_m = 0.05, kGripperTorsion_Nm_per_rad = 1;
 constexpr double kViscousFriction_Ns_per_m = 0.5,
                  kCoulombFriction_N = 0.05;  // of a grounded delta, where the mass is known
 
@@ -124,7 +126,7 @@ class ForceDimension {
   ForceDimension(const Dhd& dhd, char id) : dhd_(dhd), id_(id) {}
   ~ForceDimension() {
     if (!open_) return;
-    (void)set(Vec3(0), Vec3(0));
+    (void)set(Vec3(0), Vec3(0), 0);
     (void)dhd_.drdClose(id_);
   }
   ForceDimension(const ForceDimension&) = delete;
@@ -176,6 +178,10 @@ class ForceDimension {
       info.viscous_friction_Ns_per_m = kViscousFriction_Ns_per_m;
       info.coulomb_friction_N = kCoulombFriction_N;
     }
+    if (hasGripper_ && model.gripper_N > 0) {
+      info.max_gripper_Nm = model.gripper_N * kGripperArm_m;
+      info.max_gripper_Nm_per_rad = kGripperTorsion_Nm_per_rad;
+    }
     if (!turns_) return;
     info.rotation.resolution_rad = model.resolution_rad;
     if (!dhd_.dhdHasActiveWrist(id_)) return;
@@ -215,16 +221,16 @@ class ForceDimension {
     return HAPTICS_DEVICE_DONE;
   }
 
-  [[nodiscard]] int write(Vec3 force_N, Vec3 torque_Nm) {
+  [[nodiscard]] int write(Vec3 force_N, Vec3 torque_Nm, double gripper_Nm) {
     const std::uint64_t now_ns = monotonicNow_ns();
-    if (force_N != Vec3(0) || torque_Nm != Vec3(0)) pushed_ns_ = now_ns;
+    if (force_N != Vec3(0) || torque_Nm != Vec3(0) || gripper_Nm != 0) pushed_ns_ = now_ns;
     // What a person's switch took away, a person's switch brings back.
     const bool byItself = cause_ != Dhd::ForceOff::kButton && cause_ != Dhd::ForceOff::kDeadMan && !reset_;
     if (off_ && byItself && since(std::max(pushed_ns_, enabled_ns_), now_ns) > kRest_ns) {
       enabled_ns_ = now_ns;
       (void)dhd_.dhdEnableForce(1, id_);
     }
-    const int outcome = set(force_N, torque_Nm);
+    const int outcome = set(force_N, torque_Nm, gripper_Nm);
     if (outcome == Dhd::kMotorSaturated) saturated_ns_ = now_ns;
     return outcome < 0 ? -1 : HAPTICS_DEVICE_DONE;
   }
@@ -247,9 +253,9 @@ class ForceDimension {
     return name() + " " + what + ": " + (words != nullptr ? words : "its library names no error");
   }
 
-  [[nodiscard]] int set(Vec3 force_N, Vec3 torque_Nm) {
+  [[nodiscard]] int set(Vec3 force_N, Vec3 torque_Nm, double gripper_Nm) {
     const Vec3 f = toTheirs(force_N), t = toTheirs(torque_Nm);
-    return dhd_.dhdSetForceAndTorqueAndGripperForce(f.x, f.y, f.z, t.x, t.y, t.z, 0, id_);
+    return dhd_.dhdSetForceAndTorqueAndGripperForce(f.x, f.y, f.z, t.x, t.y, t.z, gripper_Nm / kGripperArm_m, id_);
   }
 
   /// Until the next read is due. False: that is later than the time-out.
@@ -320,13 +326,17 @@ const char* openDevice(const char* which, void** device, haptics_device_info* in
 extern "C" __attribute__((visibility("default"))) const haptics_device_functions* haptics_device_plugin() {
   using haptics::ForceDimension;
   static const haptics_device_functions functions{
-      HAPTICS_DEVICE_ABI, haptics::openDevice,
+      HAPTICS_DEVICE_ABI,
+      haptics::openDevice,
       [](void* device, std::uint64_t timeout_ns, haptics_device_state* state) {
         return static_cast<ForceDimension*>(device)->read(timeout_ns, *state);
       },
       [](void* device, const double* f, const double* t) {
-        return static_cast<ForceDimension*>(device)->write({f[0], f[1], f[2]}, {t[0], t[1], t[2]});
+        return static_cast<ForceDimension*>(device)->write({f[0], f[1], f[2]}, {t[0], t[1], t[2]}, 0);
       },
-      [](void* device) { delete static_cast<ForceDimension*>(device); }};
+      [](void* device) { delete static_cast<ForceDimension*>(device); },
+      [](void* device, const double* f, const double* t, double gripper_Nm) {
+        return static_cast<ForceDimension*>(device)->write({f[0], f[1], f[2]}, {t[0], t[1], t[2]}, gripper_Nm);
+      }};
   return &functions;
 }

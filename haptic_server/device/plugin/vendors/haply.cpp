@@ -272,13 +272,15 @@ const char* openDevice(const char* which, void** device, haptics_device_info* in
 extern "C" __attribute__((visibility("default"))) const haptics_device_functions* haptics_device_plugin() {
   using haptics::Haply;
   static const haptics_device_functions functions{
-      HAPTICS_DEVICE_ABI, haptics::openDevice,
+      HAPTICS_DEVICE_ABI,
+      haptics::openDevice,
       [](void* device, std::uint64_t timeout_ns, haptics_device_state* state) {
         return static_cast<Haply*>(device)->read(timeout_ns, *state);
       },
       [](void* device, const double* f, const double*) {
         return static_cast<Haply*>(device)->write({f[0], f[1], f[2]});
       },
-      [](void* device) { delete static_cast<Haply*>(device); }};
+      [](void* device) { delete static_cast<Haply*>(device); },
+      nullptr};
   return &functions;
 }

@@ -146,13 +146,15 @@ const char* openDevice(const char* which, void** device, haptics_device_info* in
 const haptics_device_functions* haptics_device_plugin() {
   using haptics::OpenHaptics;
   static const haptics_device_functions functions{
-      HAPTICS_DEVICE_ABI, haptics::openDevice,
+      HAPTICS_DEVICE_ABI,
+      haptics::openDevice,
       [](void* device, std::uint64_t timeout_ns, haptics_device_state* state) {
         return static_cast<OpenHaptics*>(device)->read(timeout_ns, *state);
       },
       [](void* device, const double* f, const double*) {
         return static_cast<OpenHaptics*>(device)->write({{f[0], f[1], f[2]}});
       },
-      [](void* device) { delete static_cast<OpenHaptics*>(device); }};
+      [](void* device) { delete static_cast<OpenHaptics*>(device); },
+      nullptr};
   return &functions;
 }

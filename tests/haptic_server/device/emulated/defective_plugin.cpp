@@ -71,6 +71,6 @@ void close(void* device) { delete static_cast<Opened*>(device); }
 }  // namespace
 
 extern "C" const haptics_device_functions* haptics_device_plugin() {
-  static const haptics_device_functions functions{HAPTICS_DEVICE_ABI, open, read, write, close};
+  static const haptics_device_functions functions{HAPTICS_DEVICE_ABI, open, read, write, close, nullptr};
   return &functions;
 }

@@ -240,5 +240,25 @@ TEST_F(ForceDimension, VelocityIsInTheServersFrameAndTheGripperIsToldWhereThereI
   }
 }
 
+// 8 N on a lever of 50 mm.
+TEST_F(ForceDimension, TheGripperTakesItsMomentAsAForceWithTheOthersWhereItIsKnownToHaveAMotor) {
+  ASSERT_EQ(open(), "");
+  EXPECT_EQ(info_.max_gripper_Nm, 0.4);
+  EXPECT_EQ(info_.max_gripper_Nm_per_rad, 1);
+  const double force[]{0, 0, 3}, torque[]{0, 0, 0.1};
+  EXPECT_EQ(functions_->write_gripper(device_, force, torque, 0.2), HAPTICS_DEVICE_DONE);
+  EXPECT_EQ(arm_->gripperForce, 4);
+  EXPECT_EQ(arm_->force[2], 3);
+  EXPECT_EQ(arm_->torque[2], 0.1);
+  functions_->close(std::exchange(device_, nullptr));
+  EXPECT_EQ(arm_->gripperForce, 0) << "after the end";
+  for (const std::uint32_t type : {34, 108, 999}) {
+    arm_->type = type;
+    ASSERT_EQ(open(), "");
+    EXPECT_EQ(info_.max_gripper_Nm, 0) << type;
+    functions_->close(std::exchange(device_, nullptr));
+  }
+}
+
 }  // namespace
 }  // namespace haptics

@@ -133,7 +133,7 @@ int dhdGetGripperAngleRad(double* angle, char) {
   return call();
 }
 unsigned dhdGetButtonMask(char) { return arm().buttons; }
-int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double tx, double ty, double tz, double,
+int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double tx, double ty, double tz, double grip,
                                         char) {
   if (call() < 0) return -1;
   const double wrench[6]{fx, fy, fz, tx, ty, tz};
@@ -141,6 +141,7 @@ int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double 
     arm().force[i] = wrench[i];
     arm().torque[i] = wrench[3 + i];
   }
+  arm().gripperForce = grip;
   arm().written_ns = haptics::monotonicNow_ns();
   ++arm().writes;
   return arm().saturated ? kSaturated : 0;

@@ -21,6 +21,7 @@ struct EmulatedArm {
 
   // The program's side: what it called, newest.
   std::array<Shared<double>, 3> force, torque;
+  Shared<double> gripperForce;
   Shared<std::uint64_t> written_ns;  ///< CLOCK_MONOTONIC.
   Shared<std::uint32_t> writes, opens, movesByItself;
 
